@@ -1,0 +1,1 @@
+"""Where am I: measurements in, pose and covariance out."""

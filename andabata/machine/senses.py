@@ -1,0 +1,95 @@
+"""What the robot senses during one control period: the one border between any plant or record and the navigator."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.machine.pose import Pose
+
+
+@dataclass(frozen=True)
+class WheelSpeeds:
+    """Angular speeds of the wheels of each side [rad/s], positive forward."""
+
+    left: float
+    right: float
+
+
+@dataclass(frozen=True)
+class Sweeps:
+    """Vertical laser sweeps of the rotating head, oldest first.
+
+    Beam ``j`` of sweep ``i`` left at ``stamps[i] + j * beam_period`` while the head stood at
+    ``head_angles[i] + head_rate * j * beam_period``.
+
+    Attributes:
+        stamps: Time of each sweep's first beam [s], float64, shape (s,).
+        head_angles: Head azimuth from the base's X axis at that time [rad], unwrapped, float64, shape (s,).
+        head_rate: Turning speed of the head [rad/s].
+        beam_period: Time from beam to beam [s].
+        elevations: Angle of each beam from the head's zenith, positive towards the head's front [rad], float32,
+            shape (b,).
+        ranges: Distances [m], float32, shape (s, b); ``inf`` is no return.
+        classes: True semantic class of each return (simulation only), uint8, shape (s, b), or None.
+    """
+
+    stamps: NDArray[np.float64]
+    head_angles: NDArray[np.float64]
+    head_rate: float
+    beam_period: float
+    elevations: NDArray[np.float32]
+    ranges: NDArray[np.float32]
+    classes: NDArray[np.uint8] | None = None
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """The true state of the body: what judges see and the robot does not.
+
+    Attributes:
+        stamp: Time [s].
+        pose: Pose of ``base_footprint`` in the map.
+        linear: Velocity in the base frame [m/s], shape (3,).
+        angular: Angular velocity in the base frame [rad/s], shape (3,).
+        wheels: Actual wheel speeds.
+        collided: Whether the body touches something solid that is not ground.
+        tipped: Whether the body has rolled over beyond recovery.
+    """
+
+    stamp: float
+    pose: Pose
+    linear: NDArray[np.float64]
+    angular: NDArray[np.float64]
+    wheels: WheelSpeeds
+    collided: bool = False
+    tipped: bool = False
+
+
+@dataclass(frozen=True)
+class Senses:
+    """Everything sensed since the last control step. Absent senses are None: a bag need not hold them all.
+
+    Attributes:
+        stamp: End of the control period [s].
+        sweeps: Sweeps that began in the period.
+        horizontal: Ranges of a horizontal scanner with one beam a sector [m], float32, shape (n_sectors,), ``inf``
+            is no return (stage 1 of the curriculum).
+        bearing: Compass heading converted to yaw [rad].
+        fix: GNSS position in the map [m], shape (2,), when one arrived.
+        imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2], float64, shape (k, 7).
+        encoders: Rows of stamp [s], left, right wheel speed [rad/s], float64, shape (k, 3).
+        truth: The true state at ``stamp`` (simulation only).
+        true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation only),
+            float64, shape (k, 8).
+    """
+
+    stamp: float
+    sweeps: Sweeps | None = None
+    horizontal: NDArray[np.float32] | None = None
+    bearing: float | None = None
+    fix: NDArray[np.float64] | None = None
+    imu: NDArray[np.float64] | None = None
+    encoders: NDArray[np.float64] | None = None
+    truth: VehicleState | None = None
+    true_track: NDArray[np.float64] | None = None

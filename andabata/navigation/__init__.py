@@ -1,0 +1,1 @@
+"""From senses to a steering command. Read ``navigator.py`` first."""

@@ -1,0 +1,46 @@
+"""What a controller is given each control step, and what it answers."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.machine.pose import Pose
+from andabata.machine.senses import VehicleState
+from traversability.virtual_scan import VirtualScan
+
+
+@dataclass(frozen=True)
+class View:
+    """The situation as the robot knows it.
+
+    Attributes:
+        stamp: Time [s].
+        scan: Virtual 2D scan in ``base_footprint``.
+        heading_error: Bearing of the goal relative to the robot's heading [rad], (-pi, pi].
+        goal_distance: Estimated horizontal distance to the goal [m].
+        previous_steering: The last two steering commands, newest first [rad/s].
+        pose: Estimated pose.
+        goal: Goal in the map [m], shape (2,).
+        truth: The true state, for the oracle alone (simulation only).
+    """
+
+    stamp: float
+    scan: VirtualScan
+    heading_error: float
+    goal_distance: float
+    previous_steering: tuple[float, float]
+    pose: Pose
+    goal: NDArray[np.float64]
+    truth: VehicleState | None
+
+
+class Controller(Protocol):
+    """Whatever decides where to steer."""
+
+    def reset(self) -> None:
+        """Forget the last drive."""
+
+    def steer(self, view: View) -> float:
+        """Return the wanted yaw rate [rad/s], positive to the left."""

@@ -1,0 +1,1 @@
+"""Robot, world and learning put together: Gymnasium environments and labelled clouds."""

@@ -1,0 +1,95 @@
+"""The ground as a regular grid of heights, with the triangles that physics and rays both see."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Heightfield:
+    """Ground heights on a square grid centred on the origin of the map frame.
+
+    ``heights[ix, iy]`` stands at ``x = ix * cell - width / 2`` and ``y = iy * cell - depth / 2``. Each
+    grid square is split along the diagonal from ``(i + 1, j)`` to ``(i, j + 1)``, as pybullet splits it, so that
+    contact and rays meet the same surface.
+
+    Attributes:
+        heights: Heights [m], float32, shape (nx, ny), at least 2 x 2, finite.
+        cell: Distance between grid lines [m].
+    """
+
+    heights: NDArray[np.float32]
+    cell: float
+
+    def __post_init__(self) -> None:
+        """Check shape and values once, at the border."""
+        if self.heights.ndim != 2 or min(self.heights.shape) < 2:
+            raise ValueError(f"heights: expected shape (nx, ny) of at least 2 x 2, got {self.heights.shape}")
+        if self.heights.dtype != np.float32:
+            raise ValueError(f"heights: expected float32, got {self.heights.dtype}")
+        if not np.isfinite(self.heights).all():
+            raise ValueError("heights: expected finite values, got NaN or infinity")
+        if not self.cell > 0:
+            raise ValueError(f"cell: expected a positive length [m], got {self.cell}")
+        self.heights.setflags(write=False)
+
+    @property
+    def width(self) -> float:
+        """Extent along x [m]."""
+        return (self.heights.shape[0] - 1) * self.cell
+
+    @property
+    def depth(self) -> float:
+        """Extent along y [m]."""
+        return (self.heights.shape[1] - 1) * self.cell
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """Grid lines along x [m], shape (nx,)."""
+        return np.arange(self.heights.shape[0]) * self.cell - self.width / 2
+
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """Grid lines along y [m], shape (ny,)."""
+        return np.arange(self.heights.shape[1]) * self.cell - self.depth / 2
+
+    def height_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float64]:
+        """Return the height of the triangulated surface [m]; beyond the border, that of the border.
+
+        Args:
+            x: Map x [m], any shape.
+            y: Map y [m], same shape.
+
+        Returns:
+            Heights [m], same shape.
+        """
+        nx, ny = self.heights.shape
+        u = np.clip((np.asarray(x, dtype=np.float64) + self.width / 2) / self.cell, 0.0, nx - 1.0)
+        v = np.clip((np.asarray(y, dtype=np.float64) + self.depth / 2) / self.cell, 0.0, ny - 1.0)
+        i = np.minimum(u.astype(np.intp), nx - 2)
+        j = np.minimum(v.astype(np.intp), ny - 2)
+        u, v = u - i, v - j
+        h = self.heights
+        near = h[i, j] + u * (h[i + 1, j] - h[i, j]) + v * (h[i, j + 1] - h[i, j])
+        far = h[i + 1, j + 1] + (1 - u) * (h[i, j + 1] - h[i + 1, j + 1])
+        far = far + (1 - v) * (h[i + 1, j] - h[i + 1, j + 1])
+        return np.where(u + v <= 1.0, near, far)
+
+    def triangles(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """Return the surface as triangles that face upwards.
+
+        Returns:
+            Vertices [m], float32, shape (nx * ny, 3), and vertex indices, uint32, shape
+            (2 * (nx - 1) * (ny - 1), 3). Square ``(i, j)`` owns triangles ``2 k`` and ``2 k + 1`` with
+            ``k = i * (ny - 1) + j``.
+        """
+        nx, ny = self.heights.shape
+        grid_x, grid_y = np.meshgrid(self.x, self.y, indexing="ij")
+        vertices = np.stack([grid_x, grid_y, self.heights], axis=-1).reshape(-1, 3).astype(np.float32)
+        index = np.arange(nx * ny, dtype=np.uint32).reshape(nx, ny)
+        a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
+        faces = np.stack([np.stack([a, b, c], axis=-1), np.stack([b, d, c], axis=-1)], axis=2)
+        return vertices, np.ascontiguousarray(faces.reshape(-1, 3))

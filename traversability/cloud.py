@@ -1,0 +1,49 @@
+"""A point cloud whose arrays travel together."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """3D points with what is known about each of them.
+
+    Attributes:
+        points: Coordinates in ``frame`` [m], float32, shape (n, 3).
+        frame: Frame's name after REP-105; ``base_footprint`` is levelled, its origin under the robot on the ground.
+        stamps: Time of each point [s], float64, shape (n,), or None.
+        classes: Semantic class of each point, uint8, shape (n,), or None.
+        nontraversable: Whether the point belongs to something that the robot must not drive on, bool, shape (n,),
+            or None.
+    """
+
+    points: NDArray[np.float32]
+    frame: str = "base_footprint"
+    stamps: NDArray[np.float64] | None = None
+    classes: NDArray[np.uint8] | None = None
+    nontraversable: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes once, at the border."""
+        if self.points.ndim != 2 or self.points.shape[1] != 3:
+            raise ValueError(f"points: expected shape (n, 3), got {self.points.shape}")
+        for name in ("stamps", "classes", "nontraversable"):
+            column = getattr(self, name)
+            if column is not None and column.shape != (len(self.points),):
+                raise ValueError(f"{name}: expected shape ({len(self.points)},), got {column.shape}")
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.points)
+
+    def select(self, mask: NDArray[np.bool_]) -> Self:
+        """Return the points where ``mask`` (bool, shape (n,)) holds, with everything known about them."""
+        columns = {
+            name: column[mask]
+            for name in ("points", "stamps", "classes", "nontraversable")
+            if (column := getattr(self, name)) is not None
+        }
+        return replace(self, **columns)

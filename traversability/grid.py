@@ -1,0 +1,51 @@
+"""The polar grid around the robot: 32 sectors by 10 uneven rings (Sanchez et al. 2023, section 3.2)."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class PolarGrid(BaseModel):
+    """Cells of the local grid, in the horizontal plane of ``base_footprint``.
+
+    Sector ``i`` covers bearings from ``-pi + i * 2 pi / n_sectors`` counter-clockwise to the next; ring ``j`` covers
+    distances from ``ring_edges[j]`` to ``ring_edges[j + 1]``.
+
+    Attributes:
+        n_sectors: Number of sectors (paper: 32).
+        n_rings: Number of rings (paper: 10).
+        inner_radius: First ring edge [m]. Assumption: 0.6, under the paper's 0.72 m collision range.
+        outer_radius: Last ring edge [m] (paper: 10).
+        max_height: Points higher than this above the base plane are not projected [m] (paper: 1.2).
+        min_points: Cells with fewer points are empty (paper: 5).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    n_sectors: int = Field(default=32, ge=4, le=360)
+    n_rings: int = Field(default=10, ge=1, le=100)
+    inner_radius: float = Field(default=0.6, gt=0)
+    outer_radius: float = Field(default=10.0, gt=0)
+    max_height: float = Field(default=1.2, gt=0)
+    min_points: int = Field(default=5, ge=3)
+
+    @model_validator(mode="after")
+    def _check_radii(self) -> "PolarGrid":
+        if not self.inner_radius < self.outer_radius:
+            raise ValueError(
+                f"inner_radius: expected less than outer_radius ({self.outer_radius} m), got {self.inner_radius} m"
+            )
+        return self
+
+    @cached_property
+    def ring_edges(self) -> NDArray[np.float64]:
+        """Ring edges [m], shape (n_rings + 1,). Assumption: geometric, since the paper's are not published."""
+        return np.geomspace(self.inner_radius, self.outer_radius, self.n_rings + 1)
+
+    @cached_property
+    def bearings(self) -> NDArray[np.float64]:
+        """Bearing of each sector's centre [rad], shape (n_sectors,)."""
+        width = 2 * np.pi / self.n_sectors
+        return -np.pi + width * (np.arange(self.n_sectors) + 0.5)

@@ -1,0 +1,63 @@
+"""A world: ground, objects, tasks to solve in it, and the truth about where the robot may go."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from terrain.heightfield import Heightfield
+from terrain.objects import SceneObject
+from worlds.truth import TraversabilityMap
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a robot is put down.
+
+    Attributes:
+        x: Map x [m].
+        y: Map y [m].
+        yaw: Heading [rad], 0 = east, counter-clockwise.
+    """
+
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Task:
+    """One start and the goals to visit in order.
+
+    Attributes:
+        start: Where the robot is put down.
+        goals: Map coordinates (x, y) [m], one pair a goal.
+    """
+
+    start: Start
+    goals: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class World:
+    """A complete scene, made from a preset and a seed; equal inputs give equal bytes.
+
+    Attributes:
+        name: Preset's name.
+        seed: Seed within the preset's own family.
+        difficulty: From 0 to 1.
+        ground: The heightfield.
+        surface: ``SemanticClass`` value (GROUND or PATH) of each grid square, uint8, shape (nx - 1, ny - 1).
+        objects: What stands on it.
+        tasks: Starts and goals; each has a safe path, proven when the world was made.
+        truth: Where the robot may go.
+    """
+
+    name: str
+    seed: int
+    difficulty: float
+    ground: Heightfield
+    surface: NDArray[np.uint8]
+    objects: tuple[SceneObject, ...]
+    tasks: tuple[Task, ...]
+    truth: TraversabilityMap

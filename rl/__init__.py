@@ -1,4 +1,5 @@
-"""Learning to steer: observations, rewards, networks, the curriculum and policies that survive without it.
+"""Learning to steer: observations, rewards, networks, a curriculum and policies.
 
-In: environments that satisfy ``environment.py``. Out: a ``Policy``. This package knows no world and no robot.
+In: environments that satisfy ``environment.py``. Out: a ``Policy``. This package knows no world and
+    no robot.
 """

@@ -1,4 +1,4 @@
-"""The one table of semantic classes: what each thing is, whether it stops a wheel and whether it stops a beam."""
+"""The one table of semantic classes: what stops a wheel and what stops a beam."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class ClassTraits:
 _GROUND = ClassTraits(traversable=True, solid=True, hits_per_metre=inf)
 _OBSTACLE = ClassTraits(traversable=False, solid=True, hits_per_metre=inf)
 
-# Porosity is an assumption: a mean free path of 0.7 m in tree crowns, 0.33 m in high grass, 0.2 m in bushes.
+# Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in grass, 0.2 m in bushes.
 TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
     {
         SemanticClass.GROUND: _GROUND,

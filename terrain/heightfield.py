@@ -12,9 +12,9 @@ Floats = NDArray[np.floating]
 class Heightfield:
     """Ground heights on a square grid centred on the origin of the map frame.
 
-    ``heights[ix, iy]`` stands at ``x = ix * cell - width / 2`` and ``y = iy * cell - depth / 2``. Each
-    grid square is split along the diagonal from ``(i + 1, j)`` to ``(i, j + 1)``, as pybullet splits it, so that
-    contact and rays meet the same surface.
+    ``heights[ix, iy]`` stands at ``x = ix * cell - width / 2`` and ``y = iy * cell - depth / 2``.
+    Each grid square is split along the diagonal from ``(i + 1, j)`` to ``(i, j + 1)``, as pybullet
+    splits it, so that contact and rays meet the same surface.
 
     Attributes:
         heights: Heights [m], float32, shape (nx, ny), at least 2 x 2, finite.
@@ -27,7 +27,8 @@ class Heightfield:
     def __post_init__(self) -> None:
         """Check shape and values once, at the border."""
         if self.heights.ndim != 2 or min(self.heights.shape) < 2:
-            raise ValueError(f"heights: expected shape (nx, ny) of at least 2 x 2, got {self.heights.shape}")
+            shape = self.heights.shape
+            raise ValueError(f"heights: expected shape (nx, ny) of at least 2 x 2, got {shape}")
         if self.heights.dtype != np.float32:
             raise ValueError(f"heights: expected float32, got {self.heights.dtype}")
         if not np.isfinite(self.heights).all():
@@ -83,12 +84,14 @@ class Heightfield:
 
         Returns:
             Vertices [m], float32, shape (nx * ny, 3), and vertex indices, uint32, shape
-            (2 * (nx - 1) * (ny - 1), 3). Square ``(i, j)`` owns triangles ``2 k`` and ``2 k + 1`` with
-            ``k = i * (ny - 1) + j``.
+            (2 * (nx - 1) * (ny - 1), 3). Square ``(i, j)`` owns triangles ``2 k`` and ``2 k + 1``
+            with ``k = i * (ny - 1) + j``.
         """
         nx, ny = self.heights.shape
         grid_x, grid_y = np.meshgrid(self.x, self.y, indexing="ij")
-        vertices = np.stack([grid_x, grid_y, self.heights], axis=-1).reshape(-1, 3).astype(np.float32)
+        vertices = np.stack(
+            [grid_x, grid_y, self.heights], axis=-1, dtype=np.float32, casting="same_kind"
+        ).reshape(-1, 3)
         index = np.arange(nx * ny, dtype=np.uint32).reshape(nx, ny)
         a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
         faces = np.stack([np.stack([a, b, c], axis=-1), np.stack([b, d, c], axis=-1)], axis=2)

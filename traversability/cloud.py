@@ -13,11 +13,12 @@ class PointCloud:
 
     Attributes:
         points: Coordinates in ``frame`` [m], float32, shape (n, 3).
-        frame: Frame's name after REP-105; ``base_footprint`` is levelled, its origin under the robot on the ground.
+        frame: Frame's name after REP-105; ``base_footprint`` is levelled, its origin under the
+            robot on the ground.
         stamps: Time of each point [s], float64, shape (n,), or None.
         classes: Semantic class of each point, uint8, shape (n,), or None.
-        nontraversable: Whether the point belongs to something that the robot must not drive on, bool, shape (n,),
-            or None.
+        nontraversable: Whether the point belongs to something that the robot must not drive on,
+            bool, shape (n,), or None.
     """
 
     points: NDArray[np.float32]
@@ -33,14 +34,15 @@ class PointCloud:
         for name in ("stamps", "classes", "nontraversable"):
             column = getattr(self, name)
             if column is not None and column.shape != (len(self.points),):
-                raise ValueError(f"{name}: expected shape ({len(self.points)},), got {column.shape}")
+                expected = (len(self.points),)
+                raise ValueError(f"{name}: expected shape {expected}, got {column.shape}")
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.points)
 
     def select(self, mask: NDArray[np.bool_]) -> Self:
-        """Return the points where ``mask`` (bool, shape (n,)) holds, with everything known about them."""
+        """Return the points where ``mask`` holds, bool, shape (n,), with all columns."""
         columns = {
             name: column[mask]
             for name in ("points", "stamps", "classes", "nontraversable")

@@ -1,4 +1,4 @@
-"""The polar grid around the robot: 32 sectors by 10 uneven rings (Sanchez et al. 2023, section 3.2)."""
+"""The polar grid around the robot (Sanchez et al. 2023, section 3.2)."""
 
 from functools import cached_property
 
@@ -10,13 +10,14 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 class PolarGrid(BaseModel):
     """Cells of the local grid, in the horizontal plane of ``base_footprint``.
 
-    Sector ``i`` covers bearings from ``-pi + i * 2 pi / n_sectors`` counter-clockwise to the next; ring ``j`` covers
-    distances from ``ring_edges[j]`` to ``ring_edges[j + 1]``.
+    Sector ``i`` covers bearings from ``-pi + i * 2 pi / n_sectors`` counter-clockwise to the next;
+    ring ``j`` covers distances from ``ring_edges[j]`` to ``ring_edges[j + 1]``.
 
     Attributes:
         n_sectors: Number of sectors (paper: 32).
         n_rings: Number of rings (paper: 10).
-        inner_radius: First ring edge [m]. Assumption: 0.6, under the paper's 0.72 m collision range.
+        inner_radius: First ring edge [m]. Assumption: 0.6, under the paper's 0.72 m collision
+            range.
         outer_radius: Last ring edge [m] (paper: 10).
         max_height: Points higher than this above the base plane are not projected [m] (paper: 1.2).
         min_points: Cells with fewer points are empty (paper: 5).
@@ -35,13 +36,14 @@ class PolarGrid(BaseModel):
     def _check_radii(self) -> "PolarGrid":
         if not self.inner_radius < self.outer_radius:
             raise ValueError(
-                f"inner_radius: expected less than outer_radius ({self.outer_radius} m), got {self.inner_radius} m"
+                f"inner_radius: expected less than outer_radius ({self.outer_radius} m), "
+                f"got {self.inner_radius} m"
             )
         return self
 
     @cached_property
     def ring_edges(self) -> NDArray[np.float64]:
-        """Ring edges [m], shape (n_rings + 1,). Assumption: geometric, since the paper's are not published."""
+        """Ring edges [m], shape (n_rings + 1,). Geometric by assumption."""
         return np.geomspace(self.inner_radius, self.outer_radius, self.n_rings + 1)
 
     @cached_property

@@ -47,7 +47,8 @@ class World:
         seed: Seed within the preset's own family.
         difficulty: From 0 to 1.
         ground: The heightfield.
-        surface: ``SemanticClass`` value (GROUND or PATH) of each grid square, uint8, shape (nx - 1, ny - 1).
+        surface: ``SemanticClass`` value (GROUND or PATH) of each grid square, uint8, shape (nx - 1,
+            ny - 1).
         objects: What stands on it.
         tasks: Starts and goals; each has a safe path, proven when the world was made.
         truth: Where the robot may go.

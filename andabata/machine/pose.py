@@ -50,8 +50,8 @@ class Pose:
 class PoseTrack:
     """The latest poses by time, in a ring that lives as long as the robot.
 
-    Positions are interpolated linearly and rotations by normalised linear interpolation, which for the few
-    milliseconds between two entries differs from slerp by less than a microradian.
+    Positions are interpolated linearly and rotations by normalised linear interpolation, which for
+    the few milliseconds between two entries differs from slerp by less than a microradian.
     """
 
     def __init__(self, capacity: int = 1024) -> None:
@@ -74,7 +74,7 @@ class PoseTrack:
         """
         if self._count and not stamp > self.latest:
             raise ValueError(f"stamp: expected later than {self.latest} s, got {stamp} s")
-        if self._count == len(self._stamps):  # Drop the older half: amortised, and the rest stays in order.
+        if self._count == len(self._stamps):  # Drop the older half: amortised, the rest in order.
             half = self._count // 2
             self._stamps[: self._count - half] = self._stamps[half:].copy()
             self._poses[: self._count - half] = self._poses[half:].copy()
@@ -85,6 +85,16 @@ class PoseTrack:
         self._poses[self._count, :3] = position
         self._poses[self._count, 3:] = quaternion
         self._count += 1
+
+    def extend(
+        self,
+        stamps: NDArray[np.float64],
+        positions: NDArray[np.float64],
+        quaternions: NDArray[np.float64],
+    ) -> None:
+        """Add poses, oldest first: stamps [s] (k,), positions [m] (k, 3), quaternions (k, 4)."""
+        for stamp, position, quaternion in zip(stamps, positions, quaternions, strict=True):
+            self.append(float(stamp), position, quaternion)
 
     @property
     def latest(self) -> float:

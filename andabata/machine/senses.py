@@ -1,4 +1,4 @@
-"""What the robot senses during one control period: the one border between any plant or record and the navigator."""
+"""What the robot senses in a control period: the border between plant or record and navigator."""
 
 from dataclasses import dataclass
 
@@ -25,11 +25,12 @@ class Sweeps:
 
     Attributes:
         stamps: Time of each sweep's first beam [s], float64, shape (s,).
-        head_angles: Head azimuth from the base's X axis at that time [rad], unwrapped, float64, shape (s,).
+        head_angles: Head azimuth from the base's X axis at that time [rad], unwrapped, float64,
+            shape (s,).
         head_rate: Turning speed of the head [rad/s].
         beam_period: Time from beam to beam [s].
-        elevations: Angle of each beam from the head's zenith, positive towards the head's front [rad], float32,
-            shape (b,).
+        elevations: Angle of each beam from the head's zenith, positive towards the head's front
+            [rad], float32, shape (b,).
         ranges: Distances [m], float32, shape (s, b); ``inf`` is no return.
         classes: True semantic class of each return (simulation only), uint8, shape (s, b), or None.
     """
@@ -68,20 +69,21 @@ class VehicleState:
 
 @dataclass(frozen=True)
 class Senses:
-    """Everything sensed since the last control step. Absent senses are None: a bag need not hold them all.
+    """Everything sensed since the last control step; absent senses are None.
 
     Attributes:
         stamp: End of the control period [s].
         sweeps: Sweeps that began in the period.
-        horizontal: Ranges of a horizontal scanner with one beam a sector [m], float32, shape (n_sectors,), ``inf``
-            is no return (stage 1 of the curriculum).
+        horizontal: Ranges of a horizontal scanner with one beam a sector [m], float32, shape
+            (n_sectors,), ``inf`` is no return (stage 1 of the curriculum).
         bearing: Compass heading converted to yaw [rad].
         fix: GNSS position in the map [m], shape (2,), when one arrived.
-        imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2], float64, shape (k, 7).
+        imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2], float64, shape (k,
+            7).
         encoders: Rows of stamp [s], left, right wheel speed [rad/s], float64, shape (k, 3).
         truth: The true state at ``stamp`` (simulation only).
-        true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation only),
-            float64, shape (k, 8).
+        true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation
+            only), float64, shape (k, 8).
     """
 
     stamp: float

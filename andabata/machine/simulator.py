@@ -1,0 +1,118 @@
+"""One clock: the plant moves and the senses sample, one control period at a time."""
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
+from andabata.machine.pose import PoseTrack
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import Senses, VehicleState, WheelSpeeds
+from andabata.machine.vehicle import Plant, make_vehicle
+from traversability.grid import PolarGrid
+from worlds.rays import RayScene
+from worlds.world import Start, World
+
+TICK = 0.01
+"""Time between two poses of the true track [s]; the fastest senses run at this period."""
+
+TICKS_PER_STEP = 10
+"""Ticks of one control period (paper: 0.1 s)."""
+
+
+class SensingConfig(BaseModel):
+    """Which scanner the robot carries.
+
+    Attributes:
+        scanner: ``rotating``, the vertical laser on its turning head, or ``horizontal``, stage 1's
+            32 beams.
+        lidar: The rotating laser.
+        grid: Where the horizontal beams point.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scanner: Literal["rotating", "horizontal"] = "rotating"
+    lidar: LidarConfig = Field(default_factory=LidarConfig)
+    grid: PolarGrid = Field(default_factory=PolarGrid)
+
+
+class Simulator:
+    """A robot in a world. Stamps are whole ticks since it was put down, so they never drift."""
+
+    def __init__(
+        self,
+        world: World,
+        rays: RayScene,
+        robot: RobotModel,
+        plant: Plant,
+        sensing: SensingConfig,
+        rng: np.random.Generator,
+    ) -> None:
+        """Build the plant in the world and mount the senses.
+
+        Args:
+            world: Where to drive.
+            rays: The same world's ray scene.
+            robot: The body.
+            plant: ``bullet`` (the reference) or ``kinematic``.
+            sensing: The scanner.
+            rng: Every noise of plant and senses comes from here.
+        """
+        self.vehicle = make_vehicle(plant, world, robot, rng)
+        self._track = PoseTrack()
+        self._tick = 0
+        self._lidar: RotatingLidar | None = None
+        self._scanner: HorizontalScanner | None = None
+        if sensing.scanner == "rotating":
+            self._lidar = RotatingLidar(rays, sensing.lidar, robot, rng)
+        else:
+            self._scanner = HorizontalScanner(rays, sensing.grid, robot, rng)
+
+    def reset(self, start: Start) -> Senses:
+        """Put the robot down at rest and return what it senses before the first period."""
+        self.vehicle.place(start)
+        self._tick = 0
+        self._track.clear()
+        state = self._record()
+        return self._sense(state, np.empty((0, 8)), 0.0)
+
+    def step(self, wheels: WheelSpeeds) -> Senses:
+        """Drive one control period of 0.1 s and return what was sensed in it."""
+        begin = self._tick * TICK
+        collided = False
+        rows = np.empty((TICKS_PER_STEP, 8))
+        for row in rows:
+            self.vehicle.advance(wheels, TICK)
+            self._tick += 1
+            state = self._record()
+            collided |= state.collided
+            row[0], row[1:4], row[4:8] = state.stamp, state.pose.position, state.pose.quaternion
+        return self._sense(replace(state, collided=collided), rows, begin)
+
+    def _record(self) -> VehicleState:
+        """Append the true pose to the track and return the state stamped by this clock."""
+        state = replace(self.vehicle.state, stamp=self._tick * TICK)
+        self._track.append(state.stamp, state.pose.position, state.pose.quaternion)
+        return state
+
+    def _sense(self, state: VehicleState, rows: np.ndarray, begin: float) -> Senses:
+        """Sample the scanners for the period from ``begin`` [s] to the state's stamp."""
+        sweeps = horizontal = None
+        if self._lidar is not None and state.stamp > begin:
+            sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
+        if self._scanner is not None:
+            horizontal = self._scanner.ranges(state.pose)
+        return Senses(
+            stamp=state.stamp,
+            sweeps=sweeps,
+            horizontal=horizontal,
+            truth=state,
+            true_track=rows,
+        )
+
+    def close(self) -> None:
+        """Free the plant."""
+        self.vehicle.close()

@@ -1,0 +1,19 @@
+"""The shipped forest and policy; ``README.md`` here gives the commands that made them."""
+
+from functools import cache
+from importlib.resources import files
+
+from rl.policy import Policy
+from traversability.forest import Forest
+
+
+@cache
+def shipped_forest() -> Forest:
+    """Return the cell classifier that comes with the package."""
+    return Forest.from_bytes(files(__name__).joinpath("forest.npz").read_bytes())
+
+
+@cache
+def shipped_policy() -> Policy:
+    """Return the actor that comes with the package."""
+    return Policy.from_bytes(files(__name__).joinpath("policy.safetensors").read_bytes())

@@ -1,0 +1,21 @@
+"""A trained policy at the wheel."""
+
+from andabata.navigation.view import View
+from rl.observation import observation
+from rl.policy import Policy
+
+
+class LearnedController:
+    """Steers with a policy file's actor (Sanchez et al. 2023, section 4)."""
+
+    def __init__(self, policy: Policy) -> None:
+        """Take a loaded policy."""
+        self._policy = policy
+
+    def reset(self) -> None:
+        """The policy remembers nothing between steps: its memory is in the state."""
+
+    def steer(self, view: View) -> float:
+        """Return the actor's yaw rate for the state of 35 values [rad/s]."""
+        state = observation(view.scan.finite(), view.previous_steering, view.heading_error)
+        return self._policy.act(state)

@@ -1,0 +1,104 @@
+"""The robot's story, one control step at a time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.localizer import Localizer
+from andabata.machine.kinematics import SkidSteer
+from andabata.machine.pose import Pose, wrap
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import Senses, WheelSpeeds
+from andabata.navigation.perception import Perception
+from andabata.navigation.view import Controller, View
+from rl.observation import apply_dead_zone
+
+STANDSTILL = WheelSpeeds(0.0, 0.0)
+
+
+class Navigator:
+    """Senses in, wheel speeds out: the same in simulation, in training and on a record.
+
+    The vehicle keeps the paper's constant longitudinal speed; only the steering is decided. It
+    stands still until there is a first scan.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        localizer: Localizer,
+        perception: Perception,
+        controller: Controller | None = None,
+    ) -> None:
+        """Put a robot's mind together.
+
+        Args:
+            robot: Speed, steering limit and dead zone.
+            localizer: Where am I.
+            perception: How far is it free.
+            controller: Where to steer; None when a learner drives through ``observe`` and
+                ``command``.
+        """
+        self._robot = robot
+        self._kinematics = SkidSteer(robot)
+        self._localizer = localizer
+        self._perception = perception
+        self._controller = controller
+        self._goal = np.zeros(2)
+        self._previous = (0.0, 0.0)
+
+    def reset(self, pose: Pose, stamp: float) -> None:
+        """Forget everything and start at a known pose at ``stamp`` [s]."""
+        self._localizer.reset(pose, stamp)
+        self._perception.reset()
+        self._previous = (0.0, 0.0)
+        if self._controller is not None:
+            self._controller.reset()
+
+    def set_goal(self, goal: NDArray[np.float64]) -> None:
+        """Head for ``goal``, map coordinates [m], shape (2,)."""
+        self._goal = np.array(goal, dtype=np.float64)
+
+    def step(self, senses: Senses) -> WheelSpeeds:
+        """Turn one control period of senses into wheel speeds.
+
+        Raises:
+            ValueError: If the navigator has no controller.
+        """
+        if self._controller is None:
+            raise ValueError("controller: expected one, got None; use observe and command instead")
+        view = self.observe(senses)
+        if view is None:
+            return STANDSTILL
+        return self.command(self._controller.steer(view))
+
+    def observe(self, senses: Senses) -> View | None:
+        """Return the situation after one control period, or None before the first scan."""
+        self._localizer.update(senses)
+        scan = self._perception.update(senses, self._localizer)
+        if scan is None:
+            return None
+        pose = self._localizer.pose
+        to_goal = self._goal - pose.position[:2]
+        return View(
+            stamp=senses.stamp,
+            scan=scan,
+            heading_error=wrap(float(np.arctan2(to_goal[1], to_goal[0])) - pose.yaw),
+            goal_distance=float(np.hypot(*to_goal)),
+            previous_steering=self._previous,
+            pose=pose,
+            goal=self._goal,
+            truth=senses.truth,
+        )
+
+    def command(self, steering: float) -> WheelSpeeds:
+        """Return the wheel speeds for a wanted yaw rate [rad/s], after limits and dead zone.
+
+        Raises:
+            ValueError: If the steering is not a finite number.
+        """
+        if not np.isfinite(steering):
+            raise ValueError(f"steering: expected a finite yaw rate [rad/s], got {steering}")
+        limit = self._robot.max_steering
+        executed = apply_dead_zone(min(max(steering, -limit), limit), self._robot.dead_zone)
+        self._previous = (executed, self._previous[0])
+        return self._kinematics.wheel_speeds(self._robot.speed, executed)

@@ -1,0 +1,69 @@
+"""From senses to the virtual 2D scan."""
+
+from typing import Protocol
+
+import numpy as np
+
+from andabata.localization.localizer import Localizer
+from andabata.machine.senses import Senses
+from andabata.navigation.cloud_assembly import CloudAssembler
+from traversability.features import cell_features
+from traversability.forest import Forest
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan, virtual_scan
+
+
+class Perception(Protocol):
+    """Whatever tells how far it is free around the robot."""
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+
+    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
+        """Return the virtual scan around the current pose, None while there is nothing to see."""
+
+
+class CloudPerception:
+    """Sweeps to levelled cloud to cells to virtual scan (Sanchez et al. 2023, section 3).
+
+    The cells of the last update stay in ``cells`` (uint8, shape (n_sectors, n_rings)) for pictures
+    and records.
+    """
+
+    def __init__(self, assembler: CloudAssembler, forest: Forest, grid: PolarGrid) -> None:
+        self.assembler = assembler
+        self.cells: np.ndarray | None = None
+        self._forest = forest
+        self._grid = grid
+
+    def reset(self) -> None:
+        """Forget the clouds."""
+        self.assembler.reset()
+        self.cells = None
+
+    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
+        """Place the new beams, carry the last cloud into the current pose and judge its cells."""
+        if senses.sweeps is not None:
+            self.assembler.add(senses.sweeps, localizer.track)
+        if self.assembler.cloud is None:
+            return None
+        cloud = self.assembler.relative(localizer.pose)
+        features = cell_features(cloud.points, self._grid)
+        self.cells = self._forest.classify(features, self._grid)
+        return virtual_scan(self.cells, self._grid)
+
+
+class HorizontalPerception:
+    """A horizontal scanner with one beam a sector is its own virtual scan (section 5.1)."""
+
+    def __init__(self, grid: PolarGrid) -> None:
+        self._grid = grid
+
+    def reset(self) -> None:
+        """There is nothing to forget."""
+
+    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
+        """Return the scanner's ranges as they are."""
+        if senses.horizontal is None:
+            return None
+        return VirtualScan(senses.horizontal, self._grid.outer_radius)

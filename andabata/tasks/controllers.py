@@ -1,0 +1,38 @@
+"""Controllers by name, for the command line and the judges."""
+
+from andabata.models import shipped_policy
+from andabata.navigation.learned import LearnedController
+from andabata.navigation.oracle import OracleController
+from andabata.navigation.reactive import ReactiveController, StraightController
+from andabata.navigation.view import Controller
+from andabata.tasks.rig import RigConfig
+from rl.policy import Policy
+from worlds.world import World
+
+CONTROLLERS = ("learned", "reactive", "straight", "oracle")
+
+
+def make_controller(
+    name: str, world: World, config: RigConfig, policy: Policy | None = None
+) -> Controller:
+    """Return a controller.
+
+    Args:
+        name: One of ``CONTROLLERS``.
+        world: The oracle's world.
+        config: The robot and grid that the controller works with.
+        policy: The learned controller's policy; None for the shipped one.
+
+    Raises:
+        ValueError: If there is no controller of that name.
+    """
+    match name:
+        case "learned":
+            return LearnedController(policy or shipped_policy())
+        case "reactive":
+            return ReactiveController(config.robot, config.grid)
+        case "straight":
+            return StraightController()
+        case "oracle":
+            return OracleController(world)
+    raise ValueError(f"controller: expected one of {', '.join(CONTROLLERS)}, got {name!r}")

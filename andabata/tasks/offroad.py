@@ -1,0 +1,219 @@
+"""Off-road navigation as Gymnasium environments (Sanchez et al. 2023, section 5)."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.senses import Senses, VehicleState
+from andabata.machine.simulator import SensingConfig
+from andabata.models import shipped_forest
+from andabata.navigation.navigator import STANDSTILL
+from andabata.navigation.view import View
+from andabata.tasks.judge import Judge, JudgeConfig, Outcome
+from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.trial import jittered
+from rl.observation import ObservationLayout, observation
+from rl.rewards import RewardConfig, paper_reward
+from traversability.forest import Forest
+
+TRAINING_SEEDS = tuple(range(8))
+"""World seeds that learning uses by default; evaluation starts at ``EVALUATION_SEED``."""
+
+EVALUATION_SEED = 1_000_000
+"""First world seed that nothing trains on."""
+
+
+class OffroadConfig(BaseModel):
+    """One stage's environment.
+
+    Attributes:
+        preset: World preset.
+        seeds: World seeds that episodes draw from.
+        difficulty: Difficulty of the worlds, or None for the preset's own.
+        rig: The robot.
+        judge: When an episode ends.
+        reward: The reward's constants.
+        start_jitter: Start positions vary uniformly by up to this [m] in x and in y.
+        heading_jitter: Start headings vary uniformly by up to this [rad].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    preset: str = "natural"
+    seeds: tuple[int, ...] = TRAINING_SEEDS
+    difficulty: float | None = Field(default=None, ge=0, le=1)
+    rig: RigConfig = Field(default_factory=RigConfig)
+    judge: JudgeConfig = Field(default_factory=JudgeConfig)
+    reward: RewardConfig = Field(default_factory=RewardConfig)
+    start_jitter: float = Field(default=0.2, ge=0, le=5)
+    heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
+
+
+class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Drive a skid-steer robot at constant speed to a goal by steering it.
+
+    ## Action space
+    ``Box(-1, 1, (1,), float32)``: wanted yaw rate as a share of the robot's limit (0.5 rad/s),
+    positive to the left. Wanted rates inside the dead zone of 0.15 rad/s drive straight on.
+
+    ## Observation space
+    ``Box((35,), float32)``, SI units:
+
+    | index | what | range |
+    |---|---|---|
+    | 0-31 | free distance of each sector of the virtual scan, as in ``VirtualScan`` | 0 to 10 m |
+    | 32-33 | the last two executed yaw rates, newest first | -0.5 to 0.5 rad/s |
+    | 34 | heading error to the goal | -pi to pi rad |
+
+    ## Reward
+    The sum of the named terms in ``info["reward_terms"]`` (``rl.rewards``): attraction, repulsion
+    and the terminal penalties.
+
+    ## Start and end
+    A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
+    goal (d < 1 m), on physical contact, on tip-over and when stuck, and is truncated at the time
+    limit. The last step's info holds ``is_success`` and ``outcome``.
+
+    ## Options of reset
+    ``{"world_seed": int, "task": int}`` choose the world and the task.
+
+    ## Version history
+    v0: first release.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium's own form.
+
+    def __init__(
+        self,
+        config: OffroadConfig,
+        forest: Forest | None = None,
+        shelf: SceneShelf | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        """Prepare a stage.
+
+        Args:
+            config: The stage.
+            forest: Cell classifier; None for the shipped one.
+            shelf: Scenes to share with other environments of this process.
+            render_mode: None, the only one: pictures are drawn from records.
+        """
+        self.render_mode = render_mode
+        self.config = config
+        self._shelf = shelf or SceneShelf()
+        self._forest = forest
+        self._rigs: dict[int, Rig] = {}
+        self._limit = config.rig.robot.max_steering
+        layout = ObservationLayout(config.rig.grid.n_sectors)
+        low, high = layout.bounds(config.rig.grid.outer_radius, self._limit)
+        self.observation_space = gym.spaces.Box(low, high, dtype=np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Put the robot down in a world of the pool and wait for the first scan."""
+        super().reset(seed=seed)
+        options = options or {}
+        world_seed = int(options.get("world_seed", self.np_random.choice(self.config.seeds)))
+        self._rig = self._rig_in(world_seed)
+        tasks = self._rig.scene.world.tasks
+        task = tasks[int(options.get("task", self.np_random.integers(len(tasks))))]
+        goal = np.array(task.goals[0])
+        config = self.config
+        start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
+        senses = self._rig.place(start, goal, self.np_random)
+        self._judge = Judge(self._rig.scene.world, self.config.judge)
+        self._judge.begin(_truth(senses), goal)
+        view = self._rig.navigator.observe(senses)
+        while view is None:
+            senses = self._rig.simulator.step(STANDSTILL)
+            view = self._rig.navigator.observe(senses)
+        self._goal_distance = self._judge.goal_distance(_truth(senses))
+        return _state(view), {"world_seed": world_seed}
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Steer for one control period of 0.1 s."""
+        wheels = self._rig.navigator.command(float(action[0]) * self._limit)
+        senses = self._rig.simulator.step(wheels)
+        view = self._rig.navigator.observe(senses)
+        if view is None:
+            raise ValueError("view: expected a scan after the first one, got None")
+        outcome = self._judge.watch(_truth(senses))
+        distance = self._judge.goal_distance(_truth(senses))
+        terms = paper_reward(
+            self.config.reward, view.scan.finite(), self._goal_distance, distance, outcome
+        )
+        self._goal_distance = distance
+        info: dict[str, Any] = {"reward_terms": terms}
+        if outcome is not None:
+            info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
+        truncated = outcome is Outcome.TIMEOUT
+        terminated = outcome is not None and not truncated
+        return _state(view), float(sum(terms.values())), terminated, truncated, info
+
+    def close(self) -> None:
+        """Free the plants."""
+        for rig in self._rigs.values():
+            rig.close()
+        self._rigs.clear()
+
+    def _rig_in(self, world_seed: int) -> Rig:
+        """Return the robot in the world of a seed, building it the first time."""
+        if world_seed not in self._rigs:
+            scene = self._shelf.get(self.config.preset, world_seed, self.config.difficulty)
+            forest = self._forest
+            if forest is None and self.config.rig.sensing.scanner == "rotating":
+                forest = shipped_forest()
+            self._rigs[world_seed] = Rig(scene, self.config.rig, forest)
+        return self._rigs[world_seed]
+
+
+def _truth(senses: Senses) -> VehicleState:
+    """Return the true state, which a simulation always gives."""
+    if senses.truth is None:
+        raise ValueError("truth: expected the simulator's true state, got none")
+    return senses.truth
+
+
+def _state(view: View) -> NDArray[np.float32]:
+    """Return the policy's state of a view."""
+    return observation(view.scan.finite(), view.previous_steering, view.heading_error)
+
+
+def stage_config(stage: str) -> OffroadConfig:
+    """Return the environment of one of the paper's stages: ``Maze2D``, ``Maze3D`` or ``Natural``.
+
+    Training drives the kinematic plant; results are judged in bullet.
+
+    Raises:
+        ValueError: If there is no such stage.
+    """
+    rig = RigConfig(plant="kinematic")
+    if stage == "Maze2D":
+        flat = rig.model_copy(update={"sensing": SensingConfig(scanner="horizontal")})
+        return OffroadConfig(preset="maze", rig=flat, judge=JudgeConfig(time_limit=180.0))
+    if stage == "Maze3D":
+        return OffroadConfig(preset="maze", rig=rig, judge=JudgeConfig(time_limit=180.0))
+    if stage == "Natural":
+        return OffroadConfig(preset="natural", rig=rig, judge=JudgeConfig(time_limit=300.0))
+    raise ValueError(f"stage: expected Maze2D, Maze3D or Natural, got {stage!r}")
+
+
+def make_offroad(
+    stage: str, config: OffroadConfig | None = None, **parts: Forest | SceneShelf | str | None
+) -> OffroadEnv:
+    """Make a stage's environment: the entry point of the registered ids.
+
+    Args:
+        stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
+        config: Instead of the stage's own.
+        **parts: ``forest``, ``shelf`` and ``render_mode`` of ``OffroadEnv``.
+    """
+    return OffroadEnv(config or stage_config(stage), **parts)

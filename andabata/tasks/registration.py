@@ -1,0 +1,19 @@
+"""The environments' Gymnasium ids; the environments are imported when one is made."""
+
+import gymnasium as gym
+
+STAGES = ("Maze2D", "Maze3D", "Natural")
+
+
+def register_environments() -> None:
+    """Register ``andabata/Maze2D-v0``, ``andabata/Maze3D-v0`` and ``andabata/Natural-v0``, once.
+
+    An installed andabata is found by Gymnasium as a plug-in, so that ``gymnasium.make`` knows the
+    ids by itself.
+    """
+    for stage in STAGES:
+        name = f"andabata/{stage}-v0"
+        if name not in gym.registry:
+            gym.register(
+                name, entry_point="andabata.tasks.offroad:make_offroad", kwargs={"stage": stage}
+            )

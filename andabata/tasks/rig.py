@@ -1,0 +1,98 @@
+"""A robot put together: plant, senses, localisation, perception and navigator in one scene."""
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.localization.localizer import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import Senses
+from andabata.machine.simulator import SensingConfig, Simulator
+from andabata.machine.vehicle import Plant
+from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
+from andabata.navigation.navigator import Navigator
+from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
+from andabata.navigation.view import Controller
+from andabata.tasks.scenes import Scene
+from traversability.forest import Forest
+from traversability.grid import PolarGrid
+from worlds.world import Start
+
+
+class RigConfig(BaseModel):
+    """What a robot is put together from.
+
+    Attributes:
+        robot: The body.
+        plant: ``bullet``, in which every published result is judged, or ``kinematic``, for
+            training.
+        sensing: The scanner.
+        assembly: How sweeps become clouds.
+        grid: The polar grid.
+        localizer: Errors of the pose.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    robot: RobotModel = Field(default_factory=RobotModel)
+    plant: Plant = "bullet"
+    sensing: SensingConfig = Field(default_factory=SensingConfig)
+    assembly: CloudAssemblyConfig = Field(default_factory=CloudAssemblyConfig)
+    grid: PolarGrid = Field(default_factory=PolarGrid)
+    localizer: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
+
+
+class Rig:
+    """One robot in one scene, driven again and again."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        config: RigConfig,
+        forest: Forest | None = None,
+        controller: Controller | None = None,
+    ) -> None:
+        """Build everything once.
+
+        Args:
+            scene: Where to drive.
+            config: What to build.
+            forest: The cell classifier; needed with the rotating laser.
+            controller: Where to steer; None for a learner.
+
+        Raises:
+            ValueError: If the rotating laser comes without a forest.
+        """
+        self.scene = scene
+        self.config = config
+        self._rng = np.random.default_rng(0)
+        self.simulator = Simulator(
+            scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng
+        )
+        self.perception = _perception(config, forest)
+        localizer = NoisyTruthLocalizer(config.localizer, self._rng)
+        self.navigator = Navigator(config.robot, localizer, self.perception, controller)
+
+    def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
+        """Put the robot down; every noise comes from a child of ``rng``."""
+        self._rng.bit_generator.state = rng.spawn(1)[0].bit_generator.state
+        senses = self.simulator.reset(start)
+        if senses.truth is None:
+            raise ValueError("truth: expected the simulator's true state, got none")
+        self.navigator.reset(senses.truth.pose, senses.stamp)
+        self.navigator.set_goal(goal)
+        return senses
+
+    def close(self) -> None:
+        """Free the plant."""
+        self.simulator.close()
+
+
+def _perception(config: RigConfig, forest: Forest | None) -> Perception:
+    """Return the perception that fits the scanner."""
+    if config.sensing.scanner == "horizontal":
+        return HorizontalPerception(config.grid)
+    if forest is None:
+        raise ValueError("forest: expected a cell classifier for the rotating laser, got None")
+    return CloudPerception(
+        CloudAssembler(config.assembly, config.robot.lidar_height), forest, config.grid
+    )

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.records.storage import write_atomically
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import RigConfig
 from andabata.tasks.trial import Leg
@@ -180,14 +181,18 @@ def _read_journal(journal: Path | None, config: EvaluationConfig) -> dict[int, l
     lines = journal.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:
         raise ValueError(f"{journal}: expected a journal of this evaluation, got another's")
-    done: dict[int, list[Row]] = {}
-    for line in lines[1:]:
-        try:
-            entry = json.loads(line)
-        except json.JSONDecodeError:  # The last line of a killed run may be cut short.
-            continue
-        done[entry["trial"]] = entry["rows"]
-    return done
+    kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
+    write_atomically(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
+    return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}
+
+
+def _is_json(line: str) -> bool:
+    """Return whether a line is whole."""
+    try:
+        json.loads(line)
+    except json.JSONDecodeError:
+        return False
+    return True
 
 
 def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:

@@ -4,8 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from terrain.classes import SemanticClass
+
+Vector = NDArray[np.floating] | tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -21,3 +24,83 @@ class SceneObject:
     semantic: SemanticClass
     vertices: NDArray[np.float32]
     triangles: NDArray[np.uint32]
+
+
+def hull(semantic: SemanticClass, points: NDArray[np.floating]) -> SceneObject:
+    """Return the convex hull of points in the map frame [m], shape (n, 3)."""
+    found = ConvexHull(points)
+    vertices = points[found.vertices]
+    renumber = np.zeros(len(points), dtype=np.uint32)
+    renumber[found.vertices] = np.arange(len(found.vertices))
+    triangles = renumber[found.simplices]
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0
+    triangles[inward] = triangles[inward][:, [0, 2, 1]]
+    return SceneObject(semantic, vertices.astype(np.float32), np.ascontiguousarray(triangles))
+
+
+def frustum(
+    semantic: SemanticClass,
+    base: Vector,
+    radii: tuple[float, float],
+    height: float,
+    sides: int = 10,
+) -> SceneObject:
+    """Return an upright cylinder or cone.
+
+    Args:
+        semantic: What it is.
+        base: Centre of its lower face [m].
+        radii: Radius of the lower and of the upper face [m].
+        height: Height [m].
+        sides: Corners of each face.
+    """
+    angles = np.arange(sides) * 2 * np.pi / sides
+    ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(sides)], axis=1)
+    top = radii[1] * ring + [0.0, 0.0, height]
+    vertices = np.concatenate([radii[0] * ring, top]) + np.asarray(base, dtype=np.float64)
+    k = np.arange(sides)
+    nxt = (k + 1) % sides
+    walls = [np.stack([k, nxt, nxt + sides], 1), np.stack([k, nxt + sides, k + sides], 1)]
+    fan = np.arange(1, sides - 1)
+    floor = np.stack([np.zeros_like(fan), fan + 1, fan], 1)
+    roof = np.stack([np.zeros_like(fan), fan, fan + 1], 1) + sides
+    triangles = np.concatenate([*walls, floor, roof]).astype(np.uint32)
+    return SceneObject(semantic, vertices.astype(np.float32), triangles)
+
+
+def box(semantic: SemanticClass, centre: Vector, size: Vector, yaw: float = 0.0) -> SceneObject:
+    """Return a box with edges ``size`` [m] around ``centre`` [m], turned by ``yaw`` [rad]."""
+    unit = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    corners = unit * np.asarray(size, dtype=np.float64)
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    corners[:, :2] = corners[:, :2] @ turn.T
+    return hull(semantic, corners + np.asarray(centre, dtype=np.float64))
+
+
+def ellipsoid(semantic: SemanticClass, centre: Vector, radii: Vector) -> SceneObject:
+    """Return an ellipsoid of 32 triangles around ``centre`` [m] with half-axes ``radii`` [m]."""
+    octahedron = np.concatenate([np.eye(3), -np.eye(3)])
+    middles = [a + b for i, a in enumerate(octahedron) for b in octahedron[:i] if a @ b == 0]
+    sphere = np.concatenate([octahedron, np.array(middles) / np.sqrt(2)])
+    return hull(semantic, sphere * np.asarray(radii) + np.asarray(centre, dtype=np.float64))
+
+
+def rock(base: Vector, radii: Vector, rng: np.random.Generator) -> SceneObject:
+    """Return an irregular rock whose middle lies at ``base`` [m], half-axes ``radii`` [m]."""
+    directions = rng.standard_normal((14, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = directions * rng.uniform(0.8, 1.1, (14, 1)) * np.asarray(radii)
+    return hull(SemanticClass.ROCK, points + np.asarray(base, dtype=np.float64))
+
+
+def log(start: Vector, end: Vector, radius: float, sides: int = 8) -> SceneObject:
+    """Return a fallen trunk from ``start`` to ``end`` (axis, [m]) with ``radius`` [m]."""
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    axis = (b - a) / np.linalg.norm(b - a)
+    side = np.cross(axis, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side)
+    up = np.cross(side, axis)
+    angles = np.arange(sides)[:, None] * 2 * np.pi / sides
+    ring = radius * (np.cos(angles) * side + np.sin(angles) * up)
+    return hull(SemanticClass.TRUNK, np.concatenate([a + ring, b + ring]))

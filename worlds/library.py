@@ -1,0 +1,97 @@
+"""Worlds by name: presets are data, seeds of different presets never meet."""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, TypeAdapter
+
+from worlds.hollow import HollowConfig, make_hollow
+from worlds.maze import MazeConfig, make_maze
+from worlds.natural import NaturalConfig, make_natural
+from worlds.tasks import UnsolvableWorldError
+from worlds.world import World
+
+PresetConfig = MazeConfig | NaturalConfig | HollowConfig
+_ATTEMPTS = 5
+
+
+class UnknownWorldError(ValueError):
+    """A name that no preset has."""
+
+
+@cache
+def presets() -> Mapping[str, PresetConfig]:
+    """Return the presets by name."""
+    adapter: TypeAdapter[PresetConfig] = TypeAdapter(
+        Annotated[PresetConfig, Field(discriminator="kind")]
+    )
+    folder = files("worlds").joinpath("presets")
+    found = {
+        entry.name.removesuffix(".toml"): adapter.validate_python(tomllib.loads(entry.read_text()))
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml")
+    }
+    return MappingProxyType(dict(sorted(found.items())))
+
+
+def preset_names() -> tuple[str, ...]:
+    """Return the presets' names, sorted."""
+    return tuple(presets())
+
+
+def make_world(
+    name: str,
+    seed: int = 0,
+    difficulty: float | None = None,
+    config: PresetConfig | None = None,
+) -> World:
+    """Make a world; the same arguments give the same bytes.
+
+    Args:
+        name: Preset.
+        seed: Seed within the preset's own family: no other preset has a twin of this world.
+        difficulty: From 0 to 1; None for the preset's own.
+        config: Instead of the preset's own densities and sizes.
+
+    Raises:
+        UnknownWorldError: If there is no such preset.
+        UnsolvableWorldError: If no world with safe paths is found in a few attempts.
+        ValueError: If seed or difficulty are out of bounds.
+    """
+    if config is None:
+        if name not in presets():
+            known = ", ".join(preset_names())
+            raise UnknownWorldError(f"world: expected one of {known}, got {name!r}")
+        config = presets()[name]
+    if seed < 0:
+        raise ValueError(f"seed: expected 0 or more, got {seed}")
+    level = config.difficulty if difficulty is None else difficulty
+    if not 0 <= level <= 1:
+        raise ValueError(f"difficulty: expected 0 to 1, got {level}")
+    for attempt in np.random.SeedSequence([config.family, seed]).spawn(_ATTEMPTS):
+        try:
+            return _make(name, seed, config, level, np.random.default_rng(attempt))
+        except UnsolvableWorldError:
+            continue
+    raise UnsolvableWorldError(
+        f"world: expected {name} {seed} at difficulty {level} to be solvable in {_ATTEMPTS} "
+        f"attempts, got none; lower the difficulty"
+    )
+
+
+def _make(
+    name: str, seed: int, config: PresetConfig, difficulty: float, rng: np.random.Generator
+) -> World:
+    """Return one attempt at a world."""
+    match config:
+        case MazeConfig():
+            return make_maze(name, seed, config, difficulty, rng)
+        case NaturalConfig():
+            return make_natural(name, seed, config, difficulty, rng)
+        case HollowConfig():
+            return make_hollow(name, seed, config, difficulty, rng)

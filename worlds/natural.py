@@ -1,0 +1,161 @@
+"""Natural worlds: hills, trees, high grass, bushes, rocks, ditches and dead ends (section 5.3)."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from terrain.classes import SemanticClass
+from terrain.generators import distance_to_line, ditch, hills, smooth_noise, winding_line
+from terrain.heightfield import Heightfield
+from terrain.objects import SceneObject, rock
+from terrain.plants import boulder, bush, fallen_trunk, grass, tree
+from worlds.tasks import draw_tasks
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import World
+
+Maker = Callable[[Heightfield, float, float, np.random.Generator], list[SceneObject]]
+
+
+class NaturalConfig(BaseModel):
+    """A natural world. Densities are things per square metre at difficulty 0.5.
+
+    Attributes:
+        kind: Family of worlds.
+        family: Number of the preset's own stream of seeds.
+        about: One line for people.
+        difficulty: Default difficulty; density and slopes grow with it.
+        size: Edge of the square [m].
+        relief: Difference in height [m].
+        max_slope: Slope of the steepest 0.1 % of the hills at difficulty 0.5 [rad].
+        trees: Density of trees.
+        grass: Density of clumps of high grass, which gather in patches.
+        bushes: Density of bushes.
+        rocks: Density of rocks of 0.05 to 1 m.
+        logs: Density of fallen trunks.
+        ditches: Number of ditches.
+        pits: Number of pits.
+        traps: Number of dead ends: rows of rocks in the shape of a U.
+        tasks: Number of tasks.
+        goals: Goals in a row of each task.
+        near: Least straight distance from goal to goal [m].
+        far: Most straight distance from goal to goal [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["natural"] = "natural"
+    family: int = Field(ge=0)
+    about: str = ""
+    difficulty: float = Field(default=0.5, ge=0, le=1)
+    size: float = Field(default=120.0, ge=40, le=300)
+    relief: float = Field(default=14.0, ge=0.1, le=40)
+    max_slope: float = Field(default=np.deg2rad(32.0), gt=0, le=np.deg2rad(45.0))
+    trees: float = Field(default=0.020, ge=0, le=0.2)
+    grass: float = Field(default=0.050, ge=0, le=1)
+    bushes: float = Field(default=0.012, ge=0, le=0.2)
+    rocks: float = Field(default=0.022, ge=0, le=0.2)
+    logs: float = Field(default=0.0015, ge=0, le=0.05)
+    ditches: int = Field(default=14, ge=0, le=100)
+    pits: int = Field(default=5, ge=0, le=100)
+    traps: int = Field(default=5, ge=0, le=50)
+    tasks: int = Field(default=4, ge=1, le=100)
+    goals: int = Field(default=1, ge=1, le=10)
+    near: float = Field(default=25.0, gt=2)
+    far: float = Field(default=45.0, gt=2)
+
+
+CELL = 0.25
+"""Distance between grid lines of natural ground [m]."""
+
+
+def make_natural(
+    name: str, seed: int, config: NaturalConfig, difficulty: float, rng: np.random.Generator
+) -> World:
+    """Return a natural world; ground, plants and tasks draw from streams of their own."""
+    ground_rng, plant_rng, task_rng = rng.spawn(3)
+    ground = _ground(config, difficulty, ground_rng)
+    objects = tuple(_plants(ground, config, difficulty, plant_rng))
+    truth = build_truth(ground, objects, TruthConfig())
+    reach = (config.near, config.far)
+    tasks = draw_tasks(truth, config.tasks, config.goals, reach, task_rng)
+    squares = ground.heights.shape[0] - 1
+    surface = np.full((squares, squares), SemanticClass.GROUND, dtype=np.uint8)
+    return World(name, seed, difficulty, ground, surface, objects, tasks, truth)
+
+
+def _ground(config: NaturalConfig, difficulty: float, rng: np.random.Generator) -> Heightfield:
+    """Return hills with ditches and pits."""
+    n = round(config.size / CELL) + 1
+    steep = min(config.max_slope * (0.7 + 0.6 * difficulty), np.deg2rad(35.0))
+    heights = hills((n, n), CELL, config.relief, steep, rng)
+    lines = np.arange(n) * CELL - config.size / 2
+    for _ in range(round(config.ditches * (0.5 + difficulty))):
+        start = rng.uniform(-config.size / 2, config.size / 2, 2)
+        line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(8, 25), 0.15, rng)
+        gap = distance_to_line(lines, lines, line)
+        heights += ditch(gap, rng.uniform(0.8, 1.8), rng.uniform(0.2, 0.6))
+    for _ in range(round(config.pits * (0.5 + difficulty))):
+        centre = rng.uniform(-config.size / 2, config.size / 2, (1, 2))
+        gap = distance_to_line(lines, lines, np.repeat(centre, 2, axis=0))
+        heights += ditch(gap, rng.uniform(2.0, 5.0), rng.uniform(0.5, 1.2))
+    return Heightfield(heights.astype(np.float32), CELL)
+
+
+def _plants(
+    ground: Heightfield, config: NaturalConfig, difficulty: float, rng: np.random.Generator
+) -> list[SceneObject]:
+    """Return everything that stands on the ground."""
+    things: list[SceneObject] = []
+    kinds: tuple[tuple[Maker, float, float], ...] = (
+        (tree, config.trees, 25.0),
+        (grass, config.grass, 9.0),
+        (bush, config.bushes, 15.0),
+        (boulder, config.rocks, 12.0),
+        (fallen_trunk, config.logs, 30.0),
+    )
+    for make, density, patch in kinds:
+        stream = rng.spawn(1)[0]
+        for x, y in _scatter(ground, density * (0.5 + difficulty), patch, stream):
+            things.extend(make(ground, x, y, stream))
+    for _ in range(round(config.traps * (0.5 + difficulty))):
+        things.extend(_trap(ground, rng))
+    return things
+
+
+def _scatter(
+    ground: Heightfield, density: float, patch: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return places that gather in patches of a size [m], shape (k, 2)."""
+    field = smooth_noise(ground.heights.shape, ground.cell, patch, rng)
+    weight = np.exp(1.2 * field)
+    chance = density * ground.cell**2 * weight / weight.mean()
+    cells = np.argwhere(rng.random(field.shape) < chance)
+    places = (cells + rng.uniform(-0.5, 0.5, cells.shape)) * ground.cell
+    return places - [ground.width / 2, ground.depth / 2]
+
+
+def _trap(ground: Heightfield, rng: np.random.Generator) -> list[SceneObject]:
+    """Return rocks in the shape of a U, 5 to 9 m deep: a dead end."""
+    centre = rng.uniform(-0.4, 0.4, 2) * [ground.width, ground.depth]
+    yaw, depth, half = rng.uniform(-np.pi, np.pi), rng.uniform(5, 9), rng.uniform(2.0, 3.5)
+    corners = np.array([[0, -half], [depth, -half], [depth, half], [0, half]])
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    things: list[SceneObject] = []
+    for a, b in pairwise(corners):
+        count = int(np.hypot(*(b - a)) / 0.7)
+        for share in np.arange(count) / count:
+            x, y = turn @ (a + share * (b - a)) + centre + rng.normal(0, 0.1, 2)
+            things.extend(_big_rock(ground, float(x), float(y), rng))
+    return things
+
+
+def _big_rock(
+    ground: Heightfield, x: float, y: float, rng: np.random.Generator
+) -> list[SceneObject]:
+    """Return a rock of 0.4 to 0.8 m."""
+    radii = rng.uniform(0.4, 0.8, 3)
+    return [rock((x, y, float(ground.height_at(x, y))), radii, rng)]

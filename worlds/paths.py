@@ -1,0 +1,126 @@
+"""Shortest paths on a raster of clearances: Dijkstra's search, then corners pulled tight."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+_COARSE = 3
+_MARGIN = 30.0
+_MOVES = ((1, 0), (0, 1), (1, 1), (1, -1))
+
+
+def shortest_path(
+    clearance: NDArray[np.float32],
+    cell: float,
+    start: NDArray[np.float64],
+    goal: NDArray[np.float64],
+    room: float,
+) -> NDArray[np.float64] | None:
+    """Return the shortest path that keeps ``room`` from anything forbidden.
+
+    Args:
+        clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
+        cell: Edge of a cell [m].
+        start: Where it begins [cells], shape (2,).
+        goal: Where it ends [cells], shape (2,).
+        room: Clearance to keep [m]; where start or goal has less, the nearest cell that has it is
+            taken instead, up to 1 m away.
+
+    Returns:
+        Corners [cells], float64, shape (k, 2), or None when there is no path.
+    """
+    low = np.maximum(np.minimum(start, goal) - _MARGIN / cell, 0).astype(int) // _COARSE
+    high = ((np.maximum(start, goal) + _MARGIN / cell) / _COARSE).astype(int) + 1
+    coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
+    window = coarse[low[0] : high[0], low[1] : high[1]]
+    free = window >= room
+    ends = [
+        _nearest_free(free, (end / _COARSE - low - 0.5), 1.0 / (cell * _COARSE))
+        for end in (start, goal)
+    ]
+    if ends[0] is None or ends[1] is None:
+        return None
+    corners = _search(free, window, ends[0], ends[1])
+    if corners is None:
+        return None
+    path = (corners + low + 0.5) * _COARSE
+    path = np.concatenate([start[None], path[1:-1], goal[None]])
+    return _pull_tight(path, clearance, min(room, *_clearances(clearance, path[[0, -1]])))
+
+
+def _nearest_free(
+    free: NDArray[np.bool_], place: NDArray[np.float64], reach: float
+) -> tuple[int, int] | None:
+    """Return the free cell nearest a place, within ``reach`` cells, or None."""
+    cells = np.argwhere(free)
+    if not len(cells):
+        return None
+    gaps = np.hypot(*(cells - place).T)
+    best = int(np.argmin(gaps))
+    return (int(cells[best, 0]), int(cells[best, 1])) if gaps[best] <= max(reach, 1.5) else None
+
+
+def _search(
+    free: NDArray[np.bool_],
+    window: NDArray[np.float32],
+    start: tuple[int, int],
+    goal: tuple[int, int],
+) -> NDArray[np.float64] | None:
+    """Return the cheapest path's cells, shape (k, 2); room is worth a little detour."""
+    n, m = free.shape
+    number = np.arange(n * m).reshape(n, m)
+    cost = 1.0 + 0.3 * np.clip(1.0 - window, 0.0, 1.0)
+    rows, columns, weights = [], [], []
+    for di, dj in _MOVES:
+        here = (slice(0, n - di), slice(max(0, -dj), m - max(0, dj)))
+        there = (slice(di, n), slice(max(0, dj), m - max(0, -dj)))
+        open_both = free[here] & free[there]
+        rows.append(number[here][open_both])
+        columns.append(number[there][open_both])
+        mean = (cost[here][open_both] + cost[there][open_both]) / 2
+        weights.append(mean * np.hypot(di, dj))
+    graph = coo_matrix(
+        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
+        shape=(n * m, n * m),
+    ).tocsr()
+    first, last = number[start], number[goal]
+    lengths, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    if not np.isfinite(lengths[last]):
+        return None
+    cells = [last]
+    while cells[-1] != first:
+        cells.append(before[cells[-1]])
+    return np.stack(np.unravel_index(np.array(cells[::-1]), (n, m)), axis=1).astype(np.float64)
+
+
+def _clearances(clearance: NDArray[np.float32], places: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return the clearance at places [cells], shape (k, 2)."""
+    last = np.array(clearance.shape) - 1
+    i, j = np.clip(places.astype(int), 0, last).T
+    return clearance[i, j]
+
+
+def _pull_tight(
+    path: NDArray[np.float64], clearance: NDArray[np.float32], room: float
+) -> NDArray[np.float64]:
+    """Return the path without corners that a straight line with the same room can skip."""
+    kept, here = [0], 0
+    while here < len(path) - 1:
+        reach = 1
+        while here + reach < len(path) and _sees(path[here], path[here + reach], clearance, room):
+            reach = min(2 * reach, len(path) - here) if here + 2 * reach < len(path) else reach + 1
+        far = min(here + reach, len(path) - 1)
+        while far > here + 1 and not _sees(path[here], path[far], clearance, room):
+            far -= 1
+        kept.append(far)
+        here = far
+    return path[kept]
+
+
+def _sees(
+    a: NDArray[np.float64], b: NDArray[np.float64], clearance: NDArray[np.float32], room: float
+) -> bool:
+    """Return whether the straight line from a to b [cells] keeps the room."""
+    steps = np.linspace(0.0, 1.0, max(2, int(np.hypot(*(b - a)))))[:, None]
+    return bool((_clearances(clearance, a + steps * (b - a)) >= room - 0.1).all())

@@ -1,0 +1,264 @@
+"""The true traversability map: where a robot may go, judged on the true surface."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import correlate1d, distance_transform_edt
+
+from terrain.classes import TRAITS, SemanticClass
+from terrain.heightfield import Heightfield
+from terrain.objects import SceneObject
+from worlds.paths import shortest_path
+
+Floats = NDArray[np.floating]
+_WINDOW = 5
+
+
+class Reason(IntEnum):
+    """Why a place is forbidden, the strongest reason first in rank."""
+
+    FREE = 0
+    SOLID = 1
+    VEGETATION = 2
+    SLOPE = 3
+    STEP = 4
+    BORDER = 5
+
+
+class TruthConfig(BaseModel):
+    """Limits of the robot on the true surface (assumption, as is all of the paper's ground truth).
+
+    Attributes:
+        cell: Resolution [m]; five cells make a wheelbase and a little, the scale of slope and step.
+        max_slope: Steepest passable ground [rad].
+        max_step: Highest passable step within a wheelbase [m].
+        body_height: Foliage lower than this is in the way [m].
+        border: Width of the strip along the border where the robot may not be [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    cell: float = Field(default=0.1, gt=0, le=0.5)
+    max_slope: float = Field(default=np.deg2rad(20.0), gt=0, lt=1.5)
+    max_step: float = Field(default=0.05, gt=0, lt=1)
+    body_height: float = Field(default=0.9, gt=0)
+    border: float = Field(default=1.0, ge=0)
+
+
+@dataclass(frozen=True)
+class TraversabilityMap:
+    """A raster of reasons; cell ``[ix, iy]`` is centred at ``x_min + (ix + 0.5) * cell``.
+
+    Attributes:
+        cell: Edge of a cell [m].
+        x_min: Lowest x [m].
+        y_min: Lowest y [m].
+        reason: ``Reason`` of each cell, uint8, shape (n, m).
+        rough: Whether the bare ground itself is too steep or stepped, bool, shape (n, m).
+        clearance: Distance to the nearest forbidden cell [m], float32, shape (n, m).
+    """
+
+    cell: float
+    x_min: float
+    y_min: float
+    reason: NDArray[np.uint8]
+    rough: NDArray[np.bool_]
+    clearance: NDArray[np.float32]
+
+    def _index(self, x: Floats | float, y: Floats | float) -> tuple[NDArray[np.intp], ...]:
+        """Return the cells of places, those beyond the border moved onto it."""
+        n, m = self.reason.shape
+        i = np.clip((np.asarray(x) - self.x_min) / self.cell, 0, n - 1).astype(np.intp)
+        j = np.clip((np.asarray(y) - self.y_min) / self.cell, 0, m - 1).astype(np.intp)
+        return i, j
+
+    def reason_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.uint8]:
+        """Return the ``Reason`` at map places [m], same shape as ``x``."""
+        return self.reason[self._index(x, y)]
+
+    def forbidden_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
+        """Return whether map places [m] are forbidden, same shape as ``x``."""
+        return self.reason_at(x, y) != Reason.FREE
+
+    def solid_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
+        """Return whether something solid stands at map places [m], same shape as ``x``."""
+        return self.reason_at(x, y) == Reason.SOLID
+
+    def clearance_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float32]:
+        """Return the distance from map places [m] to the nearest forbidden cell [m]."""
+        return self.clearance[self._index(x, y)]
+
+    def nontraversable(
+        self, points: NDArray[np.floating], classes: NDArray[np.uint8]
+    ) -> NDArray[np.bool_]:
+        """Label points by their class, and ground by the true slope and step under it.
+
+        Args:
+            points: Points in the map frame [m], shape (n, 3).
+            classes: Semantic class of each, uint8, shape (n,).
+
+        Returns:
+            Whether each point belongs to something the robot must not drive on, bool, shape (n,).
+        """
+        table = np.zeros(256, dtype=bool)
+        for semantic, traits in TRAITS.items():
+            table[semantic] = not traits.traversable
+        is_ground = (classes == SemanticClass.GROUND) | (classes == SemanticClass.PATH)
+        rough = self.rough[self._index(points[:, 0], points[:, 1])]
+        return table[classes] | (is_ground & rough)
+
+    def shortest_path(
+        self, start: Floats, goal: Floats, clearance: float
+    ) -> NDArray[np.float64] | None:
+        """Return the shortest safe path from ``start`` to ``goal`` [m], or None.
+
+        Args:
+            start: Map coordinates [m], shape (2,).
+            goal: Map coordinates [m], shape (2,).
+            clearance: Room to keep from anything forbidden [m].
+
+        Returns:
+            Corners of the path [m], float64, shape (k, 2), the first ``start`` and the last
+            ``goal``.
+        """
+        origin = np.array([self.x_min, self.y_min])
+        path = shortest_path(
+            self.clearance,
+            self.cell,
+            (np.asarray(start, dtype=np.float64) - origin) / self.cell,
+            (np.asarray(goal, dtype=np.float64) - origin) / self.cell,
+            clearance,
+        )
+        return None if path is None else path * self.cell + origin
+
+
+def build_truth(
+    ground: Heightfield, objects: tuple[SceneObject, ...], config: TruthConfig
+) -> TraversabilityMap:
+    """Judge every cell of a world on its true surface.
+
+    Args:
+        ground: The heightfield.
+        objects: What stands on it.
+        config: Limits.
+    """
+    cell = config.cell
+    n, m = round(ground.width / cell), round(ground.depth / cell)
+    x = -ground.width / 2 + (np.arange(n) + 0.5) * cell
+    y = -ground.depth / 2 + (np.arange(m) + 0.5) * cell
+    heights = ground.height_at(x[:, None], y[None, :])
+    slope, step = slope_and_step(heights, cell)
+    reason = np.zeros((n, m), dtype=np.uint8)
+    reason[step > config.max_step] = Reason.STEP
+    reason[slope > config.max_slope] = Reason.SLOPE
+    rough = reason > 0
+    for kind in (Reason.VEGETATION, Reason.SOLID):
+        meshes = [_projected(o) for o in objects if _in_the_way(o, kind, ground, config)]
+        if meshes:
+            _rasterise(np.concatenate(meshes), x[0], y[0], cell, np.uint8(kind), reason)
+    edge = int(np.ceil(config.border / cell))
+    if edge:
+        for strip in (reason[:edge], reason[-edge:], reason[:, :edge], reason[:, -edge:]):
+            strip[strip == Reason.FREE] = Reason.BORDER
+    clearance = distance_transform_edt(reason == Reason.FREE) * cell
+    return TraversabilityMap(
+        cell, -ground.width / 2, -ground.depth / 2, reason, rough, clearance.astype(np.float32)
+    )
+
+
+def slope_and_step(
+    heights: NDArray[np.float64], cell: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return slope and step of a surface at the scale of a wheelbase.
+
+    The slope is that of the least-squares plane through a window of 5 x 5 cells. The step is 1.4
+    times the range of heights above and below that plane, which is the height of a kerb through the
+    window's middle (assumption).
+
+    Args:
+        heights: Heights [m], shape (n, m).
+        cell: Distance between them [m].
+
+    Returns:
+        Slopes [rad] and steps [m], shape (n, m) each.
+    """
+    reach = _WINDOW // 2
+    offsets = np.arange(-reach, reach + 1.0)
+    weights = offsets / (offsets @ offsets)
+    mean = np.full(_WINDOW, 1 / _WINDOW)
+    dx = correlate1d(correlate1d(heights, weights, 0, mode="nearest"), mean, 1, mode="nearest")
+    dy = correlate1d(correlate1d(heights, weights, 1, mode="nearest"), mean, 0, mode="nearest")
+    level = correlate1d(correlate1d(heights, mean, 0, mode="nearest"), mean, 1, mode="nearest")
+    spread = _residual_range(heights, level, dx, dy, reach)
+    return np.arctan(np.hypot(dx, dy) / cell), 1.4 * spread
+
+
+@njit(cache=True)
+def _residual_range(heights, level, dx, dy, reach):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the range of heights about each window's plane [m]."""
+    n, m = heights.shape
+    spread = np.empty((n, m))
+    for i in range(n):
+        for j in range(m):
+            low, high = np.inf, -np.inf
+            for a in range(-reach, reach + 1):
+                p = min(max(i + a, 0), n - 1)
+                for b in range(-reach, reach + 1):
+                    q = min(max(j + b, 0), m - 1)
+                    gap = heights[p, q] - level[i, j] - a * dx[i, j] - b * dy[i, j]
+                    low, high = min(low, gap), max(high, gap)
+            spread[i, j] = high - low
+    return spread
+
+
+def _in_the_way(thing: SceneObject, kind: Reason, ground: Heightfield, config: TruthConfig) -> bool:
+    """Return whether an object forbids its footprint for the given kind of reason."""
+    traits = TRAITS[thing.semantic]
+    if traits.solid != (kind is Reason.SOLID):
+        return False
+    low = thing.vertices[np.argmin(thing.vertices[:, 2])]
+    above = float(low[2] - ground.height_at(low[0], low[1]))
+    return above < config.body_height
+
+
+def _projected(thing: SceneObject) -> NDArray[np.float64]:
+    """Return an object's triangles seen from above [m], shape (k, 3, 2)."""
+    return thing.vertices[thing.triangles][:, :, :2].astype(np.float64)
+
+
+@njit(cache=True)
+def _rasterise(triangles, x0, y0, cell, value, raster):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write ``value`` where a cell's centre lies within half a cell of a triangle."""
+    n, m = raster.shape
+    grow = cell / 2
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if abs(area) < 1e-12:
+            continue
+        if area < 0:
+            b, c = c, b
+        low_i = max(int((min(a[0], b[0], c[0]) - grow - x0) / cell), 0)
+        high_i = min(int((max(a[0], b[0], c[0]) + grow - x0) / cell) + 2, n)
+        low_j = max(int((min(a[1], b[1], c[1]) - grow - y0) / cell), 0)
+        high_j = min(int((max(a[1], b[1], c[1]) + grow - y0) / cell) + 2, m)
+        for i in range(low_i, high_i):
+            for j in range(low_j, high_j):
+                x, y = x0 + i * cell, y0 + j * cell
+                if (
+                    _side(a, b, x, y) >= -grow
+                    and _side(b, c, x, y) >= -grow
+                    and _side(c, a, x, y) >= -grow
+                ):
+                    raster[i, j] = value
+
+
+@njit(cache=True)
+def _side(p, q, x, y):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the signed distance of a place from the line p-q [m], positive to its left."""
+    dx, dy = q[0] - p[0], q[1] - p[1]
+    return (dx * (y - p[1]) - dy * (x - p[0])) / max(np.hypot(dx, dy), 1e-9)

@@ -1,0 +1,43 @@
+"""Skid-steer kinematics with an effective track (the paper's inverse and direct kinematics)."""
+
+import math
+
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import WheelSpeeds
+
+
+class SkidSteer:
+    """Body twist to wheel speeds and back.
+
+    A skid-steer body turns about centres of rotation that lie further out than its wheels, so that
+    the same wheel speeds turn it less than a differential drive would turn. ``slip_factor`` says
+    how much.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        """Take the wheel radius and the effective track of a robot."""
+        self._radius = robot.wheel_radius
+        self._half_track = robot.effective_track / 2
+        self._limit = robot.max_wheel_speed
+
+    def wheel_speeds(self, speed: float, yaw_rate: float) -> WheelSpeeds:
+        """Return the wheel speeds for a twist, scaled down together where one exceeds its limit.
+
+        Args:
+            speed: Forward speed [m/s].
+            yaw_rate: Yaw rate [rad/s], positive to the left.
+
+        Raises:
+            ValueError: If a number is not finite.
+        """
+        if not (math.isfinite(speed) and math.isfinite(yaw_rate)):
+            raise ValueError(f"twist: expected finite numbers, got ({speed}, {yaw_rate})")
+        left = (speed - yaw_rate * self._half_track) / self._radius
+        right = (speed + yaw_rate * self._half_track) / self._radius
+        scale = min(1.0, self._limit / max(abs(left), abs(right), 1e-12))
+        return WheelSpeeds(left * scale, right * scale)
+
+    def twist(self, wheels: WheelSpeeds) -> tuple[float, float]:
+        """Return forward speed [m/s] and yaw rate [rad/s] of wheel speeds."""
+        left, right = wheels.left * self._radius, wheels.right * self._radius
+        return (left + right) / 2, (right - left) / (2 * self._half_track)

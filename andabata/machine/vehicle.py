@@ -1,0 +1,58 @@
+"""The vehicle's seam: two plants behind one interface."""
+
+from typing import Literal, Protocol
+
+import numpy as np
+
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import VehicleState, WheelSpeeds
+from worlds.world import Start, World
+
+Plant = Literal["bullet", "kinematic"]
+
+
+class Vehicle(Protocol):
+    """A body with driven wheels on the ground of a world."""
+
+    def place(self, start: Start) -> None:
+        """Put the body down at rest; its time becomes zero."""
+
+    def advance(self, wheels: WheelSpeeds, duration: float) -> None:
+        """Drive with commanded wheel speeds for a duration [s].
+
+        Raises:
+            ValueError: If a wheel speed is not a finite number.
+        """
+
+    @property
+    def state(self) -> VehicleState:
+        """The true state."""
+
+    def close(self) -> None:
+        """Free what the plant holds."""
+
+
+def make_vehicle(
+    plant: Plant, world: World, robot: RobotModel, rng: np.random.Generator
+) -> Vehicle:
+    """Return a plant.
+
+    Args:
+        plant: ``bullet``, rigid-body physics, the reference; or ``kinematic``, terrain-following
+            and fast.
+        world: Where it stands.
+        robot: Its numbers.
+        rng: Wheel slip of the kinematic plant.
+
+    Raises:
+        ValueError: If there is no such plant.
+    """
+    if plant == "bullet":
+        from andabata.machine.bullet_vehicle import BulletVehicle
+
+        return BulletVehicle(world, robot)
+    if plant == "kinematic":
+        from andabata.machine.kinematic_vehicle import KinematicVehicle
+
+        return KinematicVehicle(world, robot, rng)
+    raise ValueError(f"plant: expected bullet or kinematic, got {plant!r}")

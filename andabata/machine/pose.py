@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -115,13 +116,29 @@ class PoseTrack:
         """
         if not self._count:
             raise ValueError("pose track: expected at least one pose, got none")
-        known = self._stamps[: self._count]
-        after = np.clip(np.searchsorted(known, stamps), 1, max(self._count - 1, 1))
-        if self._count == 1:
-            return np.repeat(self._poses[:1], len(stamps), axis=0)
-        before = after - 1
-        span = known[after] - known[before]
-        share = np.clip((stamps - known[before]) / span, 0.0, 1.0)[:, None]
-        poses = (1 - share) * self._poses[before] + share * self._poses[after]
-        poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
-        return poses
+        return _interpolate(self._stamps[: self._count], self._poses, stamps)
+
+
+@njit(cache=True, nogil=True)
+def _interpolate(known, poses, stamps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the poses at stamps that mostly grow: the search goes on from the last one's place."""
+    result = np.empty((len(stamps), 7))
+    after = 1
+    for k in range(len(stamps)):
+        while after > 1 and known[after - 1] > stamps[k]:
+            after -= 1
+        while after < len(known) - 1 and known[after] < stamps[k]:
+            after += 1
+        if len(known) == 1:
+            result[k] = poses[0]
+            continue
+        share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
+        share = min(max(share, 0.0), 1.0)
+        square = 0.0
+        for c in range(7):
+            result[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
+            if c > 2:
+                square += result[k, c] ** 2
+        for c in range(3, 7):
+            result[k, c] /= np.sqrt(square)
+    return result

@@ -41,7 +41,7 @@ class CloudsConfig(BaseModel):
     carry_time: float = Field(default=3.3, ge=0)
 
 
-# The points' labels come from their places on the true map, so the pose must not wander over it; the
+# Labels come from the points' places on the true map, so the pose must not wander over it; the
 # inclinometers' error stays, since it bends every cloud on the robot too.
 _SURVEYED = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0)
 

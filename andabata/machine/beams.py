@@ -1,0 +1,81 @@
+"""The geometry of the vertical sweeps, used both to cast beams and to place what they measured."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from andabata.machine.pose import PoseTrack
+from andabata.machine.senses import Sweeps
+
+
+def beam_times(sweeps: Sweeps) -> NDArray[np.float64]:
+    """Return when each beam leaves [s], float64, shape (s * b,)."""
+    offsets = np.arange(len(sweeps.elevations)) * sweeps.beam_period
+    return (sweeps.stamps[:, None] + offsets).ravel()
+
+
+def beam_rays(
+    sweeps: Sweeps, poses: NDArray[np.float64], lidar_height: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return where each beam leaves and where it points.
+
+    Args:
+        sweeps: The sweeps; their ranges are not looked at.
+        poses: Pose of ``base_footprint`` at each beam's time: x, y, z [m], quaternion x, y, z, w,
+            shape (s * b, 7).
+        lidar_height: Optical centre above ``base_footprint`` [m].
+
+    Returns:
+        Origins in the map [m] and unit directions, float32, shape (s * b, 3) each.
+    """
+    return _rays(
+        poses,
+        sweeps.head_angles,
+        sweeps.head_rate * sweeps.beam_period,
+        sweeps.elevations.astype(np.float64),
+        lidar_height,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _rays(poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Turn each beam from the head's plane into the base and into the map."""
+    beams = len(elevations)
+    origins = np.empty((len(poses), 3), dtype=np.float32)
+    directions = np.empty((len(poses), 3), dtype=np.float32)
+    for k in range(len(poses)):
+        sweep, beam = divmod(k, beams)
+        angle = head_angles[sweep] + head_step * beam
+        outward = np.sin(elevations[beam])
+        a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevations[beam])
+        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+        r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
+        r22 = 1 - 2 * (x * x + y * y)
+        directions[k, 0] = (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + r02 * c
+        directions[k, 1] = 2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c
+        directions[k, 2] = 2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c
+        origins[k, 0] = poses[k, 0] + r02 * height
+        origins[k, 1] = poses[k, 1] + r12 * height
+        origins[k, 2] = poses[k, 2] + r22 * height
+    return origins, directions
+
+
+def place_beams(
+    sweeps: Sweeps, track: PoseTrack, lidar_height: float
+) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_]]:
+    """Place what the beams measured, each with the pose of its own instant.
+
+    Args:
+        sweeps: The sweeps.
+        track: Where the robot believes it was when.
+        lidar_height: Optical centre above ``base_footprint`` [m].
+
+    Returns:
+        Points in the map [m], float32, shape (m, 3), their times [s], shape (m,), and which beams
+        returned, bool, shape (s * b,).
+    """
+    returned = np.isfinite(sweeps.ranges.ravel())
+    times = beam_times(sweeps)
+    origins, directions = beam_rays(sweeps, track.at(times), lidar_height)
+    ranges = sweeps.ranges.ravel()[returned]
+    return origins[returned] + ranges[:, None] * directions[returned], times[returned], returned

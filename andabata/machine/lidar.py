@@ -1,0 +1,156 @@
+"""The rotating 2D laser and stage 1's horizontal scanner, cast against a world's ray scene."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.beams import beam_rays, beam_times
+from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import Sweeps
+from traversability.grid import PolarGrid
+from worlds.rays import NO_CLASS, RayScene
+
+
+class LidarConfig(BaseModel):
+    """A 2D laser of the UTM-30LX class in a vertical plane on a turning head.
+
+    Attributes:
+        beams: Beams of a sweep (paper's sensor: 1081).
+        field_of_view: Angle that a sweep covers; the gap faces down [rad].
+        sweep_hz: Sweeps per second [Hz].
+        head_rate: Turning speed of the head [rad/s]; half a turn makes a cloud. The default needs
+            133 sweeps for it, the paper's 3.33 s.
+        min_range: Nearer things give no return [m].
+        max_range: Further things give no return [m].
+        noise: Standard deviation of the range [m].
+        dropout: Probability that a return is lost (assumption).
+        edge_step: Neighbouring beams whose ranges differ by more than this meet an edge [m]
+            (assumption).
+        mixed: Probability that the far beam at an edge falls between the two ranges (assumption).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    beams: int = Field(default=1081, ge=11, le=10_000)
+    field_of_view: float = Field(default=np.deg2rad(270.0), gt=0, le=2 * np.pi)
+    sweep_hz: float = Field(default=40.0, gt=0, le=200)
+    head_rate: float = Field(default=np.pi * 40.0 / 133.0, gt=0, le=20)
+    min_range: float = Field(default=0.1, ge=0)
+    max_range: float = Field(default=30.0, gt=0)
+    noise: float = Field(default=0.03, ge=0, le=1)
+    dropout: float = Field(default=0.005, ge=0, le=1)
+    edge_step: float = Field(default=0.3, gt=0)
+    mixed: float = Field(default=0.1, ge=0, le=1)
+
+    @property
+    def beam_period(self) -> float:
+        """Time from beam to beam [s]: a turn of the mirror is a sweep period."""
+        return self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1)
+
+
+class RotatingLidar:
+    """Sweeps of the vertical laser; each beam leaves from the pose of its own instant."""
+
+    def __init__(
+        self,
+        scene: RayScene,
+        config: LidarConfig,
+        robot: RobotModel,
+        rng: np.random.Generator,
+    ) -> None:
+        """Mount the laser.
+
+        Args:
+            scene: What the beams meet.
+            config: The laser.
+            robot: Height of the optical centre.
+            rng: Noise, dropouts and porous things.
+        """
+        self._scene = scene
+        self._config = config
+        self._height = robot.lidar_height
+        self._rng = rng
+        half = config.field_of_view / 2
+        self._elevations = np.linspace(-half, half, config.beams).astype(np.float32)
+
+    def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
+        """Return the sweeps that begin in a time span.
+
+        Args:
+            start: Begin of the span [s].
+            end: End of the span, not included [s]; the track must reach to the last beam.
+            track: Where the robot is when.
+        """
+        config = self._config
+        first = int(np.ceil(start * config.sweep_hz - 1e-6))
+        last = int(np.ceil(end * config.sweep_hz - 1e-6))
+        stamps = np.arange(first, last) / config.sweep_hz
+        empty = Sweeps(
+            stamps=stamps,
+            head_angles=stamps * config.head_rate,
+            head_rate=config.head_rate,
+            beam_period=config.beam_period,
+            elevations=self._elevations,
+            ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
+        )
+        origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
+        true, classes = self._scene.cast(origins, directions, self._rng)
+        shape = empty.ranges.shape
+        ranges = self._measure(true.reshape(shape))
+        classes = np.where(np.isfinite(ranges), classes.reshape(shape), NO_CLASS)
+        return Sweeps(
+            stamps=stamps,
+            head_angles=empty.head_angles,
+            head_rate=config.head_rate,
+            beam_period=config.beam_period,
+            elevations=self._elevations,
+            ranges=ranges,
+            classes=classes.astype(np.uint8),
+        )
+
+    def _measure(self, true: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what the laser reads for true ranges [m], shape (s, b).
+
+        A mixed pixel keeps the class of the surface behind.
+        """
+        config, rng = self._config, self._rng
+        ranges = true.copy()
+        step = true[:, 1:] - np.minimum(true[:, :-1], 1e6)
+        edges = np.argwhere(np.isfinite(step) & (np.abs(step) > config.edge_step))
+        edges = edges[rng.random(len(edges)) < config.mixed]
+        if len(edges):
+            row, far = edges[:, 0], edges[:, 1] + (step[tuple(edges.T)] > 0)
+            near = 2 * edges[:, 1] + 1 - far
+            share = rng.random(len(edges)).astype(np.float32)
+            ranges[row, far] = true[row, near] + share * (true[row, far] - true[row, near])
+        ranges += rng.standard_normal(ranges.shape, dtype=np.float32) * np.float32(config.noise)
+        lost = rng.random(ranges.shape, dtype=np.float32) < config.dropout
+        lost |= (ranges < config.min_range) | (ranges > config.max_range)
+        ranges[lost] = np.inf
+        return ranges
+
+
+class HorizontalScanner:
+    """A horizontal 2D scanner with one beam for each sector of the grid (section 5.1)."""
+
+    def __init__(
+        self, scene: RayScene, grid: PolarGrid, robot: RobotModel, rng: np.random.Generator
+    ) -> None:
+        """Mount the scanner at the height of the laser's optical centre."""
+        self._scene = scene
+        self._bearings = grid.bearings
+        self._max_range = grid.outer_radius
+        self._height = robot.lidar_height
+        self._rng = rng
+        self._origins = np.zeros((grid.n_sectors, 3), dtype=np.float32)
+        self._directions = np.zeros((grid.n_sectors, 3), dtype=np.float32)
+
+    def ranges(self, pose: Pose) -> NDArray[np.float32]:
+        """Return the ranges [m], shape (n_sectors,), ``inf`` where nothing is within the grid."""
+        self._origins[:] = pose.position
+        self._origins[:, 2] += self._height
+        self._directions[:, 0] = np.cos(self._bearings + pose.yaw)
+        self._directions[:, 1] = np.sin(self._bearings + pose.yaw)
+        ranges, _ = self._scene.cast(self._origins, self._directions, self._rng)
+        return np.where(ranges < self._max_range, ranges, np.float32(np.inf))

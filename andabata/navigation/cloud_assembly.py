@@ -1,0 +1,142 @@
+"""Levelled 3D clouds from vertical sweeps taken in motion (section 4.2)."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.beams import place_beams
+from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.senses import Sweeps
+from traversability.cloud import PointCloud
+
+
+class CloudAssemblyConfig(BaseModel):
+    """What is kept of the sweeps.
+
+    Attributes:
+        max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
+            until the next cloud.
+        dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
+            beam in ``dense_stride`` is kept [m] (assumption, for the paper's 32,000 points).
+        dense_stride: See ``dense_range``.
+        body_radius: Returns nearer than this to the vertical axis are the robot's own body [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    max_range: float = Field(default=11.5, gt=0)
+    dense_range: float = Field(default=2.5, ge=0)
+    dense_stride: int = Field(default=3, ge=1)
+    body_radius: float = Field(default=0.4, ge=0)
+
+
+class CloudAssembler:
+    """Gathers placed beams for half a turn of the head; the complete cloud replaces the last one.
+
+    There is no cloud before the first half turn is complete: the robot stands still until then.
+    """
+
+    def __init__(self, config: CloudAssemblyConfig, lidar_height: float) -> None:
+        """Begin without a cloud.
+
+        Args:
+            config: What is kept.
+            lidar_height: Optical centre above ``base_footprint`` [m].
+        """
+        self._config = config
+        self._height = lidar_height
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the cloud and what was gathered."""
+        self.cloud: PointCloud | None = None
+        self._parts: list[tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.uint8]]] = []
+        self._turn: int | None = None
+        self._begin = 0.0
+
+    def add(self, sweeps: Sweeps, track: PoseTrack) -> None:
+        """Place the beams of sweeps with the poses of their own instants.
+
+        Args:
+            sweeps: New sweeps, oldest first.
+            track: Where the robot believes it was when.
+        """
+        for k in range(len(sweeps.stamps)):
+            turn = int(np.floor(sweeps.head_angles[k] / np.pi + 1e-9))
+            if self._turn is None:
+                self._turn, self._begin = turn, float(sweeps.head_angles[k])
+            elif turn != self._turn:
+                self._gather(_slice(sweeps, 0, k), track)
+                self._complete()
+                self._turn, self._begin = turn, turn * np.pi
+                self._gather(_slice(sweeps, k, len(sweeps.stamps)), track)
+                return
+        self._gather(sweeps, track)
+
+    def _gather(self, sweeps: Sweeps, track: PoseTrack) -> None:
+        """Keep what is worth keeping of some sweeps of one half turn."""
+        if not len(sweeps.stamps):
+            return
+        config = self._config
+        stride = np.arange(len(sweeps.elevations)) % config.dense_stride == 0
+        with np.errstate(invalid="ignore"):
+            outward = sweeps.ranges * np.abs(np.sin(sweeps.elevations))
+        keep = (sweeps.ranges < config.max_range) & (outward > config.body_radius)
+        keep &= (sweeps.ranges > config.dense_range) | stride
+        kept = Sweeps(
+            sweeps.stamps,
+            sweeps.head_angles,
+            sweeps.head_rate,
+            sweeps.beam_period,
+            sweeps.elevations,
+            np.where(keep, sweeps.ranges, np.float32(np.inf)),
+        )
+        points, times, returned = place_beams(kept, track, self._height)
+        if sweeps.classes is None:
+            classes = np.zeros(0, dtype=np.uint8)
+        else:
+            classes = sweeps.classes.ravel()[returned]
+        self._parts.append((points, times, classes))
+
+    def _complete(self) -> None:
+        """Turn what was gathered into the cloud, unless it began in the middle of a half turn."""
+        began_whole = self._turn is not None and self._begin - self._turn * np.pi < 0.05
+        if self._parts and began_whole:
+            columns = zip(*self._parts, strict=True)
+            points, times, classes = (np.concatenate(column) for column in columns)
+            known = classes if len(classes) == len(points) else None
+            self.cloud = PointCloud(points, "map", times, known)
+        self._parts = []
+
+    def relative(self, pose: Pose) -> PointCloud:
+        """Return the cloud moved into the levelled ``base_footprint`` of a pose.
+
+        Raises:
+            ValueError: If no cloud is complete yet.
+        """
+        if self.cloud is None:
+            raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
+        c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+        R_map_level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        shift = (pose.position @ R_map_level).astype(np.float32)
+        points = self.cloud.points @ R_map_level.astype(np.float32) - shift
+        return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
+
+    def cloud_age(self, stamp: float) -> float:
+        """Return how old the cloud's newest point is at ``stamp`` [s]; infinity without a cloud."""
+        if self.cloud is None or self.cloud.stamps is None or not len(self.cloud.stamps):
+            return np.inf
+        return stamp - float(self.cloud.stamps[-1])
+
+
+def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:
+    """Return some of the sweeps."""
+    return Sweeps(
+        sweeps.stamps[start:stop],
+        sweeps.head_angles[start:stop],
+        sweeps.head_rate,
+        sweeps.beam_period,
+        sweeps.elevations,
+        sweeps.ranges[start:stop],
+        None if sweeps.classes is None else sweeps.classes[start:stop],
+    )

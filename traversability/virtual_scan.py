@@ -5,6 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from traversability.grid import PolarGrid
+from traversability.labels import CellState
+
 
 @dataclass(frozen=True)
 class VirtualScan:
@@ -24,3 +27,27 @@ class VirtualScan:
     def finite(self) -> NDArray[np.float32]:
         """Return the ranges as the policy sees them: free and unknown are ``max_range`` [m]."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
+
+
+def virtual_scan(cells: NDArray[np.uint8], grid: PolarGrid) -> VirtualScan:
+    """Return the free distance in every sector around the vehicle.
+
+    A sector ends at the inner edge of its nearest non-traversable cell; without one it is free to
+    the last ring, and unknown when all of its cells are empty.
+
+    Args:
+        cells: ``CellState`` of each cell in ``base_footprint``, uint8, shape (n_sectors, n_rings).
+        grid: The cells' grid.
+
+    Raises:
+        ValueError: If cells and grid disagree.
+
+    Source: Sanchez et al. 2023, section 3.2; the inner edge is an assumption.
+    """
+    if cells.shape != (grid.n_sectors, grid.n_rings):
+        expected = (grid.n_sectors, grid.n_rings)
+        raise ValueError(f"cells: expected shape {expected} of the grid, got {cells.shape}")
+    red = cells == CellState.NON_TRAVERSABLE
+    ranges = np.where(red.any(axis=1), grid.ring_edges[red.argmax(axis=1)], np.inf)
+    ranges[(cells == CellState.EMPTY).all(axis=1)] = np.nan
+    return VirtualScan(ranges.astype(np.float32), grid.outer_radius)

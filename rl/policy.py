@@ -1,0 +1,164 @@
+"""A trained actor, complete: layout, scaling, limits, weights. Runs on numpy alone."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl.observation import ObservationLayout, apply_dead_zone
+
+_FORMAT = "andabata-policy"
+_MAX_BYTES = 64 << 20
+
+Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+
+class PolicyFileError(ValueError):
+    """A file that is not a policy."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A multilayer perceptron from states to steering.
+
+    Attributes:
+        layers: Weights, float32, shape (outputs, inputs), and biases, shape (outputs,), of each
+            layer; hidden layers are followed by a ReLU, the last by tanh.
+        max_range: Largest range of the state [m].
+        limit: Yaw rate at an output of 1 [rad/s].
+        dead_zone: Yaw rates below this are zero [rad/s].
+        info: How it was trained: config, commit, stage; ready for JSON.
+    """
+
+    layers: tuple[Layer, ...]
+    max_range: float
+    limit: float
+    dead_zone: float
+    info: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that the layers fit together."""
+        for (before, _), (after, _) in zip(self.layers, self.layers[1:], strict=False):
+            if after.shape[1] != before.shape[0]:
+                raise ValueError(
+                    f"layers: expected {before.shape[0]} inputs after {before.shape[0]} outputs, "
+                    f"got {after.shape[1]}"
+                )
+        if self.layers[-1][0].shape[0] != 1:
+            raise ValueError(f"layers: expected one output, got {self.layers[-1][0].shape[0]}")
+        offset, scale = self.layout.scale(self.max_range, self.limit)
+        object.__setattr__(self, "_offset", offset)
+        object.__setattr__(self, "_scale", scale)
+
+    @property
+    def layout(self) -> ObservationLayout:
+        """The state that the policy takes."""
+        return ObservationLayout(self.layers[0][0].shape[1] - 3)
+
+    def mean(self, state: NDArray[np.float32]) -> float:
+        """Return the actor's output for a state, -1 to 1, before the dead zone."""
+        x = (state - self._offset) * self._scale  # type: ignore[attr-defined]
+        for weights, biases in self.layers[:-1]:
+            x = weights @ x + biases
+            np.maximum(x, 0.0, out=x)
+        weights, biases = self.layers[-1]
+        return float(np.tanh(weights @ x + biases)[0])
+
+    def act(self, state: NDArray[np.float32]) -> float:
+        """Return the steering for a state [rad/s].
+
+        Args:
+            state: As ``rl.observation.observation`` makes it, float32, shape (n + 3,).
+
+        Raises:
+            ValueError: If the state has another length or is not finite.
+        """
+        if state.shape != (self.layout.size,):
+            raise ValueError(f"state: expected shape ({self.layout.size},), got {state.shape}")
+        if not np.isfinite(state).all():
+            raise ValueError("state: expected finite numbers, got NaN or infinity")
+        return apply_dead_zone(self.limit * self.mean(state), self.dead_zone)
+
+    def to_bytes(self) -> bytes:
+        """Return the policy as safetensors with its description in the metadata."""
+        from safetensors.numpy import save
+
+        tensors = {}
+        for number, (weights, biases) in enumerate(self.layers):
+            tensors[f"layer{number}.weight"] = np.ascontiguousarray(weights)
+            tensors[f"layer{number}.bias"] = np.ascontiguousarray(biases)
+        about = {
+            "format": _FORMAT,
+            "version": 1,
+            "max_range": self.max_range,
+            "limit": self.limit,
+            "dead_zone": self.dead_zone,
+            "info": self.info,
+        }
+        return save(tensors, metadata={"about": json.dumps(about, sort_keys=True)})
+
+    @classmethod
+    def from_bytes(cls, data: bytes, name: str = "policy") -> Self:
+        """Return the policy of a file's bytes.
+
+        Args:
+            data: The bytes.
+            name: The file's name, for errors.
+
+        Raises:
+            PolicyFileError: If the bytes are no policy.
+        """
+        from safetensors import SafetensorError
+        from safetensors.numpy import load
+
+        try:
+            if len(data) > _MAX_BYTES:
+                raise ValueError(f"{len(data)} bytes")
+            about = _metadata(data)
+            if about.get("format") != _FORMAT or about.get("version") != 1:
+                raise ValueError(f"format {about.get('format')!r}")
+            tensors = load(data)
+            count = len(tensors) // 2
+            layers = tuple(
+                (_finite(tensors[f"layer{k}.weight"], 2), _finite(tensors[f"layer{k}.bias"], 1))
+                for k in range(count)
+            )
+            numbers = (float(about[key]) for key in ("max_range", "limit", "dead_zone"))
+            return cls(layers, *numbers, info=dict(about["info"]))
+        except (SafetensorError, ValueError, KeyError, IndexError, TypeError) as error:
+            raise PolicyFileError(
+                f"{name}: expected a policy written by andabata, got {str(error).splitlines()[0]}; "
+                "train one with `andabata train`"
+            ) from error
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Return the policy of a file.
+
+        Raises:
+            PolicyFileError: If the file is no policy.
+            OSError: If it cannot be read.
+        """
+        return cls.from_bytes(path.read_bytes(), str(path))
+
+
+def _metadata(data: bytes) -> dict[str, Any]:
+    """Return the description in a safetensors file's header."""
+    size = int.from_bytes(data[:8], "little")
+    if len(data) < 8 or size > min(len(data) - 8, 1 << 20):
+        raise ValueError(f"{len(data)} bytes without a header")
+    header = json.loads(data[8 : 8 + size])
+    about = json.loads(header["__metadata__"]["about"])
+    if not isinstance(about, dict):
+        raise ValueError("no description")
+    return about
+
+
+def _finite(array: NDArray[Any], dimensions: int) -> NDArray[np.float32]:
+    """Return an array of weights after a look at it."""
+    if array.dtype != np.float32 or array.ndim != dimensions or not np.isfinite(array).all():
+        raise ValueError(f"weights of {array.dtype} {array.shape}, or not finite")
+    return array

@@ -1,0 +1,195 @@
+"""A folder of labelled clouds: a manifest with hashes and splits, and the cells for training."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from traversability.cloud import PointCloud
+from traversability.features import cell_features
+from traversability.files import read_cloud
+from traversability.grid import PolarGrid
+from traversability.labels import CellState, label_cells
+
+MANIFEST = "manifest.json"
+
+Split = Literal["train", "validation"]
+
+
+class DatasetError(ValueError):
+    """A folder that is not a data set of labelled clouds."""
+
+
+class CloudEntry(BaseModel):
+    """One cloud of a data set.
+
+    Attributes:
+        file: Its name in the folder.
+        sha256: Hash of its bytes.
+        split: What it is for.
+        world: Preset of its world.
+        world_seed: Seed of its world; a world is on one side of a split only.
+        points: Number of points.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    file: str = Field(pattern=r"^[A-Za-z0-9_.-]+$")
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    split: Split
+    world: str
+    world_seed: int
+    points: int = Field(ge=0)
+
+
+class Manifest(BaseModel):
+    """What a data set is made of.
+
+    Attributes:
+        version: Of this form.
+        seed: Seed of the whole set.
+        config: Resolved configuration.
+        config_sha256: Its hash.
+        clouds: The clouds, by file name.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    version: Literal[1] = 1
+    seed: int
+    config: dict[str, Any]
+    config_sha256: str
+    clouds: tuple[CloudEntry, ...]
+
+    def to_bytes(self) -> bytes:
+        """Return the manifest's file."""
+        return (json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True) + "\n").encode()
+
+
+def config_hash(config: dict[str, Any]) -> str:
+    """Return the SHA-256 of a configuration."""
+    return hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Return the manifest of a folder.
+
+    Raises:
+        DatasetError: If there is none or it is damaged, or a world is on both sides of the split.
+    """
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise DatasetError(
+            f"{path}: expected the manifest of labelled clouds, got no such file; make some with "
+            "`andabata clouds generate`"
+        )
+    try:
+        manifest = Manifest.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise DatasetError(
+            f"{path}: {place}: expected a manifest of version 1, got: {first['msg']}; make the "
+            "clouds again"
+        ) from error
+    sides: dict[tuple[str, int], Split] = {}
+    for entry in manifest.clouds:
+        if sides.setdefault((entry.world, entry.world_seed), entry.split) != entry.split:
+            raise DatasetError(
+                f"{path}: expected each world on one side of the split, got {entry.world} "
+                f"{entry.world_seed} on both"
+            )
+    return manifest
+
+
+def read_clouds(folder: Path, manifest: Manifest, split: Split) -> Iterator[PointCloud]:
+    """Yield the labelled clouds of a split, their hashes checked.
+
+    Raises:
+        DatasetError: If a file is missing, is not the one of the manifest, or has no labels.
+    """
+    for entry in manifest.clouds:
+        if entry.split != split:
+            continue
+        path = folder / entry.file
+        if not path.is_file():
+            raise DatasetError(f"{path}: expected a cloud of the manifest, got no such file")
+        found = hashlib.sha256(path.read_bytes()).hexdigest()
+        if found != entry.sha256:
+            raise DatasetError(
+                f"{path}: expected SHA-256 {entry.sha256[:12]}..., got {found[:12]}...; the file "
+                "was changed or damaged, make the clouds again"
+            )
+        cloud = read_cloud(path)
+        if cloud.nontraversable is None:
+            raise DatasetError(f"{path}: expected labelled points, got none")
+        yield cloud
+
+
+@dataclass(frozen=True)
+class CellSamples:
+    """Judged cells of several clouds.
+
+    Attributes:
+        features: float32, shape (n, 5).
+        red: Whether each is non-traversable, bool, shape (n,).
+        white: Number of empty cells that are left out.
+        group: Index of the cloud of each cell, int32, shape (n,).
+    """
+
+    features: NDArray[np.float32]
+    red: NDArray[np.bool_]
+    white: int
+    group: NDArray[np.int32]
+
+
+def cell_samples(clouds: Sequence[PointCloud], grid: PolarGrid) -> CellSamples:
+    """Return the judged cells of labelled clouds.
+
+    Raises:
+        ValueError: If there are no clouds, or one has no labels.
+    """
+    if not clouds:
+        raise ValueError("clouds: expected at least one, got none")
+    features, red, group, white = [], [], [], 0
+    for number, cloud in enumerate(clouds):
+        if cloud.nontraversable is None:
+            raise ValueError("nontraversable: expected labelled clouds, got one without labels")
+        cells = cell_features(cloud.points, grid)
+        states = label_cells(cloud.points, cloud.nontraversable, grid)
+        judged = states != CellState.EMPTY
+        features.append(cells.values[judged])
+        red.append(states[judged] == CellState.NON_TRAVERSABLE)
+        group.append(np.full(int(judged.sum()), number, dtype=np.int32))
+        white += int((~judged).sum())
+    return CellSamples(np.concatenate(features), np.concatenate(red), white, np.concatenate(group))
+
+
+def dataset_card(manifest: Manifest, cells: dict[Split, CellSamples]) -> str:
+    """Return the data set's card, Markdown."""
+    lines = [
+        "# Labelled clouds",
+        "",
+        "Synthetic clouds of a rotating 2D laser, each point labelled by its class or, on the",
+        "ground, by the true slope and step under it. Written by `andabata clouds generate`.",
+        "",
+        f"* Seed {manifest.seed}, configuration `{manifest.config_sha256[:12]}` (in `{MANIFEST}`).",
+        "* A world is on one side of the split only.",
+        "",
+        "| split | clouds | worlds | points | green cells | red cells | white cells |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for split, samples in cells.items():
+        entries = [entry for entry in manifest.clouds if entry.split == split]
+        worlds = len({(entry.world, entry.world_seed) for entry in entries})
+        points = sum(entry.points for entry in entries)
+        green, red = int((~samples.red).sum()), int(samples.red.sum())
+        row = (split, len(entries), worlds, points, green, red, samples.white)
+        lines.append(f"| {' | '.join(str(cell) for cell in row)} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,117 @@
+"""PCD 0.7: ASCII, binary and binary_compressed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from traversability.formats.error import FormatError
+from traversability.formats.table import (
+    COORDINATES,
+    check_count,
+    coordinates,
+    header_lines,
+    packed_rows,
+    record_type,
+    text_rows,
+)
+
+
+def parse(data: bytes) -> NDArray[np.float32]:
+    """Return the points [m], shape (n, 3).
+
+    Raises:
+        FormatError: If the bytes are no such file.
+    """
+    lines, body = header_lines(data, b"DATA")
+    entries = {words[0]: words[1:] for words in lines if words}
+    try:
+        fields, kinds = entries["FIELDS"], entries["TYPE"]
+        sizes, counts = entries["SIZE"], entries.get("COUNT", ["1"] * len(entries["FIELDS"]))
+        points = check_count(int(entries["POINTS"][0]))
+        repeats = [check_count(int(count)) for count in counts]
+    except (KeyError, IndexError, ValueError) as error:
+        raise FormatError(f"expected FIELDS, SIZE, TYPE and POINTS, got {error}") from error
+    if not len(fields) == len(kinds) == len(sizes) == len(repeats):
+        raise FormatError("expected FIELDS, SIZE, TYPE and COUNT of one length")
+    form = (entries["DATA"] or [""])[0]
+    if form == "ascii":
+        missing = [name for name in COORDINATES if name not in fields]
+        if missing:
+            raise FormatError(f"expected fields x, y, z, got {', '.join(fields)}")
+        begins = np.concatenate([[0], np.cumsum(repeats)])
+        columns = [int(begins[fields.index(name)]) for name in COORDINATES]
+        return text_rows(body, points, columns, int(begins[-1]))
+    names, formats = _records(fields, kinds, sizes, repeats)
+    dtype = record_type(names, formats)
+    if form == "binary":
+        return packed_rows(body, points, dtype)
+    if form == "binary_compressed":
+        return coordinates(_columns(body, points, dtype))
+    raise FormatError(f"expected DATA ascii, binary or binary_compressed, got {form!r}")
+
+
+def _records(
+    fields: list[str], kinds: list[str], sizes: list[str], repeats: list[int]
+) -> tuple[list[str], list[str]]:
+    """Return the names and types of a record's fields; padding gets names of its own."""
+    codes = {"F": "f", "I": "i", "U": "u"}
+    names: list[str] = []
+    formats: list[str] = []
+    for place, (field, kind, size, repeat) in enumerate(
+        zip(fields, kinds, sizes, repeats, strict=True)
+    ):
+        code = f"<{codes.get(kind, '')}{size}"
+        if kind not in codes or size not in ("1", "2", "4", "8") or code == "<f1":
+            raise FormatError(f"expected TYPE F, I or U of SIZE 1, 2, 4 or 8, got {kind}{size}")
+        names.append(field if field != "_" else f"_{place}")
+        formats.append(code if repeat == 1 else f"({repeat},){code}")
+    return names, formats
+
+
+def _columns(body: bytes, points: int, dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    """Return the records of compressed columns."""
+    if len(body) < 8:
+        raise FormatError(f"expected two sizes after the header, got {len(body)} bytes")
+    packed, unpacked = (int(size) for size in np.frombuffer(body, dtype="<u4", count=2))
+    if unpacked != points * dtype.itemsize:
+        raise FormatError(f"expected {points * dtype.itemsize} bytes unpacked, got {unpacked}")
+    if packed > len(body) - 8:
+        raise FormatError(f"expected {packed} compressed bytes, got {len(body) - 8}")
+    flat = _lzf(body[8 : 8 + packed], unpacked)
+    records = np.zeros(points, dtype=dtype)
+    begin = 0
+    for name in dtype.names or ():
+        kind = dtype[name]
+        end = begin + points * kind.itemsize
+        records[name] = np.frombuffer(flat[begin:end], dtype=kind)
+        begin = end
+    return records
+
+
+def _lzf(data: bytes, size: int) -> bytes:
+    """Return the bytes of an LZF stream."""
+    out = bytearray()
+    place = 0
+    try:
+        while place < len(data):
+            control = data[place]
+            place += 1
+            if control < 32:
+                out += data[place : place + control + 1]
+                place += control + 1
+                continue
+            length = control >> 5
+            if length == 7:
+                length += data[place]
+                place += 1
+            back = ((control & 0x1F) << 8) + data[place] + 1
+            place += 1
+            begin = len(out) - back
+            if begin < 0 or len(out) > size:
+                raise FormatError("expected a whole LZF stream, got a damaged one")
+            for k in range(length + 2):
+                out.append(out[begin + k])
+    except IndexError as error:
+        raise FormatError("expected a whole LZF stream, got a truncated one") from error
+    if len(out) != size:
+        raise FormatError(f"expected {size} bytes from the LZF stream, got {len(out)}")
+    return bytes(out)

@@ -1,0 +1,80 @@
+"""PLY: ASCII and binary, whatever properties the vertices have."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from traversability.formats.error import FormatError
+from traversability.formats.table import (
+    COORDINATES,
+    check_count,
+    header_lines,
+    packed_rows,
+    record_type,
+    text_rows,
+)
+
+_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
+
+
+def parse(data: bytes) -> NDArray[np.float32]:
+    """Return the vertices [m], shape (n, 3). The vertices have to be the first element.
+
+    Raises:
+        FormatError: If the bytes are no such file.
+    """
+    if not data.startswith(b"ply"):
+        raise FormatError(f"expected a file that begins with 'ply', got {data[:8]!r}")
+    lines, body = header_lines(data, b"end_header")
+    form, count, names, types = _header(lines)
+    if form == "ascii":
+        missing = [name for name in COORDINATES if name not in names]
+        if missing:
+            raise FormatError(f"expected properties x, y, z, got {', '.join(names) or 'none'}")
+        return text_rows(body, count, [names.index(name) for name in COORDINATES], len(names))
+    order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(form)
+    if order is None:
+        raise FormatError(f"expected format ascii or binary, got {form!r}")
+    return packed_rows(body, count, record_type(names, [order + kind for kind in types]))
+
+
+def _header(lines: list[list[str]]) -> tuple[str, int, list[str], list[str]]:
+    """Return format, number of vertices, and names and types of their properties."""
+    form, count, element = "", -1, ""
+    names: list[str] = []
+    types: list[str] = []
+    for words in lines:
+        match words:
+            case ["format", name, *_]:
+                form = name
+            case ["element", "vertex", number] if not element:
+                element, count = "vertex", int(number) if number.isdigit() else -1
+            case ["element", name, *_]:
+                element = element or name
+                if count < 0:
+                    raise FormatError(f"expected vertices as the first element, got {name!r}")
+                element = name
+            case ["property", kind, name] if element == "vertex":
+                if kind not in _TYPES:
+                    raise FormatError(f"expected a scalar property type, got {kind!r}")
+                names.append(name)
+                types.append(_TYPES[kind])
+            case ["property", *_] if element == "vertex":
+                raise FormatError("expected scalar vertex properties, got a list")
+    return form, check_count(count), names, types

@@ -82,6 +82,8 @@ class NoisyTruthLocalizer:
         if senses.true_track is None:
             raise ValueError("true_track: expected the true poses of the period, got none")
         rows = senses.true_track
+        if not len(rows):  # Before the first period.
+            return
         keep = np.exp(-(senses.stamp - self._track.latest) / self._time)
         wander = self._sigma * np.sqrt(1 - keep * keep) * self._rng.standard_normal(5)
         before, self._error = self._error, keep * self._error + wander

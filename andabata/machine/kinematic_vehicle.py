@@ -4,14 +4,19 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.machine.footing import quaternion, stand
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import VehicleState, WheelSpeeds
+from andabata.machine.vehicle import TICK
 from worlds.truth import Reason
 from worlds.world import Start, World
+
+_SOLID = int(Reason.SOLID)
 
 
 class KinematicConfig(BaseModel):
@@ -66,80 +71,63 @@ class KinematicVehicle:
 
     def place(self, start: Start) -> None:
         """Put the body down at rest; its time becomes zero."""
-        self._xy_yaw = np.array([start.x, start.y, start.yaw])
-        self._twist = np.zeros(2)
-        self._slip = np.zeros(2)
+        self._motion = np.zeros(7)
+        self._motion[:3] = start.x, start.y, start.yaw
         self._stamp = 0.0
-        self._collided = self._tipped = False
-        self._commanded = WheelSpeeds(0.0, 0.0)
-        self._settle()
+        self._flags = np.zeros(2, dtype=np.bool_)
+        self._drive(WheelSpeeds(0.0, 0.0), np.zeros((1, 2)))
 
-    def advance(self, wheels: WheelSpeeds, duration: float) -> None:
-        """Drive with commanded wheel speeds for a duration [s].
+    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+        """Drive with commanded wheel speeds for a number of ticks; see ``Vehicle.drive``.
 
         Raises:
             ValueError: If a wheel speed is not a finite number.
         """
         if not (math.isfinite(wheels.left) and math.isfinite(wheels.right)):
             raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
-        config = self._config
-        self._commanded = wheels
-        self._stamp += duration
-        speed, yaw_rate = self._kinematics.twist(wheels)
-        keep = math.exp(-duration / config.slip_time)
-        noise = config.slip_sigma * math.sqrt(1 - keep * keep) * self._rng.standard_normal(2)
-        self._slip = keep * self._slip + noise
-        blend = 1 - math.exp(-duration / config.lag)
-        wanted = np.array([speed, yaw_rate]) * (1 + self._slip)
-        self._twist = self._twist + blend * (wanted - self._twist)
-        if self._tipped:
-            self._twist = np.zeros(2)
-            return
-        pitch = self._tilt[1]
-        if -pitch * np.sign(self._twist[0]) > config.max_climb:  # Nose up: wheels spin.
-            self._twist[0] = 0.0
-        moved = _moved(self._xy_yaw, self._twist, math.cos(pitch), duration)
-        self._collided = bool(
-            _touches(
-                moved,
-                self._outline,
-                self._truth.reason,
-                self._truth.x_min,
-                self._truth.y_min,
-                self._truth.cell,
-                int(Reason.SOLID),
-            )
-        )
-        if not self._collided:
-            self._xy_yaw = moved
-        self._settle()
+        self._stamp += ticks * TICK
+        self._flags[0] = False
+        return self._drive(wheels, self._rng.standard_normal((ticks, 2)))
 
-    def _settle(self) -> None:
-        """Stand on the ground under the four wheels."""
-        height, roll, pitch = _stand(self._heights, self._ground.cell, self._xy_yaw, self._wheels)
-        self._height, self._tilt = height, (roll, pitch)
-        self._tipped |= max(abs(roll), abs(pitch)) > self._config.max_tilt
+    def _drive(self, wheels: WheelSpeeds, noise: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Move tick by tick; ``noise`` is standard normal, shape (ticks, 2)."""
+        self._commanded = wheels
+        rows = np.empty((len(noise), 9))
+        rows[:, 7], rows[:, 8] = wheels.left, wheels.right
+        config, truth = self._config, self._truth
+        keep = math.exp(-TICK / config.slip_time)
+        _drive(
+            self._motion,
+            np.array(self._kinematics.twist(wheels)),
+            config.slip_sigma * math.sqrt(1 - keep * keep) * noise,
+            np.array([keep, 1 - math.exp(-TICK / config.lag), config.max_climb, config.max_tilt]),
+            (self._heights, self._ground.cell, self._wheels),
+            (truth.reason, truth.x_min, truth.y_min, truth.cell, self._outline),
+            rows,
+            self._flags,
+        )
+        self._last = rows[-1]
+        return rows
 
     @property
     def state(self) -> VehicleState:
         """The true state."""
-        x, y, yaw = self._xy_yaw
-        moving = not self._collided
+        collided, tipped = bool(self._flags[0]), bool(self._flags[1])
         return VehicleState(
             stamp=self._stamp,
-            pose=Pose(np.array([x, y, self._height]), _quaternion(*self._tilt, yaw)),
-            linear=np.array([self._twist[0] * moving, 0.0, 0.0]),
-            angular=np.array([0.0, 0.0, self._twist[1] * moving]),
+            pose=Pose(self._last[:3], self._last[3:7]),
+            linear=np.array([self._motion[3] * (not collided), 0.0, 0.0]),
+            angular=np.array([0.0, 0.0, self._motion[4] * (not collided)]),
             wheels=self._commanded,
-            collided=self._collided,
-            tipped=self._tipped,
+            collided=collided,
+            tipped=tipped,
         )
 
     def close(self) -> None:
         """There is nothing to free."""
 
 
-def _outline(robot: RobotModel, bumper: float) -> np.ndarray:
+def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
     """Return points along the body's outline [m], shape (k, 2), at most 9 cm apart."""
     half_x, half_y = robot.length / 2 - bumper, robot.width / 2 - bumper
     along, across = np.linspace(-half_x, half_x, 9), np.linspace(-half_y, half_y, 7)
@@ -149,72 +137,49 @@ def _outline(robot: RobotModel, bumper: float) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def _moved(xy_yaw, twist, cos_pitch, duration):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return x, y [m] and yaw [rad] after a short drive."""
-    yaw = xy_yaw[2] + twist[1] * duration
-    middle = xy_yaw[2] + twist[1] * duration / 2
-    step = twist[0] * duration * cos_pitch
+def _drive(motion, wanted, noise, limits, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Move for as many ticks as ``rows`` has.
+
+    ``motion`` holds x, y, yaw, speed, yaw rate and the relative errors of the two; ``flags`` tells
+    whether the body touched something solid and whether it rolled over.
+    """
+    keep, blend, max_climb, max_tilt = limits
+    heights, cell, wheels = ground
     moved = np.empty(3)
-    moved[0] = xy_yaw[0] + step * np.cos(middle)
-    moved[1] = xy_yaw[1] + step * np.sin(middle)
-    moved[2] = np.pi - (np.pi - yaw) % (2 * np.pi)
-    return moved
+    height, roll, pitch = stand(heights, cell, motion, wheels)
+    for k in range(len(rows)):
+        for c in range(2):
+            motion[5 + c] = keep * motion[5 + c] + noise[k, c]
+            motion[3 + c] += blend * (wanted[c] * (1 + motion[5 + c]) - motion[3 + c])
+        if flags[1]:
+            motion[3] = motion[4] = 0.0
+        if -pitch * np.sign(motion[3]) > max_climb:  # Nose up: the wheels spin.
+            motion[3] = 0.0
+        middle = motion[2] + motion[4] * TICK / 2
+        step = motion[3] * TICK * np.cos(pitch)
+        moved[0] = motion[0] + step * np.cos(middle)
+        moved[1] = motion[1] + step * np.sin(middle)
+        moved[2] = np.pi - (np.pi - motion[2] - motion[4] * TICK) % (2 * np.pi)
+        if _touches(moved, contact):
+            flags[0] = True
+        else:
+            motion[:3] = moved
+        height, roll, pitch = stand(heights, cell, motion, wheels)
+        flags[1] |= max(abs(roll), abs(pitch)) > max_tilt
+        rows[k, 0], rows[k, 1], rows[k, 2] = motion[0], motion[1], height
+        rows[k, 3:7] = quaternion(roll, pitch, motion[2])
 
 
 @njit(cache=True, nogil=True)
-def _touches(xy_yaw, outline, reason, x_min, y_min, cell, solid):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _touches(xy_yaw, contact):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return whether a point of the outline lies in a solid cell or beyond the map."""
+    reason, x_min, y_min, cell, outline = contact
     c, s = np.cos(xy_yaw[2]), np.sin(xy_yaw[2])
     n, m = reason.shape
     for k in range(len(outline)):
         x = xy_yaw[0] + c * outline[k, 0] - s * outline[k, 1]
         y = xy_yaw[1] + s * outline[k, 0] + c * outline[k, 1]
         i, j = int(np.floor((x - x_min) / cell)), int(np.floor((y - y_min) / cell))
-        if i < 0 or j < 0 or i >= n or j >= m or reason[i, j] == solid:
+        if i < 0 or j < 0 or i >= n or j >= m or reason[i, j] == _SOLID:
             return True
     return False
-
-
-@njit(cache=True, nogil=True)
-def _stand(heights, cell, xy_yaw, wheels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return height [m], roll and pitch [rad] of a body on four wheels (least-squares plane)."""
-    c, s = np.cos(xy_yaw[2]), np.sin(xy_yaw[2])
-    nx, ny = heights.shape
-    mean, rise_x, rise_y, square_x, square_y = 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(len(wheels)):
-        x = xy_yaw[0] + c * wheels[k, 0] - s * wheels[k, 1]
-        y = xy_yaw[1] + s * wheels[k, 0] + c * wheels[k, 1]
-        u = min(max(x / cell + (nx - 1) / 2, 0.0), nx - 1.0)
-        v = min(max(y / cell + (ny - 1) / 2, 0.0), ny - 1.0)
-        i, j = min(int(u), nx - 2), min(int(v), ny - 2)
-        u, v = u - i, v - j
-        if u + v <= 1.0:
-            z = heights[i, j] + u * (heights[i + 1, j] - heights[i, j])
-            z += v * (heights[i, j + 1] - heights[i, j])
-        else:
-            z = heights[i + 1, j + 1] + (1 - u) * (heights[i, j + 1] - heights[i + 1, j + 1])
-            z += (1 - v) * (heights[i + 1, j] - heights[i + 1, j + 1])
-        mean += z / len(wheels)
-        rise_x += z * wheels[k, 0]
-        rise_y += z * wheels[k, 1]
-        square_x += wheels[k, 0] ** 2
-        square_y += wheels[k, 1] ** 2
-    slope_x, slope_y = rise_x / square_x, rise_y / square_y
-    pitch = -np.arctan(slope_x)
-    return mean, np.arctan(slope_y * np.cos(pitch)), pitch
-
-
-@njit(cache=True, nogil=True)
-def _quaternion(roll, pitch, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the quaternion x, y, z, w of roll, pitch, yaw [rad]."""
-    cr, sr = np.cos(roll / 2), np.sin(roll / 2)
-    cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
-    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
-    return np.array(
-        [
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ]
-    )

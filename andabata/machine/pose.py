@@ -94,8 +94,21 @@ class PoseTrack:
         quaternions: NDArray[np.float64],
     ) -> None:
         """Add poses, oldest first: stamps [s] (k,), positions [m] (k, 3), quaternions (k, 4)."""
-        for stamp, position, quaternion in zip(stamps, positions, quaternions, strict=True):
-            self.append(float(stamp), position, quaternion)
+        count = len(stamps)
+        if not count:
+            return
+        if not (stamps[0] > self.latest and (np.diff(stamps) > 0).all()):
+            raise ValueError(f"stamps: expected growing from {self.latest} s, got {stamps}")
+        if self._count + count > len(self._stamps):
+            for row in zip(stamps, positions, quaternions, strict=True):
+                self.append(float(row[0]), row[1], row[2])
+            return
+        rows = slice(self._count, self._count + count)
+        self._stamps[rows] = stamps
+        self._poses[rows, :3] = positions
+        self._poses[rows, 3:] = quaternions
+        _turn_near(self._poses, self._count, self._count + count)
+        self._count += count
 
     @property
     def latest(self) -> float:
@@ -142,3 +155,11 @@ def _interpolate(known, poses, stamps):  # type: ignore[no-untyped-def]  # noqa:
         for c in range(3, 7):
             result[k, c] /= np.sqrt(square)
     return result
+
+
+@njit(cache=True, nogil=True)
+def _turn_near(poses, begin, end):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Give each quaternion the sign that lies near the one before."""
+    for k in range(max(begin, 1), end):
+        if np.dot(poses[k - 1, 3:], poses[k, 3:]) < 0:
+            poses[k, 3:] = -poses[k, 3:]

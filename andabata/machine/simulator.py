@@ -4,19 +4,17 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, VehicleState, WheelSpeeds
-from andabata.machine.vehicle import Plant, make_vehicle
+from andabata.machine.vehicle import TICK, Plant, make_vehicle
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
 from worlds.world import Start, World
-
-TICK = 0.01
-"""Time between two poses of the true track [s]; the fastest senses run at this period."""
 
 TICKS_PER_STEP = 10
 """Ticks of one control period (paper: 0.1 s)."""
@@ -76,31 +74,26 @@ class Simulator:
         self.vehicle.place(start)
         self._tick = 0
         self._track.clear()
-        state = self._record()
-        return self._sense(state, np.empty((0, 8)), 0.0)
+        state = self.vehicle.state
+        self._track.append(0.0, state.pose.position, state.pose.quaternion)
+        return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
     def step(self, wheels: WheelSpeeds) -> Senses:
         """Drive one control period of 0.1 s and return what was sensed in it."""
-        begin = self._tick * TICK
-        collided = False
-        rows = np.empty((TICKS_PER_STEP, 8))
-        for row in rows:
-            self.vehicle.advance(wheels, TICK)
-            self._tick += 1
-            state = self._record()
-            collided |= state.collided
-            row[0], row[1:4], row[4:8] = state.stamp, state.pose.position, state.pose.quaternion
-        return self._sense(replace(state, collided=collided), rows, begin)
+        rows = np.empty((TICKS_PER_STEP, 10))
+        rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) * TICK
+        rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP)
+        self._tick += TICKS_PER_STEP
+        self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+        return self._sense(replace(self.vehicle.state, stamp=self._tick * TICK), rows)
 
-    def _record(self) -> VehicleState:
-        """Append the true pose to the track and return the state stamped by this clock."""
-        state = replace(self.vehicle.state, stamp=self._tick * TICK)
-        self._track.append(state.stamp, state.pose.position, state.pose.quaternion)
-        return state
+    def _sense(self, state: VehicleState, rows: NDArray[np.float64]) -> Senses:
+        """Sample the senses for the period that ends with the state.
 
-    def _sense(self, state: VehicleState, rows: np.ndarray, begin: float) -> Senses:
-        """Sample the scanners for the period from ``begin`` [s] to the state's stamp."""
+        ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
+        """
         sweeps = horizontal = None
+        begin = state.stamp - len(rows) * TICK
         if self._lidar is not None and state.stamp > begin:
             sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
         if self._scanner is not None:
@@ -110,7 +103,7 @@ class Simulator:
             sweeps=sweeps,
             horizontal=horizontal,
             truth=state,
-            true_track=rows,
+            true_track=rows[:, :8],
         )
 
     def close(self) -> None:

@@ -3,12 +3,16 @@
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import VehicleState, WheelSpeeds
 from worlds.world import Start, World
 
 Plant = Literal["bullet", "kinematic"]
+
+TICK = 0.01
+"""Time between two poses of the true track [s]; the fastest senses run at this period."""
 
 
 class Vehicle(Protocol):
@@ -17,8 +21,12 @@ class Vehicle(Protocol):
     def place(self, start: Start) -> None:
         """Put the body down at rest; its time becomes zero."""
 
-    def advance(self, wheels: WheelSpeeds, duration: float) -> None:
-        """Drive with commanded wheel speeds for a duration [s].
+    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+        """Drive with commanded wheel speeds for a number of ticks.
+
+        Returns:
+            At the end of each tick: x, y, z [m] and quaternion x, y, z, w of ``base_footprint`` in
+            the map, actual left and right wheel speed [rad/s]; shape (ticks, 9).
 
         Raises:
             ValueError: If a wheel speed is not a finite number.
@@ -26,7 +34,7 @@ class Vehicle(Protocol):
 
     @property
     def state(self) -> VehicleState:
-        """The true state."""
+        """The true state; ``collided`` holds for any tick of the last drive."""
 
     def close(self) -> None:
         """Free what the plant holds."""

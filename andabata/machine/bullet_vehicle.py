@@ -1,0 +1,230 @@
+"""The reference plant: a rigid body on four driven wheels in pybullet."""
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial.transform import Rotation
+
+from andabata.machine.footing import quaternion, stand
+from andabata.machine.pose import Pose
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import VehicleState, WheelSpeeds
+from andabata.machine.vehicle import TICK
+from worlds.bodies import build_bodies
+from worlds.world import Start, World
+
+_WHEELS = ("front_left", "rear_left", "front_right", "rear_right")
+
+
+class BulletConfig(BaseModel):
+    """Numbers of the physics. pybullet's own friction lets a skid-steer robot hardly turn.
+
+    Attributes:
+        step: Physics step [s].
+        friction: Coulomb friction of tyres on soil (assumption).
+        sideways: Friction along the axle as a share of that along the wheel (assumption: tyres
+            scrub over loose soil).
+        settle: Time that the body gets to come to rest where it is put down [s].
+        touch_height: Contact of a wheel with something solid counts as a collision this far above
+            the ground; below, the wheel climbs it [m].
+        tipped: Tilt beyond which the body does not come back [rad].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    step: float = Field(default=0.005, gt=0, le=0.01)
+    friction: float = Field(default=0.9, gt=0)
+    sideways: float = Field(default=0.5, gt=0, le=1)
+    settle: float = Field(default=0.5, ge=0)
+    touch_height: float = Field(default=0.05, gt=0)
+    tipped: float = Field(default=np.deg2rad(60.0), gt=0)
+
+
+class BulletVehicle:
+    """A robot in its own physics client, without a window."""
+
+    def __init__(self, world: World, robot: RobotModel, config: BulletConfig | None = None) -> None:
+        """Build world and robot.
+
+        Args:
+            world: Where it stands.
+            robot: The body.
+            config: The physics.
+        """
+        self._config = config or BulletConfig()
+        self._robot = robot
+        self._ground = world.ground
+        self._heights = np.ascontiguousarray(world.ground.heights)
+        self._client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setGravity(0, 0, -9.81, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._config.step, enableConeFriction=0, physicsClientId=self._client
+        )
+        self._bodies = build_bodies(world, self._client)
+        for body in (self._bodies.ground, *self._bodies.solids):
+            pybullet.changeDynamics(body, -1, lateralFriction=1.0, physicsClientId=self._client)
+        self._body = self._load(robot)
+        self._wheels = [self._joints[f"{name}_joint"] for name in _WHEELS]
+        self._prepare_wheels()
+        corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
+        self._contacts = corners * [robot.wheelbase, robot.track]
+        self._stamp = 0.0
+        self._collided = False
+        self._tipped = False
+
+    def _load(self, robot: RobotModel) -> int:
+        """Return the robot's body number."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "robot.urdf"
+            path.write_text(robot.to_urdf(), encoding="utf-8")
+            body: int = pybullet.loadURDF(
+                str(path),
+                basePosition=[0.0, 0.0, float(self._heights.max()) + 1.0],
+                flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                physicsClientId=self._client,
+            )
+        self._joints = {}
+        for joint in range(pybullet.getNumJoints(body, physicsClientId=self._client)):
+            name = pybullet.getJointInfo(body, joint, physicsClientId=self._client)[1].decode()
+            self._joints[name] = joint
+        return body
+
+    def _prepare_wheels(self) -> None:
+        """Give the wheels friction that differs along their axle, and take the motors' brakes."""
+        for wheel in self._wheels:
+            pybullet.changeDynamics(
+                self._body,
+                wheel,
+                lateralFriction=self._config.friction,
+                # The axle is the wheel's own y; x and z turn with it and have to be equal.
+                anisotropicFriction=[1.0, self._config.sideways, 1.0],
+                rollingFriction=0.0,
+                spinningFriction=0.0,
+                restitution=0.0,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                physicsClientId=self._client,
+            )
+            pybullet.setJointMotorControl2(
+                self._body,
+                wheel,
+                pybullet.VELOCITY_CONTROL,
+                force=0.0,
+                physicsClientId=self._client,
+            )
+        pybullet.changeDynamics(
+            self._body,
+            -1,
+            lateralFriction=0.4,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            physicsClientId=self._client,
+        )
+
+    def place(self, start: Start) -> None:
+        """Put the body down, let it come to rest, and set its time to zero."""
+        where = np.array([start.x, start.y, start.yaw])
+        height, roll, pitch = stand(self._heights, self._ground.cell, where, self._contacts)
+        turn = Rotation.from_quat(quaternion(roll, pitch, start.yaw))
+        base = turn.apply([0.0, 0.0, self._robot.centre_of_mass + 0.02])
+        pybullet.resetBasePositionAndOrientation(
+            self._body,
+            (base + np.array([start.x, start.y, height])).tolist(),
+            turn.as_quat().tolist(),
+            physicsClientId=self._client,
+        )
+        pybullet.resetBaseVelocity(self._body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        for wheel in self._wheels:
+            pybullet.resetJointState(self._body, wheel, 0.0, 0.0, physicsClientId=self._client)
+        self._collided = self._tipped = False
+        self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle / TICK))
+        self._stamp = 0.0
+        self._collided = False
+
+    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+        """Drive with commanded wheel speeds for a number of ticks; see ``Vehicle.drive``.
+
+        Raises:
+            ValueError: If a wheel speed is not a finite number.
+        """
+        if not (math.isfinite(wheels.left) and math.isfinite(wheels.right)):
+            raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
+        pybullet.setJointMotorControlArray(
+            self._body,
+            self._wheels,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=[wheels.left, wheels.left, wheels.right, wheels.right],
+            forces=[self._robot.wheel_torque] * 4,
+            physicsClientId=self._client,
+        )
+        self._collided = False
+        rows = np.empty((ticks, 9))
+        for row in rows:
+            for _ in range(round(TICK / self._config.step)):
+                pybullet.stepSimulation(physicsClientId=self._client)
+            self._collided |= self._touches()
+            row[:7], turn = self._footprint()
+            row[7:] = self._wheel_speeds()
+            self._tipped |= bool(turn[2, 2] < math.cos(self._config.tipped))
+        self._stamp += ticks * TICK
+        return rows
+
+    def _touches(self) -> bool:
+        """Return whether the body touches something solid, or a wheel does above its climb."""
+        for solid in self._bodies.solids:
+            for contact in pybullet.getContactPoints(
+                self._body, solid, physicsClientId=self._client
+            ):
+                link, place, distance = contact[3], contact[6], contact[8]
+                if distance > 0.005:
+                    continue
+                if link not in self._wheels:
+                    return True
+                ground = float(self._ground.height_at(place[0], place[1]))
+                if place[2] - ground > self._config.touch_height:
+                    return True
+        return False
+
+    def _footprint(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the pose of ``base_footprint``, shape (7,), and its rotation, shape (3, 3)."""
+        position, orientation = pybullet.getBasePositionAndOrientation(
+            self._body, physicsClientId=self._client
+        )
+        turn = np.array(pybullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        # pybullet's base is the centre of mass; base_footprint lies under it on the base's own z.
+        footprint = np.array(position) - turn[:, 2] * self._robot.centre_of_mass
+        return np.concatenate([footprint, orientation]), turn
+
+    def _wheel_speeds(self) -> tuple[float, float]:
+        """Return the mean speed of the wheels of each side [rad/s]."""
+        joints = pybullet.getJointStates(self._body, self._wheels, physicsClientId=self._client)
+        left, rear_left, right, rear_right = (joint[1] for joint in joints)
+        return (left + rear_left) / 2, (right + rear_right) / 2
+
+    @property
+    def state(self) -> VehicleState:
+        """The true state."""
+        pose, turn = self._footprint()
+        linear, angular = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        spin = turn.T @ np.array(angular)
+        lever = np.array([0.0, 0.0, -self._robot.centre_of_mass])
+        return VehicleState(
+            stamp=self._stamp,
+            pose=Pose(pose[:3], pose[3:]),
+            linear=turn.T @ np.array(linear) + np.cross(spin, lever),
+            angular=spin,
+            wheels=WheelSpeeds(*self._wheel_speeds()),
+            collided=self._collided,
+            tipped=self._tipped,
+        )
+
+    def close(self) -> None:
+        """Disconnect the physics client."""
+        if self._client >= 0:
+            pybullet.disconnect(self._client)
+            self._client = -1

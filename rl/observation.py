@@ -40,10 +40,13 @@ class ObservationLayout:
         low[: self.n_sectors] = 0.0
         return low, high
 
-    def scale(self, max_range: float, limit: float) -> tuple[NDArray[np.float32], ...]:
+    def scale(
+        self, max_range: float, limit: float
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return offset and scale that take a state into about -1 to 1: ``(state - a) * b``."""
         low, high = self.bounds(max_range, limit)
-        return (low + high) / 2, 2 / (high - low)
+        two = np.float32(2)
+        return (low + high) / two, two / (high - low)
 
 
 def observation(

@@ -126,8 +126,13 @@ class Policy:
                 (_finite(tensors[f"layer{k}.weight"], 2), _finite(tensors[f"layer{k}.bias"], 1))
                 for k in range(count)
             )
-            numbers = (float(about[key]) for key in ("max_range", "limit", "dead_zone"))
-            return cls(layers, *numbers, info=dict(about["info"]))
+            return cls(
+                layers,
+                max_range=float(about["max_range"]),
+                limit=float(about["limit"]),
+                dead_zone=float(about["dead_zone"]),
+                info=dict(about["info"]),
+            )
         except (SafetensorError, ValueError, KeyError, IndexError, TypeError) as error:
             raise PolicyFileError(
                 f"{name}: expected a policy written by andabata, got {str(error).splitlines()[0]}; "

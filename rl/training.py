@@ -6,6 +6,7 @@ processes play the episodes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,8 @@ def play(
     rng = np.random.default_rng(seed)
     state, _ = environment.reset(seed=int(rng.integers(2**31)))
     states, actions, rewards = [], [], []
-    steps, over, info, terminated = 0, False, {}, False
+    steps, over, terminated = 0, False, False
+    info: dict[str, Any] = {}
     while not over:
         wanted = np.float32(policy.mean(state) + exploration.sigma * rng.standard_normal())
         states.append(state)

@@ -50,12 +50,12 @@ class Heightfield:
     @property
     def x(self) -> NDArray[np.float64]:
         """Grid lines along x [m], shape (nx,)."""
-        return np.arange(self.heights.shape[0]) * self.cell - self.width / 2
+        return np.arange(self.heights.shape[0], dtype=np.float64) * self.cell - self.width / 2
 
     @property
     def y(self) -> NDArray[np.float64]:
         """Grid lines along y [m], shape (ny,)."""
-        return np.arange(self.heights.shape[1]) * self.cell - self.depth / 2
+        return np.arange(self.heights.shape[1], dtype=np.float64) * self.cell - self.depth / 2
 
     def height_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float64]:
         """Return the height of the triangulated surface [m]; beyond the border, that of the border.

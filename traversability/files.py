@@ -53,7 +53,7 @@ def read_cloud(path: Path) -> PointCloud:
         cloud = reader(data)
     except (FormatError, ArrayFileError, ValueError) as error:
         raise CloudFileError(f"{path}: {str(error).splitlines()[0]}; is the file whole?") from error
-    finite = np.isfinite(cloud.points).all(axis=1)
+    finite = np.asarray(np.isfinite(cloud.points).all(axis=1))
     if not finite.any():
         raise CloudFileError(
             f"{path}: expected finite points, got none among {len(finite)}; check the recording"

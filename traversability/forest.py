@@ -127,7 +127,7 @@ class Forest:
         """
         try:
             arrays, header = unpack(data, _MAX_BYTES)
-            return _checked(cls, arrays, header)
+            return cls(**_checked(arrays, header))
         except (ArrayFileError, ValidationError, KeyError, TypeError, ValueError) as error:
             reason = str(error).splitlines()[0]
             raise ForestFileError(
@@ -146,8 +146,8 @@ class Forest:
         return cls.from_bytes(path.read_bytes(), str(path))
 
 
-def _checked(kind: type[Forest], arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> Forest:
-    """Return a forest whose walk stays inside its arrays and always ends."""
+def _checked(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[str, Any]:
+    """Return the parts of a forest whose walk stays inside its arrays and always ends."""
     if header.get("format") != _FORMAT or header.get("version") != 1:
         raise ValueError(f"format {header.get('format')!r} version {header.get('version')!r}")
     if header["features"] != list(FEATURES):
@@ -180,12 +180,12 @@ def _checked(kind: type[Forest], arrays: dict[str, NDArray[Any]], header: dict[s
     threshold = float(header["threshold"])
     if not 0 < threshold < 1:
         raise ValueError(f"threshold {threshold}")
-    return kind(
+    return {
         **columns,
-        threshold=threshold,
-        grid=PolarGrid.model_validate(header["grid"]),
-        summary=dict(header["summary"]),
-    )
+        "threshold": threshold,
+        "grid": PolarGrid.model_validate(header["grid"]),
+        "summary": dict(header["summary"]),
+    }
 
 
 @njit(cache=True, nogil=True)

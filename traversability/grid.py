@@ -44,7 +44,10 @@ class PolarGrid(BaseModel):
     @cached_property
     def ring_edges(self) -> NDArray[np.float64]:
         """Ring edges [m], shape (n_rings + 1,). Geometric by assumption."""
-        return np.geomspace(self.inner_radius, self.outer_radius, self.n_rings + 1)
+        exponents = np.arange(self.n_rings + 1, dtype=np.float64) / self.n_rings
+        edges = self.inner_radius * (self.outer_radius / self.inner_radius) ** exponents
+        edges[-1] = self.outer_radius
+        return edges
 
     @cached_property
     def bearings(self) -> NDArray[np.float64]:

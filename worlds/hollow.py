@@ -52,7 +52,7 @@ def make_hollow(
     """Return a hollow; its task goes along the trail to two goals in a row."""
     size = config.length + 16.0
     n = round(size / CELL) + 1
-    lines = np.arange(n) * CELL - size / 2
+    lines = np.arange(n, dtype=np.float64) * CELL - size / 2
     trail = _trail(config, rng)
     gap = distance_to_line(lines, lines, trail)
     heights = bank(gap, config.floor, config.bank_height, config.bank_slope)

@@ -92,7 +92,7 @@ def _ground(config: NaturalConfig, difficulty: float, rng: np.random.Generator) 
     n = round(config.size / CELL) + 1
     steep = min(config.max_slope * (0.7 + 0.6 * difficulty), np.deg2rad(35.0))
     heights = hills((n, n), CELL, config.relief, steep, rng)
-    lines = np.arange(n) * CELL - config.size / 2
+    lines = np.arange(n, dtype=np.float64) * CELL - config.size / 2
     for _ in range(round(config.ditches * (0.5 + difficulty))):
         start = rng.uniform(-config.size / 2, config.size / 2, 2)
         line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(8, 25), 0.15, rng)

@@ -1,5 +1,7 @@
 """What a beam meets: the world in Embree, with grass and leaves that let beams through."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +34,7 @@ class RayScene:
         for semantic, traits in TRAITS.items():
             self._rates[semantic] = traits.hits_per_metre
         self._rays = np.zeros((0, 6), dtype=np.float32)
-        self._tensor = None
+        self._tensor: Any = None
 
     def cast_opaque(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32]

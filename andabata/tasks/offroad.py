@@ -207,13 +207,19 @@ def stage_config(stage: str) -> OffroadConfig:
 
 
 def make_offroad(
-    stage: str, config: OffroadConfig | None = None, **parts: Forest | SceneShelf | str | None
+    stage: str,
+    config: OffroadConfig | None = None,
+    forest: Forest | None = None,
+    shelf: SceneShelf | None = None,
+    render_mode: str | None = None,
 ) -> OffroadEnv:
     """Make a stage's environment: the entry point of the registered ids.
 
     Args:
         stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
         config: Instead of the stage's own.
-        **parts: ``forest``, ``shelf`` and ``render_mode`` of ``OffroadEnv``.
+        forest: As for ``OffroadEnv``.
+        shelf: As for ``OffroadEnv``.
+        render_mode: As for ``OffroadEnv``.
     """
-    return OffroadEnv(config or stage_config(stage), **parts)
+    return OffroadEnv(config or stage_config(stage), forest, shelf, render_mode)

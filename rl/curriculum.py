@@ -61,6 +61,7 @@ class Generation:
     Attributes:
         stage: Index of the stage, from 0.
         name: Of the stage.
+        played: Episodes of this generation.
         episodes: Episodes of the stage so far.
         budget: Episodes of the whole stage.
         steps: Control steps of the whole run so far.
@@ -72,6 +73,7 @@ class Generation:
 
     stage: int
     name: str
+    played: int
     episodes: int
     budget: int
     steps: int
@@ -82,7 +84,12 @@ class Generation:
 
 
 class Curriculum:
-    """A run: learner and position. ``to_bytes`` after any generation is a checkpoint."""
+    """A run: learner and position. ``to_bytes`` after any generation is a checkpoint.
+
+    Attributes:
+        learner: Actor and critic.
+        generations: Generations since the run began, over all stages.
+    """
 
     def __init__(
         self, config: CurriculumConfig, sampler: Sampler, checkpoint: bytes | None = None
@@ -104,6 +111,7 @@ class Curriculum:
             layout, config.max_range, config.limit, config.learner, config.seed
         )
         self._stage = self._episodes = self._generation = self._steps = 0
+        self.generations = 0
         if checkpoint is not None:
             progress = self.learner.restore(checkpoint)
             if progress["config"] != config.model_dump(mode="json"):
@@ -112,6 +120,7 @@ class Curriculum:
                 )
             self._stage, self._episodes = progress["stage"], progress["episodes"]
             self._generation, self._steps = progress["generation"], progress["steps"]
+            self.generations = progress["generations"]
 
     def run(self) -> Iterator[Generation]:
         """Play, learn and yield, one generation at a time, until every stage is done."""
@@ -132,6 +141,7 @@ class Curriculum:
         losses = self.learner.update(episodes, order, pace)
         self._episodes += count
         self._generation += 1
+        self.generations += 1
         self._steps += sum(episode.steps for episode in episodes)
         return self._tell(stage, episodes, losses)
 
@@ -140,6 +150,7 @@ class Curriculum:
         return Generation(
             stage=self._stage,
             name=stage.name,
+            played=len(episodes),
             episodes=self._episodes,
             budget=stage.episodes,
             steps=self._steps,
@@ -161,6 +172,7 @@ class Curriculum:
                 "stage": self._stage,
                 "episodes": self._episodes,
                 "generation": self._generation,
+                "generations": self.generations,
                 "steps": self._steps,
             }
         )

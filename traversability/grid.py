@@ -45,12 +45,11 @@ class PolarGrid(BaseModel):
     def ring_edges(self) -> NDArray[np.float64]:
         """Ring edges [m], shape (n_rings + 1,). Geometric by assumption."""
         exponents = np.arange(self.n_rings + 1, dtype=np.float64) / self.n_rings
-        edges = self.inner_radius * (self.outer_radius / self.inner_radius) ** exponents
-        edges[-1] = self.outer_radius
-        return edges
+        edges = np.power(self.outer_radius / self.inner_radius, exponents) * self.inner_radius
+        return np.asarray(edges, dtype=np.float64)
 
     @cached_property
     def bearings(self) -> NDArray[np.float64]:
         """Bearing of each sector's centre [rad], shape (n_sectors,)."""
         width = 2 * np.pi / self.n_sectors
-        return -np.pi + width * (np.arange(self.n_sectors) + 0.5)
+        return -np.pi + width * (np.arange(self.n_sectors, dtype=np.float64) + 0.5)

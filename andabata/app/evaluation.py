@@ -1,20 +1,20 @@
 """Judging controllers side by side: the same worlds, starts and noises for each of them."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.app.workers import run_tasks
 from andabata.records.storage import write_atomically
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import RigConfig
+from andabata.tasks.seeds import evaluation_world
 from andabata.tasks.trial import Leg
 from worlds.world import World
 
@@ -29,7 +29,6 @@ class EvaluationConfig(BaseModel):
         controllers: Controllers by name.
         trials: Trials of each controller; each trial has a world of its own.
         seed: Seed of the whole evaluation.
-        first_world: Seed of the first trial's world; nothing trains on seeds from one million on.
         rig: The robot; results are judged in bullet.
         judge: Rules of each drive.
     """
@@ -40,7 +39,6 @@ class EvaluationConfig(BaseModel):
     controllers: tuple[str, ...] = ("learned", "reactive", "straight", "oracle")
     trials: int = Field(default=20, ge=1)
     seed: int = Field(default=0, ge=0)
-    first_world: int = Field(default=1_000_000, ge=0)
     rig: RigConfig = Field(default_factory=RigConfig)
     judge: JudgeConfig = Field(default_factory=JudgeConfig)
 
@@ -69,7 +67,7 @@ def run_one(config: EvaluationConfig, models: Models, trial: int) -> list[Row]:
 
     forest = Forest.from_bytes(models.forest) if models.forest else shipped_forest()
     policy = Policy.from_bytes(models.policy) if models.policy else None
-    world_seed = config.first_world + config.seed * 10_000 + trial
+    world_seed = evaluation_world(config.seed, trial)
     scene = SceneShelf().get(config.world, world_seed)
     pick = np.random.default_rng([config.seed, trial])
     task = scene.world.tasks[int(pick.integers(len(scene.world.tasks)))]
@@ -103,39 +101,6 @@ def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) ->
     }
 
 
-def run_trials(
-    config: EvaluationConfig,
-    models: Models,
-    trials: Iterable[int],
-    workers: int = 2,
-) -> Iterator[tuple[int, list[Row]]]:
-    """Yield (trial, rows) as trials finish; results don't depend on the number of workers."""
-    work = partial(run_one, config, models)
-    if workers <= 1:
-        for trial in trials:
-            yield trial, work(trial)
-        return
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_one_thread)
-    with pool:
-        pending = {trial: pool.submit(work, trial) for trial in trials}
-        try:
-            for trial, future in pending.items():
-                yield trial, future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-def _one_thread() -> None:
-    """Keep each worker on one core; Ctrl-C is for the parent."""
-    import signal
-
-    import torch
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    torch.set_num_threads(1)
-
-
 def evaluate(
     config: EvaluationConfig,
     models: Models,
@@ -156,7 +121,7 @@ def evaluate(
     """
     done = _read_journal(journal, config)
     missing = [trial for trial in range(config.trials) if trial not in done]
-    for trial, rows in run_trials(config, models, missing, workers):
+    for trial, rows in run_tasks(partial(run_one, config, models), missing, workers):
         done[trial] = rows
         if journal is not None:
             with journal.open("a", encoding="utf-8") as file:

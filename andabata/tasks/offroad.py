@@ -15,16 +15,11 @@ from andabata.navigation.view import View
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.seeds import TRAINING_SEEDS
 from andabata.tasks.trial import jittered
 from rl.observation import ObservationLayout, observation
 from rl.rewards import RewardConfig, paper_reward
 from traversability.forest import Forest
-
-TRAINING_SEEDS = tuple(range(8))
-"""World seeds that learning uses by default; evaluation starts at ``EVALUATION_SEED``."""
-
-EVALUATION_SEED = 1_000_000
-"""First world seed that nothing trains on."""
 
 
 class OffroadConfig(BaseModel):

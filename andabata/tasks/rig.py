@@ -13,6 +13,7 @@ from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.view import Controller
 from andabata.tasks.scenes import Scene
+from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from worlds.world import Start
@@ -69,8 +70,8 @@ class Rig:
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng
         )
         self.perception = _perception(config, forest)
-        localizer = NoisyTruthLocalizer(config.localizer, self._rng)
-        self.navigator = Navigator(config.robot, localizer, self.perception, controller)
+        self._localizer = NoisyTruthLocalizer(config.localizer, self._rng)
+        self.navigator = Navigator(config.robot, self._localizer, self.perception, controller)
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
         """Put the robot down; every noise comes from a child of ``rng``."""
@@ -81,6 +82,14 @@ class Rig:
         self.navigator.reset(senses.truth.pose, senses.stamp)
         self.navigator.set_goal(goal)
         return senses
+
+    def last_cloud(self) -> PointCloud | None:
+        """Return the latest cloud around the robot, None without the rotating laser."""
+        if not isinstance(self.perception, CloudPerception):
+            return None
+        if self.perception.assembler.cloud is None:
+            return None
+        return self.perception.assembler.relative(self._localizer.pose)
 
     def close(self) -> None:
         """Free the plant."""

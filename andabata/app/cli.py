@@ -1,0 +1,93 @@
+"""The command line: the one place that prints, maps errors to exit codes and exits."""
+
+import sys
+import traceback
+from collections.abc import Sequence
+
+import click
+import typer
+
+from andabata.app.verbs import classifier, clouds, demo, doctor, drive, evaluate, scan, train, world
+
+OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    name="andabata",
+    help="Off-road navigation for a skid-steer robot with a rotating 2D laser.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command()(doctor.doctor)
+app.add_typer(world.app, name="world")
+app.add_typer(clouds.app, name="clouds")
+app.add_typer(classifier.app, name="classifier")
+app.command()(scan.scan)
+app.command()(train.train)
+app.command()(drive.drive)
+app.command()(evaluate.evaluate)
+app.command()(demo.demo)
+
+
+@app.callback()
+def _options(
+    debug: bool = typer.Option(False, "--debug", help="Show the traceback of an error."),
+) -> None:
+    """Off-road navigation for a skid-steer robot with a rotating 2D laser."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code: 0 ok, 1 failed, 2 usage, 130 interrupted.
+
+    Args:
+        argv: Words after the program's name; None for the process's own. ``--debug`` may stand
+            anywhere.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in words
+    words = [word for word in words if word != "--debug"]
+    try:
+        code = app(words, prog_name="andabata", standalone_mode=False)
+    except (KeyboardInterrupt, click.Abort):
+        sys.stderr.write("interrupted\n")
+        return INTERRUPTED
+    except click.ClickException as error:
+        return _fail(error.format_message(), USAGE)
+    except Exception as error:
+        if debug:
+            traceback.print_exc()
+        return _fail(_one_line(error), _code(error))
+    return code if isinstance(code, int) else OK
+
+
+def _code(error: Exception) -> int:
+    """Return 2 for what the user typed, 1 for everything else."""
+    from andabata.app.settings import SettingsError
+    from andabata.app.usage import UsageError
+    from worlds.library import UnknownWorldError
+
+    return USAGE if isinstance(error, SettingsError | UsageError | UnknownWorldError) else FAILED
+
+
+def _one_line(error: Exception) -> str:
+    """Return an error's text on one line."""
+    if isinstance(error, OSError) and error.filename is not None:
+        text = f"{error.filename}: {error.strerror or error}"
+    else:
+        text = " ".join(str(error).split())
+    if isinstance(error, ValueError | OSError):
+        return text
+    return (
+        f"{type(error).__name__}: {text}; this is a defect, please report it (--debug shows where)"
+    )
+
+
+def _fail(text: str, code: int) -> int:
+    """Print an error and return its code."""
+    sys.stderr.write(f"error: {' '.join(text.split())}\n")
+    return code
+
+
+def run() -> None:
+    """Be the console script."""
+    sys.exit(main())

@@ -1,0 +1,27 @@
+"""Options that every verb shares."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but the result.")]
+ConfigFile = Annotated[
+    Path | None, typer.Option("--config", metavar="FILE", help="TOML file with settings.")
+]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="A.B=C", help="Override one setting; may be repeated."),
+]
+Workers = Annotated[
+    int, typer.Option(min=1, max=256, help="Processes; the result does not depend on them.")
+]
+ForestFile = Annotated[
+    Path | None,
+    typer.Option("--forest", metavar="FILE", help="Cell classifier instead of the shipped one."),
+]
+PolicyFile = Annotated[
+    Path | None, typer.Option("--policy", metavar="FILE", help="Policy instead of the shipped one.")
+]

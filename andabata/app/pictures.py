@@ -1,0 +1,236 @@
+"""Pictures as PNG bytes, drawn without a screen."""
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import LightSource, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Wedge
+from numpy.typing import NDArray
+
+from andabata.app.scanning import Scanned
+from terrain.classes import SemanticClass
+from traversability.grid import PolarGrid
+from traversability.labels import CellState
+from worlds.truth import Reason
+from worlds.world import World
+
+_STATE_COLOURS = {
+    CellState.EMPTY: "#f4f4f0",
+    CellState.TRAVERSABLE: "#58a55c",
+    CellState.NON_TRAVERSABLE: "#d1483f",
+}
+_REASON_COLOURS = ("#00000000", "#3b2a20", "#4c7f3c", "#d98e32", "#c9551f", "#777777")
+_CLASS_COLOURS = {
+    SemanticClass.TRUNK: "#6b4a2b",
+    SemanticClass.FOLIAGE: "#4f8f46",
+    SemanticClass.BUSH: "#3f6f38",
+    SemanticClass.ROCK: "#7d7d7d",
+    SemanticClass.HIGH_GRASS: "#a8bf4f",
+    SemanticClass.WALL: "#9a5b45",
+}
+
+
+def world_picture(world: World, paths: Mapping[str, NDArray[np.float64]] | None = None) -> bytes:
+    """Return a world from above and in 3D.
+
+    Args:
+        world: What to draw.
+        paths: Driven paths by name [m], shape (k, 2) or more columns.
+    """
+    figure = Figure(figsize=(14, 7), layout="constrained")
+    above = figure.add_subplot(1, 2, 1)
+    _draw_ground(above, world)
+    _draw_tasks(above, world)
+    for name, path in (paths or {}).items():
+        above.plot(path[:, 0], path[:, 1], linewidth=1.6, label=name)
+    if paths:
+        above.legend(loc="upper right")
+    above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
+    solid = figure.add_subplot(1, 2, 2, projection="3d")
+    _draw_solid(solid, world)
+    return _png(figure)
+
+
+def drive_picture(
+    world: World,
+    path: NDArray[np.float64],
+    goals: Sequence[tuple[float, float]],
+    title: str,
+    others: Mapping[str, NDArray[np.float64]] | None = None,
+) -> bytes:
+    """Return a drive from above, on the true map.
+
+    Args:
+        world: Where.
+        path: Positions [m], shape (k, 2) or more columns.
+        goals: Goals in order [m].
+        title: Above the picture.
+        others: Other paths by name, for comparison.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    for name, other in (others or {}).items():
+        axes.plot(other[:, 0], other[:, 1], linewidth=1.2, linestyle="--", label=name)
+    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label="driven")
+    axes.plot(*path[0, :2], "o", color="black")
+    for number, goal in enumerate(goals, start=1):
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.annotate(str(number), goal, textcoords="offset points", xytext=(8, 8))
+    around = np.vstack([path[:, :2], np.array(goals)])
+    low, high = around.min(axis=0) - 8, around.max(axis=0) + 8
+    half, middle = (high - low).max() / 2, (high + low) / 2
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.legend(loc="upper right")
+    axes.set_title(title)
+    return _png(figure)
+
+
+def scan_picture(scanned: Scanned, grid: PolarGrid, title: str) -> bytes:
+    """Return a cloud from above, its cells by state and the virtual scan on it."""
+    figure = Figure(figsize=(14, 7.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    points = scanned.cloud.points
+    near = (np.hypot(points[:, 0], points[:, 1]) < 1.05 * grid.outer_radius) & (
+        points[:, 2] < grid.max_height
+    )
+    dots = left.scatter(
+        *points[near, :2].T, c=points[near, 2], s=1.5, cmap="viridis", linewidths=0, vmin=-1, vmax=1
+    )
+    figure.colorbar(dots, ax=left, label="height above the base plane [m]", shrink=0.7)
+    left.set_title(f"{title}: points lower than {grid.max_height} m")
+    _draw_cells(right, scanned.cells, grid, alpha=0.75)
+    right.scatter(*points[near, :2].T, s=0.3, color="black", alpha=0.35, linewidths=0)
+    right.set_title("cells: green traversable, red not, white empty; blue: virtual scan")
+    for axes in (left, right):
+        _draw_ranges(axes, scanned.scan.finite(), grid)
+        axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
+        axes.set_aspect("equal")
+        axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+        axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+        axes.set_xlabel("x, forward [m]")
+        axes.set_ylabel("y, left [m]")
+    return _png(figure)
+
+
+def confusion_picture(scores: Mapping[str, Any]) -> bytes:
+    """Return a confusion matrix."""
+    counts = scores["confusion"]
+    matrix = np.array([[counts["tn"], counts["fp"]], [counts["fn"], counts["tp"]]])
+    figure = Figure(figsize=(4.5, 4), layout="constrained")
+    axes = figure.add_subplot()
+    axes.imshow(matrix / matrix.sum(axis=1, keepdims=True).clip(min=1), cmap="Greens", vmin=0)
+    for (row, column), count in np.ndenumerate(matrix):
+        axes.text(column, row, str(count), ha="center", va="center", fontsize=14)
+    axes.set_xticks([0, 1], ["called green", "called red"])
+    axes.set_yticks([0, 1], ["green", "red"])
+    axes.set_title(f"balanced accuracy {scores['balanced_accuracy']:.3f}")
+    return _png(figure)
+
+
+def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return success over episodes, stage after stage.
+
+    Args:
+        history: Rows with ``name``, ``episodes`` and ``success_rate``.
+    """
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    axes = figure.add_subplot()
+    begin = 0
+    for name in dict.fromkeys(row["name"] for row in history):
+        rows = [row for row in history if row["name"] == name]
+        episodes = np.array([row["episodes"] for row in rows]) + begin
+        rates = np.array([row["success_rate"] for row in rows])
+        line = axes.plot(episodes, rates, alpha=0.3)[0]
+        width = min(8, len(rates))
+        mean = np.convolve(rates, np.full(width, 1 / width), mode="valid")
+        axes.plot(episodes[width - 1 :], mean, color=line.get_color(), label=name)
+        begin = int(episodes[-1])
+    axes.set_ylim(0, 1)
+    axes.set_xlabel("episodes")
+    axes.set_ylabel("goals reached while exploring")
+    axes.legend()
+    return _png(figure)
+
+
+def _draw_ground(axes: Axes, world: World) -> None:
+    """Draw shaded relief and forbidden ground."""
+    half_x, half_y = world.ground.width / 2, world.ground.depth / 2
+    extent = (-half_x, half_x, -half_y, half_y)
+    heights = world.ground.heights.T.astype(np.float64)
+    if np.ptp(heights) > 0:
+        shade = LightSource(315, 45).hillshade(heights, dx=world.ground.cell, dy=world.ground.cell)
+        axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
+    shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
+    colours = ListedColormap(_REASON_COLOURS)
+    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=5, alpha=0.75)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, east [m]")
+    axes.set_ylabel("y, north [m]")
+
+
+def _draw_tasks(axes: Axes, world: World) -> None:
+    """Draw starts and goals."""
+    for task in world.tasks:
+        places = np.array([(task.start.x, task.start.y), *task.goals])
+        axes.plot(places[:, 0], places[:, 1], ":", color="#0047c8", linewidth=0.6)
+        axes.plot(*places[0], "o", color="black", markersize=4)
+        axes.plot(places[1:, 0], places[1:, 1], "*", color="#0047c8", markersize=8)
+
+
+def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have no types.
+    """Draw ground and objects in 3D."""
+    stride = max(1, world.ground.heights.shape[0] // 120)
+    x, y = np.meshgrid(world.ground.x[::stride], world.ground.y[::stride], indexing="ij")
+    axes.plot_surface(
+        x, y, world.ground.heights[::stride, ::stride], cmap="gist_earth", alpha=0.7, linewidth=0
+    )
+    for semantic, colour in _CLASS_COLOURS.items():
+        meshes = [thing for thing in world.objects if thing.semantic == semantic]
+        if meshes:
+            corners = np.concatenate([thing.vertices for thing in meshes])
+            axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
+    axes.legend(loc="upper left", markerscale=8)
+    axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))
+    axes.view_init(elev=40, azim=-60)
+
+
+def _draw_cells(axes: Axes, cells: NDArray[np.uint8], grid: PolarGrid, alpha: float) -> None:
+    """Draw the polar cells by state."""
+    width = 360.0 / grid.n_sectors
+    edges = grid.ring_edges
+    for state, colour in _STATE_COLOURS.items():
+        wedges = [
+            Wedge(
+                (0, 0),
+                edges[ring + 1],
+                -180 + sector * width,
+                -180 + (sector + 1) * width,
+                width=edges[ring + 1] - edges[ring],
+            )
+            for sector, ring in np.argwhere(cells == state)
+        ]
+        axes.add_collection(
+            PatchCollection(wedges, facecolor=colour, edgecolor="white", linewidth=0.3, alpha=alpha)
+        )
+
+
+def _draw_ranges(axes: Axes, ranges: NDArray[np.float32], grid: PolarGrid) -> None:
+    """Draw the virtual scan as arcs."""
+    half = np.pi / grid.n_sectors
+    for bearing, range_ in zip(grid.bearings, ranges, strict=True):
+        angles = np.linspace(bearing - half, bearing + half, 6)
+        axes.plot(range_ * np.cos(angles), range_ * np.sin(angles), color="#1540c4", linewidth=2)
+
+
+def _png(figure: Figure) -> bytes:
+    """Return a figure's PNG file."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=80)
+    return stream.getvalue()

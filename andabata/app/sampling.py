@@ -1,0 +1,78 @@
+"""Playing a curriculum's episodes in several processes."""
+
+from collections.abc import Sequence
+from functools import partial
+from types import TracebackType
+from typing import Self
+
+from andabata.app.workers import make_pool
+from andabata.tasks.offroad import OffroadConfig, OffroadEnv
+from andabata.tasks.scenes import SceneShelf
+from rl.policy import Policy
+from rl.training import Episode, Exploration, play
+from traversability.forest import Forest
+
+_environments: dict[tuple[int, bytes | None], OffroadEnv] = {}
+_shelf = SceneShelf()
+
+
+class PoolSampler:
+    """Plays each episode in whichever process is free; an episode depends on its seed alone.
+
+    With one worker everything happens in this process.
+    """
+
+    def __init__(self, stages: Sequence[OffroadConfig], forest: bytes | None, workers: int) -> None:
+        """Prepare.
+
+        Args:
+            stages: Environment of each stage.
+            forest: The cell classifier's file; None for the shipped one.
+            workers: Processes.
+        """
+        self._stages = tuple(stages)
+        self._forest = forest
+        self._pool = make_pool(workers) if workers > 1 else None
+
+    def __call__(
+        self,
+        stage: int,
+        policy: Policy,
+        exploration: Exploration,
+        seeds: Sequence[tuple[int, ...]],
+    ) -> list[Episode]:
+        """Play an episode for each seed; see ``rl.training.Sampler``."""
+        config = self._stages[stage]
+        work = partial(_play, config, self._forest, policy.to_bytes(), exploration)
+        if self._pool is None:
+            return [work(seed) for seed in seeds]
+        return list(self._pool.map(work, seeds))
+
+    def __enter__(self) -> Self:
+        """Use the sampler."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop the processes."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _play(
+    config: OffroadConfig,
+    forest: bytes | None,
+    policy: bytes,
+    exploration: Exploration,
+    seed: tuple[int, ...],
+) -> Episode:
+    """Play one episode in this process, whose environments live as long as it does."""
+    key = (hash(config.model_dump_json()), forest)
+    if key not in _environments:
+        loaded = Forest.from_bytes(forest) if forest is not None else None
+        _environments[key] = OffroadEnv(config, loaded, _shelf)
+    return play(_environments[key], Policy.from_bytes(policy), exploration, seed)

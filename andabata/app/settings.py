@@ -1,0 +1,90 @@
+"""Configuration from a TOML file and ``--set a.b=c``, with errors that name the field."""
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class SettingsError(ValueError):
+    """A configuration that does not say what it should."""
+
+
+def resolve(
+    kind: type[Model],
+    file: Path | None = None,
+    overrides: Sequence[str] = (),
+    base: Model | None = None,
+) -> Model:
+    """Return a configuration.
+
+    Args:
+        kind: Its model.
+        file: TOML file; later sources win over it.
+        overrides: Texts of the form ``a.b=value``; the value is TOML, or a plain word.
+        base: Where to start; None for the model's defaults.
+
+    Raises:
+        SettingsError: If a field is unknown or out of bounds, or the file is no TOML.
+    """
+    data: dict[str, Any] = base.model_dump() if base is not None else {}
+    if file is not None:
+        _merge(data, _read(file))
+    for text in overrides:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip():
+            raise SettingsError(f"--set: expected a.b=value, got {text!r}")
+        place = data
+        *path, last = name.strip().split(".")
+        for part in path:
+            place = place.setdefault(part, {})
+            if not isinstance(place, dict):
+                raise SettingsError(f"--set {name}: expected a group of fields at {part!r}")
+        place[last] = _value(value)
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        raise SettingsError(explain(error)) from error
+
+
+def explain(error: ValidationError) -> str:
+    """Return the first error on one line: the field, what was expected, what came."""
+    first = error.errors()[0]
+    name = ".".join(str(part) for part in first["loc"]) or "configuration"
+    if first["type"] == "extra_forbidden":
+        return f"{name}: expected a known field, got this one; check its spelling"
+    message = first["msg"].removeprefix("Value error, ")
+    got = first.get("input")
+    shown = f", got {got!r}" if not isinstance(got, dict | BaseModel) else ""
+    return f"{name}: {message[0].lower()}{message[1:]}{shown}"
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """Return the content of a TOML file."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{file}: expected TOML, got {error}") from error
+    except OSError as error:
+        raise SettingsError(f"{file}: expected a readable file, got {error.strerror}") from error
+
+
+def _merge(data: dict[str, Any], other: dict[str, Any]) -> None:
+    """Put the other's fields over the data's, group by group."""
+    for key, value in other.items():
+        if isinstance(value, dict) and isinstance(data.get(key), dict):
+            _merge(data[key], value)
+        else:
+            data[key] = value
+
+
+def _value(text: str) -> Any:  # noqa: ANN401 - whatever TOML holds.
+    """Return a TOML value, or the text itself where it is none."""
+    try:
+        return tomllib.loads(f"x = {text}")["x"]
+    except tomllib.TOMLDecodeError:
+        return text.strip()

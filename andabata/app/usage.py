@@ -1,0 +1,22 @@
+"""What a user typed wrongly."""
+
+from collections.abc import Sequence
+
+
+class UsageError(ValueError):
+    """Options that cannot be used together, or words that name nothing."""
+
+
+def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
+    """Return the comma-separated words of an option.
+
+    Raises:
+        UsageError: If a word is none of ``known``.
+    """
+    found = tuple(word.strip() for word in text.split(",") if word.strip())
+    for word in found:
+        if word not in known:
+            raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}")
+    if not found:
+        raise UsageError(f"{option}: expected some of {', '.join(known)}, got nothing")
+    return found

@@ -1,0 +1,87 @@
+"""``andabata classifier``: the random forest that judges cells."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Set
+
+app = typer.Typer(help="The cell classifier: train, evaluate.", no_args_is_help=True)
+
+
+class SplitName(StrEnum):
+    """The two splits of a data set."""
+
+    TRAIN = "train"
+    VALIDATION = "validation"
+
+
+Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds generate`.")]
+
+
+@app.command()
+def train(
+    clouds: Clouds,
+    out: Annotated[Path, typer.Option(help="Folder for forest.npz and the scores.")],
+    seed: Seed = 0,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Grow a forest on the training clouds and judge it on the validation clouds."""
+    from andabata.app.classifying import judge_forest, tables
+    from andabata.app.console import Voice
+    from andabata.app.pictures import confusion_picture
+    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.settings import resolve
+    from andabata.records.storage import write_atomically
+    from traversability.dataset import cell_samples, read_clouds, read_manifest
+    from traversability.forest import ForestConfig, train_forest
+    from traversability.grid import PolarGrid
+
+    voice = Voice(quiet, as_json)
+    resolved = resolve(ForestConfig, config, settings or ())
+    grid = PolarGrid()
+    manifest = read_manifest(clouds)
+    samples = cell_samples(list(read_clouds(clouds, manifest, "train")), grid)
+    voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
+    summary = {
+        "clouds_sha256": manifest.config_sha256,
+        "clouds_seed": manifest.seed,
+        "clouds": int(samples.group.max()) + 1,
+        "cells": len(samples.red),
+        "seed": seed,
+        "config": resolved.model_dump(),
+    }
+    forest = train_forest(samples.features, samples.red, grid, resolved, seed, summary)
+    scores = judge_forest(forest, clouds, manifest, "validation")
+    make_folder(out)
+    write_atomically(out / "forest.npz", forest.to_bytes())
+    write_atomically(out / "confusion.png", confusion_picture(scores))
+    data: dict[str, Any] = {**scores, "threshold": forest.threshold, "out": str(out)}
+    write_json(out / "scores.json", data)
+    write_json(out / "run.json", describe("classifier train", resolved.model_dump(), seed))
+    voice.result(data, tables(data, samples))
+
+
+@app.command()
+def evaluate(
+    clouds: Clouds,
+    forest: ForestFile = None,
+    split: Annotated[SplitName, typer.Option(help="Clouds to judge on.")] = SplitName.VALIDATION,
+    as_json: Json = False,
+) -> None:
+    """Judge a forest on the clouds of a folder."""
+    from andabata.app.classifying import judge_forest, tables
+    from andabata.app.console import Voice
+    from andabata.models import shipped_forest
+    from traversability.dataset import read_manifest
+    from traversability.forest import Forest
+
+    loaded = Forest.load(forest) if forest else shipped_forest()
+    scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
+    data = {**scores, "threshold": loaded.threshold, "split": split.value}
+    Voice(as_json=as_json).result(data, tables(data))

@@ -1,0 +1,45 @@
+"""``andabata clouds``: synthetic labelled clouds."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import ConfigFile, Json, Quiet, Seed, Set, Workers
+
+app = typer.Typer(help="Synthetic labelled clouds.", no_args_is_help=True)
+
+
+@app.command()
+def generate(
+    out: Annotated[Path, typer.Option(help="Folder to write.")],
+    train: Annotated[int, typer.Option(min=1, help="Clouds for training.")] = 10,
+    validation: Annotated[int, typer.Option(min=0, help="Clouds for validation.")] = 5,
+    seed: Seed = 0,
+    workers: Workers = 2,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write labelled clouds, each from a world of its own, with a manifest and a card."""
+    from andabata.app.console import Voice
+    from andabata.app.datasets import generate_dataset
+    from andabata.app.settings import resolve
+    from andabata.tasks.clouds import CloudsConfig
+
+    voice = Voice(quiet, as_json)
+    resolved = resolve(CloudsConfig, config, settings or ())
+    with voice.progress("clouds", train + validation) as step:
+        manifest = generate_dataset(
+            out, resolved, {"train": train, "validation": validation}, seed, workers, step
+        )
+    points = sum(entry.points for entry in manifest.clouds) / len(manifest.clouds)
+    data = {
+        "out": str(out),
+        "clouds": len(manifest.clouds),
+        "mean_points": points,
+        "config_sha256": manifest.config_sha256,
+        "sha256": {entry.file: entry.sha256 for entry in manifest.clouds},
+    }
+    voice.result(data, f"{len(manifest.clouds)} clouds of {points:.0f} points on average in {out}")

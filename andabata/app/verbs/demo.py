@@ -1,0 +1,24 @@
+"""``andabata demo``: all of it, small, from nothing to a driven path and a report."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import Json, Quiet, Seed, Workers
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
+    seed: Seed = 0,
+    workers: Workers = 2,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make clouds, grow a forest, learn a little, drive a natural world, and report it."""
+    from andabata.app.console import Voice
+    from andabata.app.demonstration import demonstrate
+
+    voice = Voice(quiet, as_json)
+    result = demonstrate(out, seed, workers, voice)
+    voice.result(result, f"report: {result['report']}")

@@ -1,0 +1,44 @@
+"""``andabata doctor``: is everything here that the others need?"""
+
+import platform
+from importlib import import_module
+from typing import Any
+
+import typer
+
+from andabata.app.options import Json
+
+_MODULES = ("numpy", "numba", "torch", "sklearn", "pybullet", "open3d", "gymnasium", "rosbags")
+_SYSTEM = (
+    "apt-get install -y libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1 (Debian)"
+)
+
+
+def doctor(as_json: Json = False) -> None:
+    """Check the installation: versions, system libraries, package origins."""
+    from andabata.app.console import Voice
+    from andabata.app.origins import check_origins
+    from andabata.app.runs import commit
+
+    found: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
+    found["origins"] = check_origins()
+    found["modules"] = {name: _version(name) for name in _MODULES}
+    broken = {name: text for name, text in found["modules"].items() if text.startswith("broken")}
+    found["ok"] = not broken
+    lines = [f"python {found['python']}, andabata at commit {found['commit']}"]
+    lines += [f"{name:12} {text}" for name, text in found["modules"].items()]
+    lines.append(f"packages lie beside each other in {found['origins']['andabata']}")
+    if broken:
+        lines.append(f"a system library may be missing: {_SYSTEM}")
+    Voice(as_json=as_json).result(found, "\n".join(lines))
+    if broken:
+        raise typer.Exit(1)
+
+
+def _version(name: str) -> str:
+    """Return a module's version, or why it cannot be imported."""
+    try:
+        module = import_module(name)
+    except Exception as error:  # Whatever a broken binary raises.
+        return f"broken: {error}"
+    return str(getattr(module, "__version__", "here"))

@@ -1,0 +1,67 @@
+"""``andabata drive``: one drive in a world."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Set
+
+
+def drive(
+    world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
+    controller: Annotated[
+        str, typer.Option(help="learned, reactive, straight or oracle.")
+    ] = "learned",
+    out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
+        "data/runs/drive"
+    ),
+    forest: ForestFile = None,
+    policy: PolicyFile = None,
+    seed: Seed = 0,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Visit the goals of one task in a row and draw the way."""
+    from andabata.app.console import Voice
+    from andabata.app.driving import drive_once
+    from andabata.app.pictures import drive_picture
+    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.settings import resolve
+    from andabata.app.usage import words
+    from andabata.records.storage import write_atomically
+    from andabata.tasks.controllers import CONTROLLERS
+    from andabata.tasks.rig import RigConfig
+    from rl.policy import Policy
+    from traversability.forest import Forest
+
+    (name,) = words(controller, CONTROLLERS, "--controller")[:1]
+    voice = Voice(quiet, as_json)
+    resolved = resolve(RigConfig, config, settings or ())
+    with voice.progress("simulated seconds", 0) as step:
+        driven = drive_once(
+            world,
+            seed,
+            name,
+            resolved,
+            Forest.load(forest) if forest else None,
+            Policy.load(policy) if policy else None,
+            on_second=lambda: step(1),
+        )
+    make_folder(out)
+    write_atomically(
+        out / "drive.png",
+        drive_picture(driven.world, driven.path, driven.task.goals, driven.title),
+    )
+    write_json(out / "drive.json", driven.as_dict())
+    write_json(out / "run.json", describe("drive", resolved.model_dump(mode="json"), seed))
+    legs = "\n".join(
+        f"goal {leg['goal']}: {leg['outcome']} after {leg['time_s']:.1f} s and "
+        f"{leg['distance_m']:.1f} m, {leg['trespass_m']:.1f} m of trespass"
+        for leg in driven.as_dict()["legs"]
+    )
+    data = {**driven.as_dict(), "picture": str(out / "drive.png")}
+    data.pop("path")
+    voice.result(data, f"{driven.title}\n{legs}\npicture: {out / 'drive.png'}")

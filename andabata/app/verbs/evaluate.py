@@ -1,0 +1,89 @@
+"""``andabata evaluate``: judge controllers side by side."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Set, Workers
+
+_SHOWN = (
+    "controller",
+    "goal",
+    "trials",
+    "successes",
+    "collisions",
+    "tipovers",
+    "timeouts",
+    "stuck",
+    "success_rate",
+    "wilson_low",
+    "wilson_high",
+    "spl",
+    "trespass_m",
+)
+
+
+def evaluate(
+    world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
+    controllers: Annotated[
+        str, typer.Option(help="Some of learned, reactive, straight, oracle; comma-separated.")
+    ] = "learned,reactive,straight,oracle",
+    trials: Annotated[int, typer.Option(min=1, help="Trials of each controller.")] = 20,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
+    ] = None,
+    forest: ForestFile = None,
+    policy: PolicyFile = None,
+    seed: Seed = 0,
+    workers: Workers = 2,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Drive the same worlds, starts and noises with each controller and count the goals."""
+    from andabata.app.console import Voice, table_of
+    from andabata.app.evaluation import EvaluationConfig, Models, summarise
+    from andabata.app.evaluation import evaluate as run_evaluation
+    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.settings import resolve
+    from andabata.app.usage import words
+    from andabata.tasks.controllers import CONTROLLERS
+    from worlds.library import UnknownWorldError, preset_names
+
+    if world not in preset_names():
+        known = ", ".join(preset_names())
+        raise UnknownWorldError(f"--world: expected one of {known}, got {world!r}")
+    voice = Voice(quiet, as_json)
+    base = EvaluationConfig(
+        world=world,
+        controllers=words(controllers, CONTROLLERS, "--controllers"),
+        trials=trials,
+        seed=seed,
+    )
+    resolved = resolve(EvaluationConfig, config, settings or (), base)
+    models = Models(
+        forest=forest.read_bytes() if forest else None,
+        policy=policy.read_bytes() if policy else None,
+    )
+    folder = make_folder(out) if out else None
+    with voice.progress("trials", resolved.trials) as step:
+
+        def on_trial(trial: int, rows: list[dict[str, Any]]) -> None:
+            step(1, f"world {rows[0]['world_seed']}")
+
+        rows = run_evaluation(
+            resolved,
+            models,
+            workers=workers,
+            journal=folder / "trials.jsonl" if folder else None,
+            on_trial=on_trial,
+        )
+    table = summarise(rows, resolved)
+    data: dict[str, Any] = {"rows": table, "config": resolved.model_dump(mode="json"), "seed": seed}
+    if folder:
+        write_json(folder / "evaluation.json", data)
+        write_json(folder / "run.json", describe("evaluate", data["config"], seed))
+    shown = [{key: row[key] for key in _SHOWN} for row in table]
+    voice.result(data, table_of(shown, world))

@@ -1,0 +1,67 @@
+"""``andabata scan``: any cloud to cells, virtual scan and a picture."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import ForestFile, Json, Quiet
+
+_MOUNTING = "x, y [m] and roll, pitch, yaw [degrees] of the sensor, as X,Y,ROLL,PITCH,YAW."
+
+
+def scan(
+    file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin or vtk.")],
+    sensor_height: Annotated[
+        float, typer.Option(help="Sensor above the robot's base plane [m].")
+    ] = 0.72,
+    mounting: Annotated[str, typer.Option(help=_MOUNTING)] = "0,0,0,0,0",
+    forest: ForestFile = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG file; beside the present folder by default.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge the cells around the robot in one cloud. The sensor is taken to be level."""
+    from andabata.app.console import Voice
+    from andabata.app.pictures import scan_picture
+    from andabata.app.scanning import scan_cloud, scan_result
+    from andabata.models import shipped_forest
+    from andabata.records.storage import write_atomically
+    from traversability.files import read_cloud
+    from traversability.forest import Forest
+
+    placed = _mounting(mounting, sensor_height)
+    loaded = Forest.load(forest) if forest else shipped_forest()
+    scanned = scan_cloud(read_cloud(file), placed, loaded)
+    where = picture or Path(f"{file.stem}_scan.png")
+    write_atomically(where, scan_picture(scanned, loaded.grid, file.name))
+    data = {**scan_result(scanned, loaded), "picture": str(where)}
+    cells = data["cells"]
+    nearest = min((r for r in data["ranges"] if r is not None), default=float("nan"))
+    text = (
+        f"{data['points']} points: {cells['green']} green, {cells['red']} red, {cells['white']} "
+        f"white cells; nearest obstacle {nearest:.2f} m\npicture: {where}"
+    )
+    Voice(quiet, as_json).result(data, text)
+
+
+def _mounting(text: str, height: float):  # type: ignore[no-untyped-def]  # noqa: ANN202 - a heavy type.
+    """Return the mounting of the two options."""
+    import math
+
+    from andabata.app.scanning import Mounting
+    from andabata.app.settings import resolve
+    from andabata.app.usage import UsageError
+
+    try:
+        x, y, roll, pitch, yaw = (float(word) for word in text.split(","))
+    except ValueError as error:
+        raise UsageError(
+            f"--mounting: expected five numbers X,Y,ROLL,PITCH,YAW, got {text!r}"
+        ) from error
+    fields = {"x": x, "y": y, "z": height}
+    angles = {"roll": roll, "pitch": pitch, "yaw": yaw}
+    fields |= {name: math.radians(angle) for name, angle in angles.items()}
+    return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])

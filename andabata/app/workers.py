@@ -1,0 +1,63 @@
+"""Work cut into tasks that carry their own seeds: results don't depend on who ran them."""
+
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import TypeVar
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def default_workers() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run_tasks(
+    work: Callable[[Task], Result], tasks: Iterable[Task], workers: int
+) -> Iterator[tuple[Task, Result]]:
+    """Yield each task with its result, in the order of the tasks.
+
+    Args:
+        work: A function that a process can import.
+        tasks: Its arguments.
+        workers: Processes; one works in this process.
+    """
+    if workers <= 1:
+        for task in tasks:
+            yield task, work(task)
+        return
+    pool = make_pool(workers)
+    try:
+        pending = [(task, pool.submit(work, task)) for task in tasks]
+        for task, future in pending:
+            yield task, future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def make_pool(workers: int) -> ProcessPoolExecutor:
+    """Return a pool of fresh processes with one thread each."""
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
+
+
+def _begin() -> None:
+    """Keep a worker on one core; Ctrl-C is for the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    use_one_thread()
+
+
+def use_one_thread() -> None:
+    """Make torch reproducible and fast for small networks.
+
+    Results change with the number of threads, and subnormal optimiser moments are slow.
+    """
+    import torch
+
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)

@@ -1,0 +1,33 @@
+# make demo, make test and make check set everything up by themselves; a second run installs nothing.
+SHELL := /bin/bash
+PYTHON ?= python3.11
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
+
+.PHONY: demo test check bench clean install
+
+demo: install
+	$(BIN)/andabata demo
+
+test: install
+	$(BIN)/python -m pytest -n 2 -q tests --ignore tests/benchmarks
+
+check: install
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+bench: install
+	$(BIN)/python -m pytest -q -s tests/benchmarks
+
+install: $(STAMP)
+
+$(STAMP): pyproject.toml .ci/setup.sh
+	@APT_PACKAGES="$(APT_PACKAGES)" bash .ci/setup.sh "$(PYTHON)" "$(VENV)"
+	@touch $@
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache build dist *.egg-info

@@ -1,0 +1,5 @@
+"""``python -m andabata``."""
+
+from andabata.app.cli import run
+
+run()

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.observation import ObservationLayout
 from rl.policy import Policy
+from rl.sac import SacConfig, SoftActorCritic
 from rl.training import Episode, Sampler
 
 
@@ -33,7 +33,7 @@ class CurriculumConfig(BaseModel):
 
     Attributes:
         stages: In order.
-        learner: Numbers of the actor-critic.
+        learner: Numbers of the learner.
         seed: Of everything random in the run.
         n_sectors: Ranges of the state.
         max_range: Largest range [m].
@@ -45,7 +45,7 @@ class CurriculumConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     stages: tuple[Stage, ...]
-    learner: ActorCriticConfig = Field(default_factory=ActorCriticConfig)
+    learner: SacConfig = Field(default_factory=SacConfig)
     seed: int = Field(default=0, ge=0)
     n_sectors: int = Field(default=32, ge=4)
     max_range: float = Field(default=10.0, gt=0)
@@ -68,7 +68,7 @@ class Generation:
         success_rate: Of this generation's episodes.
         outcomes: Count of each outcome.
         mean_return: Mean sum of rewards.
-        losses: As ``ActorCritic.update`` gives them.
+        losses: As ``SoftActorCritic.update`` gives them.
     """
 
     stage: int
@@ -107,7 +107,7 @@ class Curriculum:
         self._config = config
         self._sampler = sampler
         layout = ObservationLayout(config.n_sectors)
-        self.learner = ActorCritic(
+        self.learner = SoftActorCritic(
             layout, config.max_range, config.limit, config.learner, config.seed
         )
         self._stage = self._episodes = self._generation = self._steps = 0
@@ -135,7 +135,7 @@ class Curriculum:
         config = self._config
         count = min(config.learner.batch, stage.episodes - self._episodes)
         seeds = [(config.seed, self._stage, self._episodes + k) for k in range(count)]
-        episodes = self._sampler(self._stage, self.policy({}), self.learner.exploration, seeds)
+        episodes = self._sampler(self._stage, self.policy({}), config.learner.hold, seeds)
         pace = 1 - (1 - config.final_pace) * self._episodes / stage.episodes
         order = np.random.default_rng((config.seed, self._stage, self._generation, 1))
         losses = self.learner.update(episodes, order, pace)

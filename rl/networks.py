@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from rl.observation import ObservationLayout
 from rl.policy import Policy
 
+_LOG_SIGMA = (-4.0, 0.5)
+
 
 class Actor(nn.Module):
-    """State to the mean of a normal distribution over actions, 35-200-200-1 in the paper."""
+    """State to a squashed normal distribution over actions: 35-200-200 and mean, log sigma."""
 
     def __init__(
         self, layout: ObservationLayout, max_range: float, limit: float, hidden: Sequence[int]
@@ -28,14 +31,27 @@ class Actor(nn.Module):
         """
         super().__init__()
         self.max_range, self.limit = max_range, limit
-        self.body = mlp([layout.size, *hidden, 1])
-        offset, scale = layout.scale(max_range, limit)
-        self.register_buffer("offset", torch.from_numpy(offset), persistent=False)
-        self.register_buffer("scale", torch.from_numpy(scale), persistent=False)
+        widths = [layout.size, *hidden, 2]
+        self.linear = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
+        _register_scale(self, layout, max_range, limit)
 
-    def forward(self, states: Tensor) -> Tensor:
-        """Return means, -1 to 1, shape (n,), for states in SI units, shape (n, 35)."""
-        return torch.tanh(self.body((states - self.offset) * self.scale)).squeeze(-1)
+    def forward(self, states: Tensor) -> tuple[Tensor, Tensor]:
+        """Return means before tanh and sigmas, shape (n,), for states in SI units, (n, 35)."""
+        x = (states - self.offset) * self.scale
+        for layer in self.linear[:-1]:
+            x = torch.relu(layer(x))
+        mean, log_sigma = self.linear[-1](x).unbind(dim=1)
+        return mean, log_sigma.clamp(*_LOG_SIGMA).exp()
+
+    def sample(self, states: Tensor, noise: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Return actions, -1 to 1, and their log-probabilities, shape (n,) each."""
+        mean, sigma = self(states)
+        normal = torch.randn(mean.shape, generator=noise)
+        before = mean + sigma * normal
+        log_p = -normal.square() / 2 - sigma.log() - 0.5 * float(np.log(2 * np.pi))
+        # log(1 - tanh(x)^2), without cancellation.
+        squash = 2 * (float(np.log(2)) - before - nn.functional.softplus(-2 * before))
+        return torch.tanh(before), log_p - squash
 
     def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
         """Return the actor as a policy that runs without torch.
@@ -44,47 +60,59 @@ class Actor(nn.Module):
             dead_zone: Yaw rates below this are zero [rad/s].
             info: How it was trained, ready for JSON.
         """
-        linear = [layer for layer in self.body if isinstance(layer, nn.Linear)]
-        layers = tuple((_array(layer.weight), _array(layer.bias)) for layer in linear)
+        layers = tuple((_array(layer.weight), _array(layer.bias)) for layer in self.linear)
         return Policy(layers, self.max_range, self.limit, dead_zone, info)
 
 
-class Critic(nn.Module):
-    """State and the reward that came with it to a value, 36-200-200-1 in the paper."""
+class TwinCritic(nn.Module):
+    """Two critics side by side, state and action to a value: 36-200-200-1 each.
+
+    The paper prints the reward as the 36th input; a value of an action needs the action there
+    (assumption).
+    """
 
     def __init__(
         self, layout: ObservationLayout, max_range: float, limit: float, hidden: Sequence[int]
     ) -> None:
         """Draw weights from torch's generator; arguments as for ``Actor``."""
         super().__init__()
-        self.body = mlp([layout.size + 1, *hidden, 1])
-        offset, scale = layout.scale(max_range, limit)
-        self.register_buffer("offset", torch.from_numpy(offset), persistent=False)
-        self.register_buffer("scale", torch.from_numpy(scale), persistent=False)
+        widths = [layout.size + 1, *hidden, 1]
+        self.weights = nn.ParameterList()
+        self.biases = nn.ParameterList()
+        for inputs, outputs in pairwise(widths):
+            bound = inputs**-0.5
+            self.weights.append(
+                nn.Parameter(torch.empty(2, inputs, outputs).uniform_(-bound, bound))
+            )
+            self.biases.append(nn.Parameter(torch.empty(2, 1, outputs).uniform_(-bound, bound)))
+        _register_scale(self, layout, max_range, limit)
 
-    def forward(self, states: Tensor, rewards: Tensor) -> Tensor:
-        """Return values, shape (n,).
+    def forward(self, states: Tensor, actions: Tensor) -> Tensor:
+        """Return both critics' values, shape (2, n).
 
         Args:
             states: States in SI units, shape (n, 35).
-            rewards: Scaled reward of the step that led to each state, shape (n,).
+            actions: Shares of the steering limit, shape (n,).
         """
-        inputs = (states - self.offset) * self.scale
-        return self.body(torch.cat([inputs, rewards[:, None]], dim=1)).squeeze(-1)
+        x = torch.cat([(states - self.offset) * self.scale, actions[:, None]], dim=1)
+        x = x.expand(2, *x.shape)
+        last = len(self.weights) - 1
+        for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
+            x = torch.baddbmm(biases, x, weights)
+            if number < last:
+                x = torch.relu(x)
+        return x.squeeze(-1)
 
 
-def mlp(widths: Sequence[int]) -> nn.Sequential:
-    """Return linear layers with a ReLU between them; the last one begins near zero."""
-    layers: list[nn.Module] = []
-    for inputs, outputs in pairwise(widths):
-        linear = nn.Linear(inputs, outputs)
-        last = outputs == widths[-1] and len(layers) == 2 * (len(widths) - 2)
-        nn.init.orthogonal_(linear.weight, gain=0.01 if last else 2**0.5)
-        nn.init.zeros_(linear.bias)
-        layers += [linear, nn.ReLU()]
-    return nn.Sequential(*layers[:-1])
+def _register_scale(
+    module: nn.Module, layout: ObservationLayout, max_range: float, limit: float
+) -> None:
+    """Give a network the scaling of its states."""
+    offset, scale = layout.scale(max_range, limit)
+    module.register_buffer("offset", torch.from_numpy(offset), persistent=False)
+    module.register_buffer("scale", torch.from_numpy(scale), persistent=False)
 
 
-def _array(tensor: Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
+def _array(tensor: Tensor) -> NDArray[np.float32]:
     """Return a copy of a tensor's numbers."""
     return tensor.detach().numpy().astype(np.float32).copy()

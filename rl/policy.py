@@ -26,7 +26,8 @@ class Policy:
 
     Attributes:
         layers: Weights, float32, shape (outputs, inputs), and biases, shape (outputs,), of each
-            layer; hidden layers are followed by a ReLU, the last by tanh.
+            layer; hidden layers are followed by a ReLU. The last gives the mean of the actions,
+            before tanh, and the logarithm of their spread, which only exploration uses.
         max_range: Largest range of the state [m].
         limit: Yaw rate at an output of 1 [rad/s].
         dead_zone: Yaw rates below this are zero [rad/s].
@@ -47,8 +48,9 @@ class Policy:
                     f"layers: expected {before.shape[0]} inputs after {before.shape[0]} outputs, "
                     f"got {after.shape[1]}"
                 )
-        if self.layers[-1][0].shape[0] != 1:
-            raise ValueError(f"layers: expected one output, got {self.layers[-1][0].shape[0]}")
+        if self.layers[-1][0].shape[0] != 2:
+            outputs = self.layers[-1][0].shape[0]
+            raise ValueError(f"layers: expected mean and log sigma as outputs, got {outputs}")
         offset, scale = self.layout.scale(self.max_range, self.limit)
         object.__setattr__(self, "_offset", offset)
         object.__setattr__(self, "_scale", scale)
@@ -58,14 +60,20 @@ class Policy:
         """The state that the policy takes."""
         return ObservationLayout(self.layers[0][0].shape[1] - 3)
 
-    def mean(self, state: NDArray[np.float32]) -> float:
-        """Return the actor's output for a state, -1 to 1, before the dead zone."""
+    def _outputs(self, state: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the mean before tanh and the log sigma."""
         x = (state - self._offset) * self._scale  # type: ignore[attr-defined]
         for weights, biases in self.layers[:-1]:
             x = weights @ x + biases
             np.maximum(x, 0.0, out=x)
         weights, biases = self.layers[-1]
-        return float(np.tanh(weights @ x + biases)[0])
+        return weights @ x + biases
+
+    def explore(self, state: NDArray[np.float32], rng: np.random.Generator) -> float:
+        """Return a random action for a state, -1 to 1, before the dead zone."""
+        mean, log_sigma = self._outputs(state)
+        sigma = np.exp(min(max(float(log_sigma), -4.0), 0.5))
+        return float(np.tanh(mean + sigma * rng.standard_normal()))
 
     def act(self, state: NDArray[np.float32]) -> float:
         """Return the steering for a state [rad/s].
@@ -80,7 +88,8 @@ class Policy:
             raise ValueError(f"state: expected shape ({self.layout.size},), got {state.shape}")
         if not np.isfinite(state).all():
             raise ValueError("state: expected finite numbers, got NaN or infinity")
-        return apply_dead_zone(self.limit * self.mean(state), self.dead_zone)
+        mean, _ = self._outputs(state)
+        return apply_dead_zone(self.limit * float(np.tanh(mean)), self.dead_zone)
 
     def to_bytes(self) -> bytes:
         """Return the policy as safetensors with its description in the metadata."""

@@ -21,7 +21,7 @@ class Episode:
 
     Attributes:
         states: State at each decision, float32, shape (t, n).
-        actions: Drawn actions before clipping, float32, shape (t,).
+        actions: Shares of the steering limit, -1 to 1, float32, shape (t,).
         rewards: Sum over each decision's steps, unscaled, float64, shape (t,).
         last_state: State after the last decision, float32, shape (n,).
         terminated: Whether it ended for good; a time-out is only cut short.
@@ -40,33 +40,23 @@ class Episode:
     steps: int
 
 
-@dataclass(frozen=True)
-class Exploration:
-    """How a learner tries things out.
+Seed = tuple[int, ...]
 
-    Attributes:
-        sigma: Standard deviation of the actions, a share of the steering limit.
-        hold: Control steps that an action is held.
-    """
-
-    sigma: float
-    hold: int
-
-
-Sampler = Callable[[int, Policy, Exploration, Sequence[tuple[int, ...]]], list[Episode]]
-"""Plays an episode for each seed in a stage's environment: (stage, policy, exploration, seeds)."""
+Sampler = Callable[[int, Policy, int, Sequence[Seed]], list[Episode]]
+"""Plays an episode for each seed in a stage's environment: (stage, policy, hold, seeds)."""
 
 
 def play(
-    environment: Environment, policy: Policy, exploration: Exploration, seed: tuple[int, ...]
+    environment: Environment, policy: Policy, hold: int, seed: Seed, explore: bool = True
 ) -> Episode:
     """Play one episode.
 
     Args:
         environment: Where.
-        policy: Mean of the actions.
-        exploration: Spread and pace of the actions.
+        policy: Chooses the actions.
+        hold: Control steps that an action is held.
         seed: Of the episode: environment and noise.
+        explore: Whether actions are drawn at random around the policy's best.
     """
     rng = np.random.default_rng(seed)
     state, _ = environment.reset(seed=int(rng.integers(2**31)))
@@ -74,12 +64,12 @@ def play(
     steps, over, terminated = 0, False, False
     info: dict[str, Any] = {}
     while not over:
-        wanted = np.float32(policy.mean(state) + exploration.sigma * rng.standard_normal())
+        action = policy.explore(state, rng) if explore else policy.act(state) / policy.limit
         states.append(state)
-        actions.append(wanted)
-        executed = np.clip(np.array([wanted], dtype=np.float32), -1.0, 1.0)
+        actions.append(action)
+        executed = np.array([action], dtype=np.float32)
         total = 0.0
-        for _ in range(exploration.hold):
+        for _ in range(hold):
             state, reward, terminated, truncated, info = environment.step(executed)
             total += reward
             steps += 1
@@ -102,9 +92,7 @@ def play(
 def serial_sampler(environments: Sequence[Environment]) -> Sampler:
     """Return a sampler that plays in this process; one environment a stage."""
 
-    def sample(
-        stage: int, policy: Policy, exploration: Exploration, seeds: Sequence[tuple[int, ...]]
-    ) -> list[Episode]:
-        return [play(environments[stage], policy, exploration, seed) for seed in seeds]
+    def sample(stage: int, policy: Policy, hold: int, seeds: Sequence[Seed]) -> list[Episode]:
+        return [play(environments[stage], policy, hold, seed) for seed in seeds]
 
     return sample

@@ -29,6 +29,7 @@ class MazeConfig(BaseModel):
         tasks: Number of tasks.
         near: Least straight distance from start to goal [m].
         far: Most straight distance from start to goal [m].
+        longest: Most length of a safe path from start to goal [m]; 180 s drive 54 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -45,6 +46,7 @@ class MazeConfig(BaseModel):
     tasks: int = Field(default=12, ge=1, le=100)
     near: float = Field(default=20.0, gt=2)
     far: float = Field(default=40.0, gt=2)
+    longest: float = Field(default=45.0, gt=2)
 
 
 def make_maze(
@@ -55,7 +57,7 @@ def make_maze(
     ground = Heightfield(np.zeros((n, n), dtype=np.float32), config.size / (n - 1))
     walls = tuple(_walls(config, difficulty, rng))
     truth = build_truth(ground, walls, TruthConfig(border=0.0))
-    tasks = draw_tasks(truth, config.tasks, 1, (config.near, config.far), rng, heading=0.0)
+    tasks = draw_tasks(truth, config.tasks, 1, (config.near, config.far), config.longest, rng, 0.0)
     surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
     return World(name, seed, difficulty, ground, surface, walls, tasks, truth)
 

@@ -43,6 +43,7 @@ class NaturalConfig(BaseModel):
         goals: Goals in a row of each task.
         near: Least straight distance from goal to goal [m].
         far: Most straight distance from goal to goal [m].
+        longest: Most length of a safe path from goal to goal [m]; 300 s drive 90 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -66,6 +67,7 @@ class NaturalConfig(BaseModel):
     goals: int = Field(default=1, ge=1, le=10)
     near: float = Field(default=25.0, gt=2)
     far: float = Field(default=45.0, gt=2)
+    longest: float = Field(default=70.0, gt=2)
 
 
 CELL = 0.25
@@ -81,7 +83,7 @@ def make_natural(
     objects = tuple(_plants(ground, config, difficulty, plant_rng))
     truth = build_truth(ground, objects, TruthConfig())
     reach = (config.near, config.far)
-    tasks = draw_tasks(truth, config.tasks, config.goals, reach, task_rng)
+    tasks = draw_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
     squares = ground.heights.shape[0] - 1
     surface = np.full((squares, squares), SemanticClass.GROUND, dtype=np.uint8)
     return World(name, seed, difficulty, ground, surface, objects, tasks, truth)

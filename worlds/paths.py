@@ -24,7 +24,7 @@ def shortest_path(
         cell: Edge of a cell [m].
         start: Where it begins [cells], shape (2,).
         goal: Where it ends [cells], shape (2,).
-        room: Clearance to keep [m]; where start or goal has less, the nearest cell that has it is
+        room: Clearance to keep [m], a cell at least; where start or goal has less, the nearest cell that has it is
             taken instead, up to 1 m away.
 
     Returns:
@@ -34,7 +34,7 @@ def shortest_path(
     high = ((np.maximum(start, goal) + _MARGIN / cell) / _COARSE).astype(int) + 1
     coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
     window = coarse[low[0] : high[0], low[1] : high[1]]
-    free = window >= room
+    free = window >= max(room, cell)  # Forbidden cells have no clearance at all.
     ends = [
         _nearest_free(free, (end / _COARSE - low - 0.5), 1.0 / (cell * _COARSE))
         for end in (start, goal)

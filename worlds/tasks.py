@@ -7,8 +7,8 @@ from scipy.ndimage import label
 from worlds.truth import TraversabilityMap
 from worlds.world import Start, Task
 
-START_ROOM = 0.9
-"""Clearance of every start and goal [m]."""
+START_ROOM = 1.3
+"""Clearance of every start and goal [m]: room to turn at full speed, whatever the heading."""
 
 PATH_ROOM = 0.5
 """Clearance of the safe path that is proven to exist [m]."""
@@ -65,6 +65,7 @@ def draw_task(
     places: Places,
     goals: int,
     reach: tuple[float, float],
+    longest: float,
     rng: np.random.Generator,
     heading: float | None = None,
 ) -> Task | None:
@@ -74,6 +75,8 @@ def draw_task(
         places: Free places.
         goals: Number of goals.
         reach: Straight distance from goal to goal, least and most [m].
+        longest: Most length of the safe path from goal to goal [m], so that it can be driven before
+            the time limit.
         rng: Source of randomness.
         heading: Start heading [rad]; None faces the first goal, give or take 45 degrees.
     """
@@ -81,7 +84,8 @@ def draw_task(
     visited: list[tuple[float, float]] = []
     for _ in range(goals):
         goal = places.nearby(here, *reach, rng)
-        if goal is None or places.truth.shortest_path(here, goal, PATH_ROOM) is None:
+        path = None if goal is None else places.truth.shortest_path(here, goal, PATH_ROOM)
+        if goal is None or path is None or _length(path) > longest:
             return None
         visited.append((float(goal[0]), float(goal[1])))
         here = goal
@@ -91,11 +95,17 @@ def draw_task(
     return Task(Start(float(start[0]), float(start[1]), heading), tuple(visited))
 
 
+def _length(path: NDArray[np.float64]) -> float:
+    """Return a path's length [m]."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
 def draw_tasks(
     truth: TraversabilityMap,
     count: int,
     goals: int,
     reach: tuple[float, float],
+    longest: float,
     rng: np.random.Generator,
     heading: float | None = None,
 ) -> tuple[Task, ...]:
@@ -107,7 +117,7 @@ def draw_tasks(
     places = Places(truth)
     tasks: list[Task] = []
     for _ in range(30 * count):
-        task = draw_task(places, goals, reach, rng, heading)
+        task = draw_task(places, goals, reach, longest, rng, heading)
         if task is not None:
             tasks.append(task)
         if len(tasks) == count:

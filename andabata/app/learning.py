@@ -13,8 +13,8 @@ from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
 from andabata.records.storage import write_atomically
 from andabata.tasks.offroad import OffroadConfig, stage_config
-from rl.actor_critic import ActorCriticConfig
 from rl.curriculum import Curriculum, CurriculumConfig, Generation, Stage
+from rl.sac import SacConfig
 
 STAGES = ("Maze2D", "Maze3D", "Natural")
 
@@ -28,14 +28,14 @@ class LearningConfig(BaseModel):
 
     Attributes:
         episodes: Budget of each of the three stages (paper: 200 each).
-        learner: Numbers of the actor-critic.
+        learner: Numbers of the learner.
         stages: Environments of the three stages.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     episodes: tuple[int, int, int] = (1000, 200, 200)
-    learner: ActorCriticConfig = Field(default_factory=ActorCriticConfig)
+    learner: SacConfig = Field(default_factory=SacConfig)
     stages: tuple[OffroadConfig, OffroadConfig, OffroadConfig] = Field(
         default_factory=lambda: (
             stage_config("Maze2D"),

@@ -9,7 +9,7 @@ from andabata.app.workers import make_pool
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.scenes import SceneShelf
 from rl.policy import Policy
-from rl.training import Episode, Exploration, play
+from rl.training import Episode, Seed, play
 from traversability.forest import Forest
 
 _environments: dict[tuple[int, bytes | None], OffroadEnv] = {}
@@ -38,12 +38,12 @@ class PoolSampler:
         self,
         stage: int,
         policy: Policy,
-        exploration: Exploration,
-        seeds: Sequence[tuple[int, ...]],
+        hold: int,
+        seeds: Sequence[Seed],
     ) -> list[Episode]:
         """Play an episode for each seed; see ``rl.training.Sampler``."""
         config = self._stages[stage]
-        work = partial(_play, config, self._forest, policy.to_bytes(), exploration)
+        work = partial(_play, config, self._forest, policy.to_bytes(), hold)
         if self._pool is None:
             return [work(seed) for seed in seeds]
         return list(self._pool.map(work, seeds))
@@ -67,12 +67,12 @@ def _play(
     config: OffroadConfig,
     forest: bytes | None,
     policy: bytes,
-    exploration: Exploration,
-    seed: tuple[int, ...],
+    hold: int,
+    seed: Seed,
 ) -> Episode:
     """Play one episode in this process, whose environments live as long as it does."""
     key = (hash(config.model_dump_json()), forest)
     if key not in _environments:
         loaded = Forest.from_bytes(forest) if forest is not None else None
         _environments[key] = OffroadEnv(config, loaded, _shelf)
-    return play(_environments[key], Policy.from_bytes(policy), exploration, seed)
+    return play(_environments[key], Policy.from_bytes(policy), hold, seed)

@@ -7,24 +7,25 @@ from andabata.machine.pose import wrap
 from andabata.navigation.view import View
 from worlds.world import World
 
+_ROOMS = (0.3, 0.45, 0.6, 0.9)
+"""Clearances that are tried, the least first [m]."""
+
+_DETOUR = 1.15
+"""A roomier path may be longer by this factor."""
+
 
 class OracleController:
     """Plans on the true map and follows the plan by pure pursuit: it knows what no robot knows."""
 
-    def __init__(
-        self, world: World, clearance: float = 0.6, look_ahead: float = 0.9, gain: float = 2.5
-    ) -> None:
+    def __init__(self, world: World, look_ahead: float = 0.9, gain: float = 2.5) -> None:
         """Prepare for one world.
 
         Args:
             world: Whose truth is used.
-            clearance: Room kept from anything forbidden [m]; half of it is tried where there is
-                less.
             look_ahead: Distance of the pursued point along the path [m].
             gain: From the bearing of that point to the yaw rate [1/s].
         """
         self._world = world
-        self._clearance = clearance
         self._look_ahead = look_ahead
         self._gain = gain
         self.reset()
@@ -61,18 +62,29 @@ class OracleController:
         return self._gain * wrap(bearing - view.truth.pose.yaw)
 
     def _plan(self, here: NDArray[np.float64], goal: NDArray[np.float64]) -> None:
-        """Find the shortest safe path and cut it into steps of 0.1 m."""
-        truth = self._world.truth
-        for clearance in (self._clearance, self._clearance / 2, 0.0):
-            path = truth.shortest_path(here, goal, clearance)
-            if path is not None:
-                break
-        else:
-            raise ValueError(
-                f"oracle: expected a safe path to {goal.tolist()}, got none from {here.tolist()}"
-            )
+        """Find the roomiest path that is hardly longer, and cut it into steps of 0.1 m."""
+        path = self._roomiest(here, goal)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         steps = np.linspace(0.0, lengths[-1], max(2, int(lengths[-1] / 0.1)))
         self._path = np.column_stack([np.interp(steps, lengths, path[:, k]) for k in range(2)])
         self._goal = np.array(goal, dtype=np.float64)
         self._next = 0
+
+    def _roomiest(
+        self, here: NDArray[np.float64], goal: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the path with the most room that is at most ``_DETOUR`` times the shortest."""
+        best, least = None, np.inf
+        for room in _ROOMS:
+            path = self._world.truth.shortest_path(here, goal, room)
+            if path is None:
+                continue
+            length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+            least = min(least, length)
+            if best is None or length <= _DETOUR * least:
+                best = path
+        if best is None:
+            raise ValueError(
+                f"oracle: expected a safe path to {goal.tolist()}, got none from {here.tolist()}"
+            )
+        return best

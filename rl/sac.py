@@ -1,0 +1,214 @@
+"""Soft actor-critic on whole episodes (Haarnoja et al. 2018), with the paper's layer sizes.
+
+The paper names actor and critic, not the update. Its one-step update collapses into circling on
+some seeds; this one does not, and learns from each decision many times (assumption).
+"""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from pydantic import BaseModel, ConfigDict, Field
+from torch import Tensor
+
+from rl.networks import Actor, TwinCritic
+from rl.observation import ObservationLayout
+from rl.policy import Policy
+from rl.replay import Replay
+from rl.training import Episode
+
+
+class SacConfig(BaseModel):
+    """Numbers of the learner (assumptions but for the networks).
+
+    Attributes:
+        hidden: Width of the hidden layers (paper: 200, 200).
+        learning_rate: Of Adam.
+        discount: Of a decision.
+        smoothing: Share of the critics that moves into their targets at each step.
+        minibatch: Decisions of a gradient step.
+        steps_per_decision: Gradient steps for each new decision.
+        entropy: Wanted entropy of the actions [nat].
+        temperature: First weight of the entropy.
+        hold: Control steps that an action is held while training; judged at 10 Hz.
+        reward_scale: Rewards are multiplied by this.
+        batch: Episodes of a generation.
+        capacity: Decisions that are remembered.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    hidden: tuple[int, ...] = (200, 200)
+    learning_rate: float = Field(default=7e-4, gt=0)
+    discount: float = Field(default=0.99, gt=0, lt=1)
+    smoothing: float = Field(default=0.005, gt=0, le=1)
+    minibatch: int = Field(default=256, ge=8)
+    steps_per_decision: float = Field(default=0.5, gt=0)
+    entropy: float = Field(default=-0.5)
+    temperature: float = Field(default=0.1, gt=0)
+    hold: int = Field(default=5, ge=1)
+    reward_scale: float = Field(default=1 / 50, gt=0)
+    batch: int = Field(default=8, ge=1)
+    capacity: int = Field(default=200_000, ge=1000)
+
+
+class SoftActorCritic:
+    """Actor, twin critics, their targets, temperature, optimisers and memory."""
+
+    def __init__(
+        self,
+        layout: ObservationLayout,
+        max_range: float,
+        limit: float,
+        config: SacConfig,
+        seed: int,
+    ) -> None:
+        """Draw fresh networks.
+
+        Args:
+            layout: The state.
+            max_range: Largest range of the state [m].
+            limit: Largest yaw rate [rad/s].
+            config: Numbers.
+            seed: Of the weights.
+        """
+        self.config = config
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            self.actor = Actor(layout, max_range, limit, config.hidden)
+            self.critics = TwinCritic(layout, max_range, limit, config.hidden)
+            self.targets = TwinCritic(layout, max_range, limit, config.hidden)
+        self.targets.load_state_dict(self.critics.state_dict())
+        self.targets.requires_grad_(False)
+        self.log_temperature = torch.nn.Parameter(torch.tensor(float(np.log(config.temperature))))
+        self.replay = Replay(layout.size, config.capacity)
+        rate = config.learning_rate
+        self._optimisers = {
+            "actor": torch.optim.Adam(self.actor.parameters(), lr=rate, fused=True),
+            "critics": torch.optim.Adam(self.critics.parameters(), lr=rate, fused=True),
+            "temperature": torch.optim.Adam([self.log_temperature], lr=rate, fused=True),
+        }
+
+    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
+        """Return the actor as a complete policy."""
+        return self.actor.policy(dead_zone, info)
+
+    def update(
+        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float = 1.0
+    ) -> dict[str, float]:
+        """Remember episodes and learn.
+
+        Args:
+            episodes: New ones.
+            rng: Draws minibatches and actions.
+            pace: Share of the learning rate.
+
+        Returns:
+            Mean critic loss, mean value, and the temperature.
+        """
+        for optimiser in self._optimisers.values():
+            for group in optimiser.param_groups:
+                group["lr"] = self.config.learning_rate * pace
+        fresh = sum(self.replay.add(episode, self.config.reward_scale) for episode in episodes)
+        noise = torch.Generator().manual_seed(int(rng.integers(2**31)))
+        count = max(1, round(fresh * self.config.steps_per_decision))
+        figures = np.zeros(2)
+        for _ in range(count):
+            rows = self.replay.draw(self.config.minibatch, rng)
+            figures += self._descend(rows, noise)
+        return {
+            "critic_loss": float(figures[0] / count),
+            "value": float(figures[1] / count),
+            "temperature": float(self.log_temperature.detach().exp()),
+        }
+
+    def _descend(self, rows: dict[str, Tensor], noise: torch.Generator) -> tuple[float, float]:
+        """Take one gradient step of critics, actor and temperature."""
+        config = self.config
+        temperature = self.log_temperature.detach().exp()
+        with torch.no_grad():
+            actions, log_p = self.actor.sample(rows["next_states"], noise)
+            later = self.targets(rows["next_states"], actions).amin(dim=0) - temperature * log_p
+            wanted = rows["rewards"] + config.discount * (1 - rows["terminated"]) * later
+        values = self.critics(rows["states"], rows["actions"])
+        critic_loss = torch.nn.functional.smooth_l1_loss(values, wanted.expand_as(values))
+        self._step("critics", 2 * critic_loss)
+        actions, log_p = self.actor.sample(rows["states"], noise)
+        gain = self.critics(rows["states"], actions).amin(dim=0)
+        self._step("actor", (temperature * log_p - gain).mean())
+        surplus = (log_p.detach() + config.entropy).mean()
+        self._step("temperature", -self.log_temperature * surplus)
+        with torch.no_grad():
+            pairs = zip(self.targets.parameters(), self.critics.parameters(), strict=True)
+            for target, critic in pairs:
+                target.lerp_(critic, config.smoothing)
+        return float(critic_loss.detach()), float(values.detach().mean())
+
+    def _step(self, name: str, loss: Tensor) -> None:
+        """Move one optimiser down a loss."""
+        self._optimisers[name].zero_grad()
+        loss.backward()
+        self._optimisers[name].step()
+
+    def _tensors(self) -> dict[str, Tensor]:
+        """Return every learnt tensor by name."""
+        parts: dict[str, torch.nn.Module] = {
+            "actor": self.actor,
+            "critics": self.critics,
+            "targets": self.targets,
+        }
+        found = {
+            f"{part}.{name}": tensor
+            for part, module in parts.items()
+            for name, tensor in module.named_parameters()
+        }
+        return found | {"temperature": self.log_temperature}
+
+    def to_bytes(self, progress: dict[str, Any]) -> bytes:
+        """Return everything that learning needs to go on, as safetensors.
+
+        Args:
+            progress: Where the run stands, ready for JSON.
+        """
+        from safetensors.torch import save
+
+        tensors = {name: tensor.detach().clone() for name, tensor in self._tensors().items()}
+        for name, optimiser in self._optimisers.items():
+            for number, parameter in enumerate(optimiser.param_groups[0]["params"]):
+                for key, moment in optimiser.state.get(parameter, {}).items():
+                    tensors[f"adam.{name}.{number}.{key}"] = moment.detach().clone()
+        tensors |= self.replay.tensors()
+        return save(tensors, metadata={"progress": json.dumps(progress, sort_keys=True)})
+
+    def restore(self, data: bytes) -> dict[str, Any]:
+        """Take up the state of ``to_bytes`` and return its progress.
+
+        Raises:
+            ValueError: If the bytes are no checkpoint of such a learner.
+        """
+        from safetensors import SafetensorError
+        from safetensors.torch import load
+
+        try:
+            tensors = load(data)
+            size = int.from_bytes(data[:8], "little")
+            progress = json.loads(json.loads(data[8 : 8 + size])["__metadata__"]["progress"])
+            with torch.no_grad():
+                for name, tensor in self._tensors().items():
+                    tensor.copy_(tensors[name])
+            for name, optimiser in self._optimisers.items():
+                for number, parameter in enumerate(optimiser.param_groups[0]["params"]):
+                    prefix = f"adam.{name}.{number}."
+                    if f"{prefix}step" in tensors:
+                        optimiser.state[parameter] = {
+                            key: tensors[prefix + key] for key in ("step", "exp_avg", "exp_avg_sq")
+                        }
+            self.replay.restore(tensors)
+        except (SafetensorError, KeyError, ValueError, RuntimeError) as error:
+            raise ValueError(
+                f"checkpoint: expected one of this learner, got {str(error).splitlines()[0]}; "
+                "start a new run"
+            ) from error
+        return dict(progress)

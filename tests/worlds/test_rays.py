@@ -1,0 +1,121 @@
+"""Rays: pybullet and Embree see the same world; plants let beams through at their stated rate."""
+
+import numpy as np
+import pybullet
+import pytest
+
+from terrain.classes import TRAITS, SemanticClass
+from terrain.heightfield import Heightfield
+from terrain.objects import box
+from worlds.bodies import build_bodies
+from worlds.library import make_world
+from worlds.rays import NO_CLASS, RayScene
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import World
+
+BATCH = 4000
+"""pybullet loses a ray of a batch of 16,384."""
+
+
+def flat_world(*objects):
+    ground = Heightfield(np.zeros((21, 21), dtype=np.float32), 1.0)
+    truth = build_truth(ground, objects, TruthConfig())
+    surface = np.zeros((20, 20), dtype=np.uint8)
+    return World("flat", 0, 0.0, ground, surface, objects, (), truth)
+
+
+def bullet_ranges(world, origins, directions, length):
+    client = pybullet.connect(pybullet.DIRECT)
+    bodies = build_bodies(world, client)
+    hits = []
+    for k in range(0, len(origins), BATCH):
+        begin = origins[k : k + BATCH]
+        end = begin + length * directions[k : k + BATCH]
+        hits += pybullet.rayTestBatch(begin.tolist(), end.tolist(), physicsClientId=client)
+    pybullet.disconnect(client)
+    known = {bodies.ground, *bodies.solids}
+    assert {hit[0] for hit in hits} <= known | {-1}
+    return np.array([hit[2] * length if hit[0] >= 0 else np.inf for hit in hits])
+
+
+@pytest.mark.parametrize("name", ["natural-test", "maze"])
+def test_physics_and_rays_see_the_same_world(name):
+    world = make_world(name, 5)
+    scene = RayScene(world)
+    rng = np.random.default_rng(0)
+    n, length = 10_000, 30.0
+    half = world.ground.width / 2 - 1
+    origins = rng.uniform(-half, half, (n, 3))
+    origins[:, 2] = world.ground.height_at(origins[:, 0], origins[:, 1]) + rng.uniform(0.3, 6, n)
+    directions = rng.normal(size=(n, 3))
+    directions[:, 2] -= 0.5
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins, directions = origins.astype(np.float32), directions.astype(np.float32)
+    physics = bullet_ranges(world, origins.astype(float), directions.astype(float), length)
+    seen, _ = scene.cast_opaque(origins, directions)
+    seen = np.where(seen < length, seen.astype(float), np.inf)
+    both = np.isfinite(physics) & np.isfinite(seen)
+    assert both.sum() > 0.5 * n
+    apart = both & (np.abs(physics - seen) > 1e-3)
+    one_sided = np.isfinite(physics) != np.isfinite(seen)
+    odd = np.flatnonzero(apart | one_sided)
+    unexplained = [k for k in odd if not _grazes(scene, origins[k], directions[k], physics[k])]
+    assert not unexplained, [(k, physics[k], seen[k]) for k in unexplained[:10]]
+    assert len(odd) < 0.005 * n, f"{len(odd)} rays graze an edge, too many"
+
+
+def _grazes(scene, origin, direction, physics):
+    """Whether rays a milliradian away meet something else, or what the physics met."""
+    rng = np.random.default_rng(1)
+    near = direction + 1e-3 * rng.normal(size=(64, 3))
+    near = (near / np.linalg.norm(near, axis=1, keepdims=True)).astype(np.float32)
+    ranges, _ = scene.cast_opaque(np.repeat(origin[None], 64, axis=0), near)
+    finite = ranges[np.isfinite(ranges)]
+    beyond = not np.isfinite(physics)
+    if beyond:
+        return len(finite) < 64 or finite.max() - finite.min() > 0.01
+    return len(finite) > 0 and (
+        np.abs(finite - physics).min() < 0.02 or finite.max() - finite.min() > 0.01
+    )
+
+
+def test_a_ray_at_a_wall_has_a_known_range_and_class():
+    scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
+    origins = np.array([[0, 0, 1]] * 3, dtype=np.float32)
+    directions = np.array([[1, 0, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float32)
+    ranges, classes = scene.cast_opaque(origins, directions)
+    np.testing.assert_allclose(ranges, [2.5, 1.0, np.inf], rtol=1e-6)
+    assert classes.tolist() == [SemanticClass.WALL, SemanticClass.GROUND, NO_CLASS]
+
+
+@pytest.mark.parametrize("start", [0.0, 3.0], ids=["from outside", "from inside"])
+def test_grass_stops_beams_at_its_rate(start):
+    grass = box(SemanticClass.HIGH_GRASS, (3, 0, 1), (2, 4, 2))
+    wall = box(SemanticClass.WALL, (8, 0, 1), (1, 4, 2))
+    scene = RayScene(flat_world(grass, wall))
+    n = 20_000
+    origins = np.tile(np.array([[start, 0, 1]], dtype=np.float32), (n, 1))
+    directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (n, 1))
+    ranges, classes = scene.cast(origins, directions, np.random.default_rng(0))
+    rate = TRAITS[SemanticClass.HIGH_GRASS].hits_per_metre
+    inside = 4.0 - max(start, 2.0)
+    stopped = classes == SemanticClass.HIGH_GRASS
+    assert stopped.mean() == pytest.approx(1 - np.exp(-rate * inside), abs=0.01)
+    assert set(classes[~stopped]) == {SemanticClass.WALL}
+    depth = ranges[stopped] + start - max(start, 2.0)
+    assert 0 <= depth.min() < 0.01
+    mean = 1 / rate - inside / (np.exp(rate * inside) - 1)
+    assert depth.mean() == pytest.approx(mean, rel=0.03)
+
+
+def test_two_overlapping_bushes_are_one_bush():
+    one = flat_world(box(SemanticClass.BUSH, (3, 0, 1), (0.2, 4, 2)))
+    two = flat_world(*[box(SemanticClass.BUSH, (3, 0, 1), (0.2, 4, 2))] * 2)
+    origins = np.tile(np.array([[0, 0, 1]], dtype=np.float32), (20_000, 1))
+    directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (20_000, 1))
+    shares = [
+        np.isfinite(RayScene(w).cast(origins, directions, np.random.default_rng(0))[0]).mean()
+        for w in (one, two)
+    ]
+    assert shares[0] == pytest.approx(1 - np.exp(-5.0 * 0.2), abs=0.012)
+    assert shares[1] == pytest.approx(shares[0], abs=0.012)

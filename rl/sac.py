@@ -44,7 +44,7 @@ class SacConfig(BaseModel):
     learning_rate: float = Field(default=7e-4, gt=0)
     discount: float = Field(default=0.99, gt=0, lt=1)
     smoothing: float = Field(default=0.005, gt=0, le=1)
-    minibatch: int = Field(default=256, ge=8)
+    minibatch: int = Field(default=128, ge=8)
     steps_per_decision: float = Field(default=0.5, gt=0)
     entropy: float = Field(default=-0.5)
     temperature: float = Field(default=0.1, gt=0)
@@ -136,8 +136,10 @@ class SoftActorCritic:
         critic_loss = torch.nn.functional.smooth_l1_loss(values, wanted.expand_as(values))
         self._step("critics", 2 * critic_loss)
         actions, log_p = self.actor.sample(rows["states"], noise)
+        self.critics.requires_grad_(False)  # The critics only pass the gradient on.
         gain = self.critics(rows["states"], actions).amin(dim=0)
         self._step("actor", (temperature * log_p - gain).mean())
+        self.critics.requires_grad_(True)
         surplus = (log_p.detach() + config.entropy).mean()
         self._step("temperature", -self.log_temperature * surplus)
         with torch.no_grad():

@@ -24,8 +24,8 @@ def shortest_path(
         cell: Edge of a cell [m].
         start: Where it begins [cells], shape (2,).
         goal: Where it ends [cells], shape (2,).
-        room: Clearance to keep [m], a cell at least; where start or goal has less, the nearest cell that has it is
-            taken instead, up to 1 m away.
+        room: Clearance to keep [m], a cell at least; where start or goal has less, the nearest cell
+            that has it is taken instead, up to 1 m away.
 
     Returns:
         Corners [cells], float64, shape (k, 2), or None when there is no path.

@@ -24,18 +24,22 @@ def flat_world(*objects):
     return World("flat", 0, 0.0, ground, surface, objects, (), truth)
 
 
-def bullet_ranges(world, origins, directions, length):
+def bullet_ranges(world, origins, directions, length, piece=2.5):
+    """Ranges by pybullet, in short pieces: it loses some long rays over a heightfield."""
     client = pybullet.connect(pybullet.DIRECT)
     bodies = build_bodies(world, client)
-    hits = []
-    for k in range(0, len(origins), BATCH):
-        begin = origins[k : k + BATCH]
-        end = begin + length * directions[k : k + BATCH]
-        hits += pybullet.rayTestBatch(begin.tolist(), end.tolist(), physicsClientId=client)
+    ranges = np.full(len(origins), np.inf)
+    for begin in np.arange(0, length, piece):
+        going = np.flatnonzero(np.isinf(ranges))
+        for rows in np.array_split(going, max(1, len(going) // BATCH + 1)):
+            first = origins[rows] + begin * directions[rows]
+            last = first + (piece + 0.001) * directions[rows]
+            hits = pybullet.rayTestBatch(first.tolist(), last.tolist(), physicsClientId=client)
+            assert {hit[0] for hit in hits} <= {bodies.ground, *bodies.solids, -1}
+            shares = np.array([hit[2] if hit[0] >= 0 else np.inf for hit in hits])
+            ranges[rows] = begin + shares * (piece + 0.001)
     pybullet.disconnect(client)
-    known = {bodies.ground, *bodies.solids}
-    assert {hit[0] for hit in hits} <= known | {-1}
-    return np.array([hit[2] * length if hit[0] >= 0 else np.inf for hit in hits])
+    return ranges
 
 
 @pytest.mark.parametrize("name", ["natural-test", "maze"])
@@ -56,7 +60,8 @@ def test_physics_and_rays_see_the_same_world(name):
     seen = np.where(seen < length, seen.astype(float), np.inf)
     both = np.isfinite(physics) & np.isfinite(seen)
     assert both.sum() > 0.5 * n
-    apart = both & (np.abs(physics - seen) > 1e-3)
+    with np.errstate(invalid="ignore"):
+        apart = both & (np.abs(physics - seen) > 1e-3)
     one_sided = np.isfinite(physics) != np.isfinite(seen)
     odd = np.flatnonzero(apart | one_sided)
     unexplained = [k for k in odd if not _grazes(scene, origins[k], directions[k], physics[k])]

@@ -31,7 +31,7 @@ def test_slopes_up_to_twenty_degrees_are_free(angle, reason):
 def test_a_step_is_forbidden_whichever_way_it_goes(height, forbidden):
     heights = np.zeros((101, 101))
     heights[51:] = height
-    assert bool(truth_of(heights).forbidden_at(0.1, 0.0)) is forbidden
+    assert bool(truth_of(heights, cell=0.05).forbidden_at(0.02, 0.0)) is forbidden
 
 
 def test_a_trunk_is_solid_and_its_crown_is_not_in_the_way():

@@ -135,7 +135,9 @@ class Curriculum:
         config = self._config
         count = min(config.learner.batch, stage.episodes - self._episodes)
         seeds = [(config.seed, self._stage, self._episodes + k) for k in range(count)]
-        episodes = self._sampler(self._stage, self.policy({}), config.learner.hold, seeds)
+        episodes = self._sampler(
+            self._stage, self.learner.explorer(config.dead_zone), config.learner.hold, seeds
+        )
         pace = 1 - (1 - config.final_pace) * self._episodes / stage.episodes
         order = np.random.default_rng((config.seed, self._stage, self._generation, 1))
         losses = self.learner.update(episodes, order, pace)
@@ -161,7 +163,7 @@ class Curriculum:
         )
 
     def policy(self, info: dict[str, Any]) -> Policy:
-        """Return the present actor."""
+        """Return the policy that the run has come to."""
         return self.learner.policy(self._config.dead_zone, info)
 
     def to_bytes(self) -> bytes:

@@ -32,6 +32,8 @@ class SacConfig(BaseModel):
         steps_per_decision: Gradient steps for each new decision.
         entropy: Wanted entropy of the actions [nat].
         temperature: First weight of the entropy.
+        averaging: Share of the actor that moves into its running average at each step; the average
+            is the policy that is kept.
         hold: Control steps that an action is held while training; judged at 10 Hz.
         reward_scale: Rewards are multiplied by this.
         batch: Episodes of a generation.
@@ -48,6 +50,7 @@ class SacConfig(BaseModel):
     steps_per_decision: float = Field(default=0.5, gt=0)
     entropy: float = Field(default=-0.5)
     temperature: float = Field(default=0.1, gt=0)
+    averaging: float = Field(default=0.001, gt=0, le=1)
     hold: int = Field(default=5, ge=1)
     reward_scale: float = Field(default=1 / 50, gt=0)
     batch: int = Field(default=8, ge=1)
@@ -78,9 +81,12 @@ class SoftActorCritic:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
             self.actor = Actor(layout, max_range, limit, config.hidden)
+            self.average = Actor(layout, max_range, limit, config.hidden)
             self.critics = TwinCritic(layout, max_range, limit, config.hidden)
             self.targets = TwinCritic(layout, max_range, limit, config.hidden)
+        self.average.load_state_dict(self.actor.state_dict())
         self.targets.load_state_dict(self.critics.state_dict())
+        self.average.requires_grad_(False)
         self.targets.requires_grad_(False)
         self.log_temperature = torch.nn.Parameter(torch.tensor(float(np.log(config.temperature))))
         self.replay = Replay(layout.size, config.capacity)
@@ -91,9 +97,13 @@ class SoftActorCritic:
             "temperature": torch.optim.Adam([self.log_temperature], lr=rate, fused=True),
         }
 
+    def explorer(self, dead_zone: float) -> Policy:
+        """Return the present actor, which plays the episodes to learn from."""
+        return self.actor.policy(dead_zone, {})
+
     def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
-        """Return the actor as a complete policy."""
-        return self.actor.policy(dead_zone, info)
+        """Return the average of the latest actors as a complete policy."""
+        return self.average.policy(dead_zone, info)
 
     def update(
         self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float = 1.0
@@ -142,10 +152,8 @@ class SoftActorCritic:
         self.critics.requires_grad_(True)
         surplus = (log_p.detach() + config.entropy).mean()
         self._step("temperature", -self.log_temperature * surplus)
-        with torch.no_grad():
-            pairs = zip(self.targets.parameters(), self.critics.parameters(), strict=True)
-            for target, critic in pairs:
-                target.lerp_(critic, config.smoothing)
+        _follow(self.targets, self.critics, config.smoothing)
+        _follow(self.average, self.actor, config.averaging)
         return float(critic_loss.detach()), float(values.detach().mean())
 
     def _step(self, name: str, loss: Tensor) -> None:
@@ -158,6 +166,7 @@ class SoftActorCritic:
         """Return every learnt tensor by name."""
         parts: dict[str, torch.nn.Module] = {
             "actor": self.actor,
+            "average": self.average,
             "critics": self.critics,
             "targets": self.targets,
         }
@@ -214,3 +223,10 @@ class SoftActorCritic:
                 "start a new run"
             ) from error
         return dict(progress)
+
+
+@torch.no_grad()
+def _follow(follower: torch.nn.Module, leader: torch.nn.Module, share: float) -> None:
+    """Move a share of one network's numbers into another's."""
+    for slow, fast in zip(follower.parameters(), leader.parameters(), strict=True):
+        slow.lerp_(fast, share)

@@ -24,9 +24,8 @@ class RobotModel(BaseModel):
         centre_of_mass: Height of the body's centre of mass above the ground [m] (assumption:
             batteries and motors lie low, the laser is light).
         clearance: Height of the body's floor above the ground [m] (assumption).
-        slip_factor: Effective track as a multiple of the geometric one. Measured in the bullet
-            plant on flat ground at 0.3 m/s, where it makes the body turn at 0.99 to 1.08 times the
-            commanded rate from 0.15 to 0.5 rad/s.
+        slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
+            plant on flat ground at 0.3 m/s; ``tests/benchmarks/README.md`` has the figures.
         wheel_torque: Largest torque of a wheel [N m]; 5 or less stall the turn.
         lidar_height: Optical centre above the ground [m] (inferred from the blind cone).
         speed: Constant longitudinal speed [m/s] (paper: 0.3).
@@ -49,7 +48,7 @@ class RobotModel(BaseModel):
     wheelbase: float = Field(default=0.40, gt=0)
     centre_of_mass: float = Field(default=0.25, gt=0)
     clearance: float = Field(default=0.09, gt=0)
-    slip_factor: float = Field(default=1.31, ge=1)
+    slip_factor: float = Field(default=1.25, ge=1)
     wheel_torque: float = Field(default=20.0, gt=0)
     lidar_height: float = Field(default=0.72, gt=0)
     speed: float = Field(default=0.3, gt=0)

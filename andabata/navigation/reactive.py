@@ -85,7 +85,8 @@ class ReactiveController:
         cost[~open_sectors] = np.inf
         best = int(np.argmin(cost))
         bearing = float(self._bearings[best])
-        if _between(np.array([view.heading_error]), bearing)[0] < np.pi / len(self._bearings):
+        half_sector = np.pi / len(self._bearings) + 1e-6
+        if _between(np.array([view.heading_error]), bearing)[0] <= half_sector:
             bearing = view.heading_error
         self._last = view.pose.yaw + bearing
         return self._config.gain * bearing

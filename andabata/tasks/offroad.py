@@ -197,7 +197,12 @@ def stage_config(stage: str) -> OffroadConfig:
     if stage == "Maze3D":
         return OffroadConfig(preset="maze", rig=rig, judge=JudgeConfig(time_limit=180.0))
     if stage == "Natural":
-        return OffroadConfig(preset="natural", rig=rig, judge=JudgeConfig(time_limit=300.0))
+        return OffroadConfig(
+            preset="natural",
+            seeds=TRAINING_SEEDS[:16],  # A natural world's ray scene takes 60 MB.
+            rig=rig,
+            judge=JudgeConfig(time_limit=300.0),
+        )
     raise ValueError(f"stage: expected Maze2D, Maze3D or Natural, got {stage!r}")
 
 

@@ -1,6 +1,6 @@
 """Which world seeds are for what, so that nothing is judged where it has learnt."""
 
-TRAINING_SEEDS = tuple(range(8))
+TRAINING_SEEDS = tuple(range(100))
 """World seeds that learning to steer draws its episodes from."""
 
 EVALUATION_SEED = 1_000_000

@@ -1,0 +1,150 @@
+"""The rotating laser: geometry, times, noise; and clouds that are placed beam by beam."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
+from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.robot import RobotModel
+from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
+from terrain.classes import SemanticClass
+from terrain.objects import box
+from traversability.grid import PolarGrid
+
+ROBOT = RobotModel()
+EXACT = LidarConfig(noise=0.0, dropout=0.0, mixed=0.0)
+HALF_TURN = 133 / 40
+
+
+def moving_track(speed=0.0, rate=0.0, seconds=8.0, tilt=0.0):
+    """Poses of a drive along x that turns at a rate, nose up by a tilt."""
+    track = PoseTrack(2048)
+    for stamp in np.arange(0.0, seconds, 0.01):
+        pose = Pose.from_euler(np.array([speed * stamp, 0.0, 0.0]), 0.0, -tilt, rate * stamp)
+        track.append(float(stamp), pose.position, pose.quaternion)
+    return track
+
+
+def assembled(scene, track, config=EXACT, seconds=7.2):
+    lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
+    assembler = CloudAssembler(CloudAssemblyConfig(), ROBOT.lidar_height)
+    for step in range(round(seconds * 10)):
+        assembler.add(lidar.sweeps(step / 10, (step + 1) / 10, track), track)
+    return assembler
+
+
+def test_forty_sweeps_a_second_and_half_a_turn_in_133():
+    assert LidarConfig().head_rate * 133 / 40 == pytest.approx(np.pi)
+    assert LidarConfig().beam_period * 1080 == pytest.approx(0.75 / 40)
+
+
+def test_flat_ground_is_flat_and_the_blind_cone_is_as_wide_as_the_laser_is_high(make_scene):
+    cloud = assembled(make_scene(), moving_track()).cloud
+    np.testing.assert_allclose(cloud.points[:, 2], 0.0, atol=1e-4)
+    r = np.hypot(*cloud.points[:, :2].T)
+    assert r.min() == pytest.approx(0.72, abs=0.01)
+    bearings = np.arctan2(*cloud.points[:, 1::-1].T)
+    assert np.histogram(bearings, 64, (-np.pi, np.pi))[0].min() > 0
+
+
+@pytest.mark.parametrize(
+    ("speed", "rate", "tilt"), [(0.3, 0.0, 0.0), (0.3, 0.5, 0.0), (0.0, -0.5, 0.15)]
+)
+def test_a_wall_stays_a_plane_while_the_robot_moves(make_scene, speed, rate, tilt):
+    wall = box(SemanticClass.WALL, (6.0, 0.0, 1.0), (0.4, 16.0, 2.0))
+    cloud = assembled(make_scene(objects=[wall]), moving_track(speed, rate, tilt=tilt)).cloud
+    on_wall = cloud.points[cloud.classes == SemanticClass.WALL]
+    faces = np.abs(on_wall[:, 0] - 5.8) < 0.3
+    assert faces.sum() > 500
+    np.testing.assert_allclose(on_wall[faces & (on_wall[:, 2] < 1.9), 0], 5.8, atol=2e-3)
+    ground = cloud.points[cloud.classes == SemanticClass.GROUND]
+    np.testing.assert_allclose(ground[:, 2], 0.0, atol=2e-3)
+
+
+def test_a_wrong_clock_bends_the_wall(make_scene):
+    """The law above can fail: poses half a second late leave no plane."""
+    wall = box(SemanticClass.WALL, (6.0, 0.0, 1.0), (0.4, 16.0, 2.0))
+    scene, track = make_scene(objects=[wall]), moving_track(0.3, 0.5)
+    late = PoseTrack(2048)
+    for stamp in np.arange(0.0, 8.0, 0.01):
+        row = track.at(np.array([stamp - 0.5]))[0]
+        late.append(float(stamp), row[:3], row[3:])
+    lidar = RotatingLidar(scene.rays, EXACT, ROBOT, np.random.default_rng(0))
+    assembler = CloudAssembler(CloudAssemblyConfig(), ROBOT.lidar_height)
+    for step in range(72):
+        assembler.add(lidar.sweeps(step / 10, (step + 1) / 10, track), late)
+    on_wall = assembler.cloud.points[assembler.cloud.classes == SemanticClass.WALL]
+    assert np.abs(on_wall[:, 0] - 5.8).max() > 0.3
+
+
+def test_the_cloud_travels_with_the_robot(make_scene):
+    post = box(SemanticClass.POST, (4.0, 1.0, 0.8), (0.2, 0.2, 1.6))
+    assembler = assembled(make_scene(objects=[post]), moving_track())
+    pose = Pose.from_euler(np.array([1.0, 1.0, 0.1]), 0.0, 0.0, np.pi / 2)
+    cloud = assembler.relative(pose)
+    seen = cloud.points[cloud.classes == SemanticClass.POST].mean(axis=0)
+    np.testing.assert_allclose(seen[:2], [0.0, -3.0], atol=0.15)
+    assert cloud.frame == "base_footprint"
+
+
+def test_a_cloud_has_about_as_many_points_as_the_papers(shelf):
+    scene = shelf.get("natural", 3)
+    ground = scene.world.ground
+    start = scene.world.tasks[0].start
+    height = float(ground.height_at(start.x, start.y))
+    track = PoseTrack(2048)
+    for stamp in np.arange(0.0, 4.0, 0.01):
+        track.append(float(stamp), np.array([start.x, start.y, height]), np.array([0, 0, 0, 1.0]))
+    assembler = assembled(scene, track, LidarConfig(), 3.5)
+    assert 20_000 < len(assembler.cloud) < 45_000
+
+
+def test_noise_is_three_centimetres_and_some_returns_are_lost(make_scene):
+    wall = box(SemanticClass.WALL, (4.0, 0.0, 2.0), (0.4, 16.0, 4.0))
+    scene = make_scene(objects=[wall])
+    track = moving_track()
+    readings = []
+    for config in (EXACT, LidarConfig(mixed=0.0)):
+        lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(1))
+        readings.append(lidar.sweeps(0.0, 3.3, track).ranges)
+    both = np.isfinite(readings[0]) & np.isfinite(readings[1])
+    assert (readings[1][both] - readings[0][both]).std() == pytest.approx(0.03, rel=0.05)
+    lost = np.isfinite(readings[0]) & ~np.isfinite(readings[1])
+    assert lost.sum() / np.isfinite(readings[0]).sum() == pytest.approx(0.005, rel=0.3)
+    assert np.isinf(readings[1][~np.isfinite(readings[0])]).all()  # No-return stays no-return.
+
+
+def test_edges_give_mixed_pixels(make_scene):
+    post = box(SemanticClass.POST, (3.0, 0.0, 1.0), (0.3, 0.3, 2.0))
+    scene = make_scene(objects=[post])
+    config = LidarConfig(noise=0.0, dropout=0.0, mixed=1.0)
+    lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(1))
+    exact = RotatingLidar(scene.rays, EXACT, ROBOT, np.random.default_rng(1))
+    track = moving_track()
+    mixed, true = (source.sweeps(0.0, 3.3, track).ranges for source in (lidar, exact))
+    changed = np.isfinite(true) & (mixed != true)
+    assert 0 < changed.sum() < 0.02 * true.size
+    assert (mixed[changed] <= true[changed]).all()  # Between the edge and what lies behind.
+
+
+def test_the_same_rng_gives_the_same_sweeps(make_scene):
+    scene, track = make_scene(), moving_track(0.3, 0.2)
+    first, second = (
+        RotatingLidar(scene.rays, LidarConfig(), ROBOT, np.random.default_rng(5)).sweeps(
+            0.0, 1.0, track
+        )
+        for _ in range(2)
+    )
+    np.testing.assert_array_equal(first.ranges, second.ranges)
+
+
+def test_the_horizontal_scanner_sees_a_wall_at_its_bearing(make_scene):
+    wall = box(SemanticClass.WALL, (0.0, 4.0, 1.0), (20.0, 0.4, 2.0))
+    scanner = HorizontalScanner(
+        make_scene(objects=[wall]).rays, PolarGrid(), ROBOT, np.random.default_rng(0)
+    )
+    ranges = scanner.ranges(Pose.from_euler(np.zeros(3), 0.0, 0.0, np.pi / 2))
+    ahead = np.abs(PolarGrid().bearings) < 0.2
+    expected = 3.8 / np.cos(PolarGrid().bearings[ahead])
+    np.testing.assert_allclose(ranges[ahead], expected, rtol=1e-4)
+    assert np.isinf(ranges[np.abs(PolarGrid().bearings) > 1.6]).all()

@@ -1,0 +1,40 @@
+"""Worlds and scenes that many tests share."""
+
+import numpy as np
+import pytest
+
+from andabata.tasks.scenes import Scene, SceneShelf
+from terrain.heightfield import Heightfield
+from worlds.rays import RayScene
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import World
+
+
+@pytest.fixture(scope="session")
+def shelf():
+    return SceneShelf()
+
+
+@pytest.fixture(scope="session")
+def make_ground():
+    """Return a world of one height function and some objects, 20 m square by default."""
+
+    def make(height=lambda x, y: 0.0 * x, objects=(), size=20.0, cell=0.1):
+        n = round(size / cell) + 1
+        lines = (np.arange(n) - (n - 1) / 2) * cell
+        heights = height(*np.meshgrid(lines, lines, indexing="ij"))
+        ground = Heightfield(heights.astype(np.float32), cell)
+        truth = build_truth(ground, tuple(objects), TruthConfig())
+        surface = np.zeros((n - 1, n - 1), dtype=np.uint8)
+        return World("made", 0, 0.0, ground, surface, tuple(objects), (), truth)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_scene(make_ground):
+    def make(*arguments, **options):
+        world = make_ground(*arguments, **options)
+        return Scene(world, RayScene(world))
+
+    return make

@@ -1,0 +1,89 @@
+"""A data set is whole or refused: hashes, splits, labels."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from traversability.cloud import PointCloud
+from traversability.dataset import (
+    CloudEntry,
+    DatasetError,
+    Manifest,
+    cell_samples,
+    config_hash,
+    dataset_card,
+    read_clouds,
+    read_manifest,
+)
+from traversability.files import cloud_to_bytes
+from traversability.grid import PolarGrid
+
+
+def labelled(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-8, 8, (6000, 3)).astype(np.float32)
+    points[:, 2] = 0.05 * rng.normal(size=6000)
+    return PointCloud(points, nontraversable=points[:, 0] > 3)
+
+
+def write(folder, worlds):
+    entries = []
+    for number, (split, world_seed) in enumerate(worlds):
+        data = cloud_to_bytes(labelled(number))
+        name = f"cloud_{number:05d}.npz"
+        (folder / name).write_bytes(data)
+        digest = hashlib.sha256(data).hexdigest()
+        entries.append(
+            CloudEntry(
+                file=name,
+                sha256=digest,
+                split=split,
+                world="natural",
+                world_seed=world_seed,
+                points=6000,
+            )
+        )
+    manifest = Manifest(
+        seed=1, config={"a": 1}, config_sha256=config_hash({"a": 1}), clouds=tuple(entries)
+    )
+    (folder / "manifest.json").write_bytes(manifest.to_bytes())
+    return manifest
+
+
+def test_what_was_written_is_read(tmp_path):
+    manifest = write(tmp_path, [("train", 1), ("train", 2), ("validation", 3)])
+    assert read_manifest(tmp_path) == manifest
+    clouds = list(read_clouds(tmp_path, manifest, "train"))
+    samples = cell_samples(clouds, PolarGrid())
+    assert set(samples.group) == {0, 1}
+    assert len(samples.features) == len(samples.red) == len(samples.group)
+    assert len(samples.red) + samples.white == 2 * 320
+    assert 0.1 < samples.red.mean() < 0.5
+    card = dataset_card(manifest, {"train": samples})
+    assert f"| train | 2 | 2 | 12000 | {(~samples.red).sum()} | {samples.red.sum()} |" in card
+
+
+def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):
+    write(tmp_path, [("train", 1), ("validation", 1)])
+    with pytest.raises(DatasetError, match="expected each world on one side of the split"):
+        read_manifest(tmp_path)
+
+
+def test_a_changed_cloud_is_refused(tmp_path):
+    manifest = write(tmp_path, [("train", 1)])
+    (tmp_path / "cloud_00000.npz").write_bytes(cloud_to_bytes(labelled(9)))
+    with pytest.raises(DatasetError, match="expected SHA-256"):
+        list(read_clouds(tmp_path, manifest, "train"))
+
+
+def test_a_missing_manifest_names_the_next_step(tmp_path):
+    with pytest.raises(DatasetError, match="andabata clouds generate"):
+        read_manifest(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"version": 2}', "nonsense"])
+def test_a_damaged_manifest_is_refused(tmp_path, text):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(DatasetError, match="expected a manifest of version 1"):
+        read_manifest(tmp_path)

@@ -1,0 +1,172 @@
+"""Clouds in and out of files: what is written comes back, what is damaged is refused politely."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.cloud import PointCloud
+from traversability.files import CloudFileError, cloud_to_bytes, read_cloud
+
+RNG = np.random.default_rng(0)
+POINTS = RNG.normal(size=(40, 3)).astype(np.float32)
+
+
+def ply(form):
+    head = f"ply\nformat {form} 1.0\nelement vertex {len(POINTS)}\nproperty float x\n"
+    head += "property double y\nproperty float z\nproperty uchar red\nend_header\n"
+    if form == "ascii":
+        rows = "".join(f"{x!r} {y!r} {z!r} 7\n" for x, y, z in POINTS.tolist())
+        return (head + rows).encode()
+    order = "<" if "little" in form else ">"
+    rows = b"".join(struct.pack(f"{order}fdfB", *map(float, row), 7) for row in POINTS)
+    return head.encode() + rows
+
+
+def lzf_literal(data):
+    """An LZF stream without back references."""
+    parts = [data[k : k + 32] for k in range(0, len(data), 32)]
+    return b"".join(bytes([len(part) - 1]) + part for part in parts)
+
+
+def pcd(form):
+    head = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z _ intensity\nSIZE 4 4 4 1 4\nTYPE F F F U F\n"
+    head += f"COUNT 1 1 1 3 1\nWIDTH {len(POINTS)}\nHEIGHT 1\nPOINTS {len(POINTS)}\nDATA {form}\n"
+    if form == "ascii":
+        rows = "".join(f"{x!r} {y!r} {z!r} 0 0 0 0.5\n" for x, y, z in POINTS.tolist())
+        return (head + rows).encode()
+    if form == "binary":
+        rows = b"".join(struct.pack("<fff3xf", *map(float, row), 0.5) for row in POINTS)
+        return head.encode() + rows
+    columns = [POINTS[:, k].tobytes() for k in range(3)]
+    columns += [bytes(3 * len(POINTS)), np.full(len(POINTS), 0.5, "<f4").tobytes()]
+    flat = b"".join(columns)
+    packed = lzf_literal(flat)
+    return head.encode() + struct.pack("<II", len(packed), len(flat)) + packed
+
+
+def vtk():
+    head = (
+        f"# vtk DataFile Version 3.0\ndata\nASCII\nDATASET POLYDATA\nPOINTS {len(POINTS)} float\n"
+    )
+    rows = "".join(f"{x!r} {y!r} {z!r} \n" for x, y, z in POINTS.tolist())
+    return (head + rows + f"VERTICES {len(POINTS)} {2 * len(POINTS)}\n").encode()
+
+
+def structured(path):
+    fields = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4")]
+    cloud = np.zeros(len(POINTS), dtype=fields)
+    for k, name in enumerate("xyz"):
+        cloud[name] = POINTS[:, k]
+    np.savez(path, cloud=cloud)
+    return path.read_bytes()
+
+
+def files(tmp_path):
+    kitti = np.column_stack([POINTS, np.ones(len(POINTS), np.float32)]).astype("<f4").tobytes()
+    own = PointCloud(
+        POINTS,
+        "base_footprint",
+        np.arange(40.0),
+        np.full(40, 3, np.uint8),
+        np.arange(40) % 2 == 0,
+    )
+    return {
+        "ascii.ply": ply("ascii"),
+        "little.ply": ply("binary_little_endian"),
+        "big.ply": ply("binary_big_endian"),
+        "ascii.pcd": pcd("ascii"),
+        "binary.pcd": pcd("binary"),
+        "compressed.pcd": pcd("binary_compressed"),
+        "cloud.vtk": vtk(),
+        "cloud.bin": kitti,
+        "structured.npz": structured(tmp_path / "s.npz"),
+        "own.npz": cloud_to_bytes(own),
+    }
+
+
+NAMES = (
+    "ascii.ply",
+    "little.ply",
+    "big.ply",
+    "ascii.pcd",
+    "binary.pcd",
+    "compressed.pcd",
+    "cloud.vtk",
+    "cloud.bin",
+    "structured.npz",
+    "own.npz",
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_points_come_back(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(files(tmp_path)[name])
+    np.testing.assert_allclose(read_cloud(path).points, POINTS, rtol=1e-6)
+
+
+def test_our_own_file_keeps_every_column_and_its_bytes(tmp_path):
+    data = files(tmp_path)["own.npz"]
+    path = tmp_path / "own.npz"
+    path.write_bytes(data)
+    cloud = read_cloud(path)
+    assert cloud.frame == "base_footprint"
+    assert cloud.nontraversable.sum() == 20
+    assert cloud_to_bytes(cloud) == data
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_damaged_files_are_refused_or_read_but_never_crash(tmp_path, name):
+    data = files(tmp_path)[name]
+    rng = np.random.default_rng(len(name))
+    path = tmp_path / f"damaged_{name}"
+    for _ in range(120):
+        spoilt = bytearray(data)
+        if rng.random() < 0.4:
+            spoilt = spoilt[: rng.integers(len(spoilt))]
+        for _ in range(int(rng.integers(0, 6))):
+            if spoilt:
+                spoilt[rng.integers(min(len(spoilt), 300))] = rng.integers(256)
+        path.write_bytes(bytes(spoilt))
+        try:
+            cloud = read_cloud(path)
+        except CloudFileError as error:
+            assert path.name in str(error)
+            assert "\n" not in str(error)
+        else:
+            assert np.isfinite(cloud.points).all()
+
+
+@pytest.mark.parametrize("name", ["empty.npz", "empty.ply", "empty.pcd", "empty.vtk", "empty.bin"])
+def test_an_empty_file_is_named(tmp_path, name):
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(CloudFileError, match=f"{name}: expected a point cloud, got an empty file"):
+        read_cloud(tmp_path / name)
+
+
+def test_no_returns_of_an_organised_cloud_are_left_out(tmp_path):
+    points = np.column_stack([POINTS, np.ones(40, np.float32)]).astype("<f4")
+    points[::4, :3] = np.nan
+    (tmp_path / "some.bin").write_bytes(points.tobytes())
+    assert len(read_cloud(tmp_path / "some.bin")) == 30
+    points[:, :3] = np.nan
+    (tmp_path / "all.bin").write_bytes(points.tobytes())
+    with pytest.raises(CloudFileError, match="expected finite points, got none among 40"):
+        read_cloud(tmp_path / "all.bin")
+
+
+def test_an_unknown_kind_and_a_missing_file_are_errors(tmp_path):
+    (tmp_path / "cloud.docx").write_bytes(b"x")
+    with pytest.raises(CloudFileError, match=r"expected a file of kind npz, ply, pcd, bin, vtk"):
+        read_cloud(tmp_path / "cloud.docx")
+    with pytest.raises(FileNotFoundError):
+        read_cloud(tmp_path / "missing.npz")
+
+
+def test_a_small_file_that_unpacks_into_too_much_is_refused():
+    data = pack({"points": np.zeros((1_000_000, 3), dtype=np.float32)}, {})
+    assert len(data) < 100_000
+    with pytest.raises(ArrayFileError, match="expected at most 1000000 bytes unpacked"):
+        unpack(data, 1_000_000)

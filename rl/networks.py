@@ -68,7 +68,8 @@ class TwinCritic(nn.Module):
     """Two critics side by side, state and action to a value: 36-200-200-1 each.
 
     The paper prints the reward as the 36th input; a value of an action needs the action there
-    (assumption).
+    (assumption). Hidden layers are normalised: without it the values of loops grow until the robot
+    circles.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class TwinCritic(nn.Module):
         for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
             x = torch.baddbmm(biases, x, weights)
             if number < last:
-                x = torch.relu(x)
+                x = torch.relu(nn.functional.layer_norm(x, x.shape[-1:]))
         return x.squeeze(-1)
 
 

@@ -65,6 +65,21 @@ class Forest:
     grid: PolarGrid
     summary: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Lay the nodes out for the walk: eight bytes each, so that a forest fits into a cache.
+
+        ``value`` is the cut, or the share of red at a leaf; ``link`` is eight times the left child
+        plus the feature, or -1 at a leaf. A cut rounded down to float32 sends every float32 the
+        same way.
+        """
+        cut = self.cut.astype(np.float32)
+        too_high = cut.astype(np.float64) > self.cut
+        cut[too_high] = np.nextafter(cut[too_high], np.float32(-np.inf))
+        inner = self.feature >= 0
+        link = np.where(inner, 8 * self.left.astype(np.int64) + self.feature, -1)
+        object.__setattr__(self, "_value", np.where(inner, cut, self.red))
+        object.__setattr__(self, "_link", link.astype(np.int32))
+
     def predict_proba(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the probability of red of cells.
 
@@ -81,7 +96,7 @@ class Forest:
             expected = f"(n, {len(FEATURES)})"
             raise ValueError(f"features: expected shape {expected}, got {features.shape}")
         flat = np.ascontiguousarray(features, dtype=np.float32)
-        return _vote(flat, self.roots, self.feature, self.cut, self.left, self.red)
+        return _vote(flat, self.roots, self._value, self._link)  # type: ignore[attr-defined]
 
     def classify(self, cells: CellFeatures, grid: PolarGrid) -> NDArray[np.uint8]:
         """Return the ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
@@ -189,17 +204,19 @@ def _checked(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[st
 
 
 @njit(cache=True, nogil=True)
-def _vote(features, roots, feature, cut, left, red):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _vote(features, roots, value, link):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the mean share of red over the leaves that each row falls into."""
     result = np.empty(len(features))
     for row in range(len(features)):
         total = 0.0
         for root in roots:
             node = root
-            while feature[node] >= 0:
-                go_right = features[row, feature[node]] > cut[node]
-                node = left[node] + np.int32(go_right)
-            total += red[node]
+            way = link[node]
+            while way >= 0:
+                go_right = features[row, way & 7] > value[node]
+                node = (way >> 3) + np.int32(go_right)
+                way = link[node]
+            total += value[node]
         result[row] = total / len(roots)
     return result
 

@@ -1,0 +1,133 @@
+"""The command line: JSON results, errors on one line with their code, nothing half-written."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from traversability.cloud import PointCloud
+from traversability.files import cloud_to_bytes
+
+
+def run(capsys, *words):
+    code = main(words)
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.fixture
+def cloud_file(tmp_path):
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-10, 10, (20_000, 3)).astype(np.float32)
+    points[:, 2] = 0.02 * rng.normal(size=20_000) - 0.72
+    points[(points[:, 0] > 4) & (points[:, 0] < 4.3), 2] += rng.uniform(0, 1)
+    path = tmp_path / "flat.npz"
+    path.write_bytes(cloud_to_bytes(PointCloud(points, "sensor")))
+    return path
+
+
+def test_help_is_a_tour_and_imports_nothing_heavy():
+    code = (
+        "import sys; from andabata.app.cli import main; main(['--help']);"
+        "heavy = {'torch', 'open3d', 'sklearn', 'pybullet', 'numba', 'numpy', 'gymnasium'};"
+        "sys.exit(len(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for verb in ("doctor", "world", "clouds", "classifier", "scan", "train", "drive", "evaluate"):
+        assert verb in done.stdout
+
+
+def test_worlds_are_listed_and_shown(capsys):
+    code, out, _ = run(capsys, "world", "list", "--json")
+    names = [row["name"] for row in json.loads(out)["worlds"]]
+    assert (code, names) == (0, ["hollow", "maze", "natural", "natural-test"])
+    code, out, _ = run(capsys, "world", "show", "maze", "--seed", "2", "--json")
+    assert (code, json.loads(out)["width_m"]) == (0, 80.0)
+
+
+def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
+    picture = tmp_path / "scan.png"
+    code, out, _ = run(capsys, "scan", str(cloud_file), "--picture", str(picture), "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert len(data["ranges"]) == 32
+    assert all(r is None or 0.5 < r <= 10.0 for r in data["ranges"])
+    assert np.array(data["cell_states"]).shape == (32, 10)
+    assert len(data["ring_edges_m"]) == 11
+    assert sum(data["cells"].values()) == 320
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["world", "show", "moon"], 2, "expected one of hollow, maze, natural, natural-test"),
+        (["evaluate", "--world", "moon"], 2, "--world: expected one of hollow"),
+        (["evaluate", "--controllers", "learned,psychic"], 2, "got 'psychic'"),
+        (["drive", "--controller", ""], 2, "--controller: expected some of"),
+        (["train", "--stages", "3-1"], 2, "--stages: expected 1, 2, 3 or a span"),
+        (["drive", "--set", "robot.mass=-4"], 2, "robot.mass: input should be greater than 0"),
+        (["drive", "--set", "robot.mas=4"], 2, "robot.mas: expected a known field"),
+        (["scan", "missing.npz"], 1, "missing.npz: No such file"),
+        (["scan", "x.npz", "--mounting", "1,2"], 2, "--mounting: expected five numbers"),
+        (["scan", "x.npz", "--sensor-height", "-1"], 2, "z: input should be greater than"),
+        (["classifier", "train", "--clouds", "nowhere", "--out", "m"], 1, "nowhere/manifest.json"),
+        (["fly"], 2, "No such command 'fly'"),
+        (["clouds", "generate"], 2, "Missing option '--out'"),
+    ],
+)
+def test_errors_take_one_line_and_leave_nothing(
+    capsys, tmp_path, monkeypatch, words, code, message
+):
+    monkeypatch.chdir(tmp_path)
+    found, out, err = run(capsys, *words)
+    assert found == code
+    assert message in err
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+    assert out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"PK\x03\x04 nonsense", b"\x00" * 100], ids=["empty", "truncated", "zeros"]
+)
+def test_a_damaged_cloud_is_named(capsys, tmp_path, monkeypatch, content):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.npz").write_bytes(content)
+    code, _, err = run(capsys, "scan", "bad.npz")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "bad.npz: expected" in err
+    assert [entry.name for entry in tmp_path.iterdir()] == ["bad.npz"]
+
+
+def test_a_cloud_of_nan_is_named(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    points = np.full((50, 3), np.nan, dtype=np.float32)
+    (tmp_path / "nan.npz").write_bytes(cloud_to_bytes(PointCloud(points)))
+    code, _, err = run(capsys, "scan", "nan.npz")
+    assert (code, "expected finite points, got none among 50" in err) == (1, True)
+
+
+def test_debug_shows_the_traceback(capsys):
+    assert main(["world", "show", "moon", "--debug"]) == 2
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_with_130(capsys, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("worlds.library.presets", interrupt)
+    code, _, err = run(capsys, "world", "list")
+    assert (code, err) == (130, "interrupted\n")
+
+
+def test_doctor_finds_everything(capsys):
+    code, out, _ = run(capsys, "doctor", "--json")
+    assert (code, json.loads(out)["ok"]) == (0, True)

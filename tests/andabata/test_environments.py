@@ -1,0 +1,85 @@
+"""The Gymnasium environments keep Gymnasium's and Stable-Baselines3's contracts."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env as check_gymnasium
+from stable_baselines3.common.env_checker import check_env as check_sb3
+
+from andabata.tasks.judge import JudgeConfig
+from andabata.tasks.offroad import make_offroad, stage_config
+from andabata.tasks.registration import STAGES, register_environments
+
+IDS = [f"andabata/{stage}-v0" for stage in STAGES]
+
+
+@pytest.fixture(scope="module", params=IDS)
+def env(request, shelf):
+    register_environments()
+    config = stage_config(request.param.split("/")[1].split("-")[0])
+    small = config.model_copy(update={"seeds": (0,)})
+    made = gym.make(request.param, config=small, shelf=shelf)
+    yield made
+    made.close()
+
+
+def test_gymnasium_accepts_them(env):
+    check_gymnasium(env.unwrapped, skip_render_check=True)
+
+
+def test_stable_baselines_accepts_them(env):
+    check_sb3(env.unwrapped, skip_render_check=True)
+
+
+def test_the_same_seed_gives_the_same_episode(env):
+    def episode():
+        states, rewards = [env.reset(seed=11)[0]], []
+        for k in range(30):
+            state, reward, *_ = env.step(np.array([np.sin(k / 5)], dtype=np.float32))
+            states.append(state)
+            rewards.append(reward)
+        return np.array(states), np.array(rewards)
+
+    first, second = episode(), episode()
+    np.testing.assert_array_equal(first[0], second[0])
+    np.testing.assert_array_equal(first[1], second[1])
+
+
+def test_the_reward_is_the_sum_of_its_terms(env):
+    env.reset(seed=3)
+    _, reward, _, _, info = env.step(np.zeros(1, dtype=np.float32))
+    assert reward == pytest.approx(sum(info["reward_terms"].values()))
+    assert set(info["reward_terms"]) == {"attraction", "repulsion", "collision", "tipover"}
+
+
+def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
+    env.reset(seed=4)
+    env.step(np.array([0.8], dtype=np.float32))
+    state = env.step(np.array([0.2], dtype=np.float32))[0]  # 0.1 rad/s: inside the dead zone.
+    np.testing.assert_allclose(state[32:34], [0.0, 0.4], atol=1e-6)
+
+
+def test_time_outs_truncate_and_collisions_terminate(shelf):
+    config = stage_config("Maze2D").model_copy(
+        update={"seeds": (0,), "judge": JudgeConfig(time_limit=1.0)}
+    )
+    env = make_offroad("Maze2D", config, shelf=shelf)
+    env.reset(seed=0)
+    for _ in range(10):
+        _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+    assert (terminated, truncated, info["outcome"]) == (False, True, "timeout")
+    env = make_offroad(
+        "Maze2D", config.model_copy(update={"judge": JudgeConfig(time_limit=400.0)}), shelf=shelf
+    )
+    env.reset(seed=0)
+    over, steps = False, 0
+    while not over and steps < 4000:  # A straight line ends at a wall.
+        _, reward, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+        over, steps = terminated or truncated, steps + 1
+    assert (terminated, info["outcome"], info["is_success"]) == (True, "collision", False)
+    assert reward < -2000
+
+
+def test_an_unknown_stage_is_named():
+    with pytest.raises(ValueError, match="expected Maze2D, Maze3D or Natural, got 'Moon'"):
+        stage_config("Moon")

@@ -1,0 +1,93 @@
+"""The journey from world to wheels: senses, clouds, cells, scan, steering, physics, judgement."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from andabata.models import shipped_forest, shipped_policy
+from andabata.tasks.clouds import CloudsConfig, labelled_cloud
+from andabata.tasks.controllers import make_controller
+from andabata.tasks.judge import JudgeConfig, Outcome
+from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.trial import run_trial
+from terrain.classes import SemanticClass
+from terrain.objects import frustum
+from traversability.dataset import cell_samples
+from traversability.features import cell_features
+from traversability.files import cloud_to_bytes
+from traversability.forest import ForestConfig, train_forest
+from traversability.grid import PolarGrid
+from traversability.labels import CellState, label_cells
+from traversability.scores import CellScores
+from worlds.world import Start, Task
+
+GRID = PolarGrid()
+
+
+@pytest.fixture(scope="module")
+def clouds(shelf):
+    return [
+        labelled_cloud(shelf.get("natural", seed), CloudsConfig(), np.random.default_rng(seed))
+        for seed in range(6)
+    ]
+
+
+def test_a_world_becomes_labelled_clouds(clouds):
+    for cloud in clouds:
+        assert cloud.frame == "base_footprint"
+        assert 15_000 < len(cloud) < 60_000
+        assert 0 < cloud.nontraversable.mean() < 1
+        trunks = cloud.classes == SemanticClass.TRUNK
+        assert cloud.nontraversable[trunks].all()
+
+
+def test_the_same_seed_gives_the_same_cloud(shelf, clouds):
+    again = labelled_cloud(shelf.get("natural", 2), CloudsConfig(), np.random.default_rng(2))
+    digest = [hashlib.sha256(cloud_to_bytes(cloud)).hexdigest() for cloud in (again, clouds[2])]
+    assert digest[0] == digest[1]
+
+
+def test_clouds_become_a_forest_that_judges_an_unseen_world(clouds):
+    samples = cell_samples(clouds[:5], GRID)
+    forest = train_forest(samples.features, samples.red, GRID, ForestConfig(trees=40), 0)
+    cloud = clouds[5]
+    truth = label_cells(cloud.points, cloud.nontraversable, GRID)
+    called = forest.classify(cell_features(cloud.points, GRID), GRID)
+    assert CellScores.of(truth, called).balanced_accuracy > 0.7
+
+
+def test_the_robot_goes_round_a_trunk_and_arrives(make_scene):
+    """From sweeps to wheels in bullet: the reactive controller sees the trunks by itself."""
+    trunks = [frustum(SemanticClass.TRUNK, (0.0, y, 0.0), (0.2, 0.2), 3.0) for y in (-0.4, 0.4)]
+    scene = make_scene(objects=trunks, size=40.0)
+    config = RigConfig()
+    task = Task(Start(-6.0, 0.0, 0.0), ((6.0, 0.0),))
+    outcomes = {}
+    for name in ("reactive", "straight"):
+        rig = Rig(scene, config, shipped_forest(), make_controller(name, scene.world, config))
+        (leg,) = run_trial(rig, task, JudgeConfig(time_limit=90.0), np.random.default_rng(3))
+        outcomes[name] = leg
+        rig.close()
+    assert outcomes["straight"].outcome is Outcome.COLLISION
+    assert outcomes["reactive"].outcome is Outcome.GOAL
+    assert 12.0 - 1.0 - 0.5 < outcomes["reactive"].distance < 20.0
+
+
+def test_the_shipped_policy_steers_round_a_block_of_cells():
+    policy = shipped_policy()
+    ahead_left = np.full(35, 10.0, dtype=np.float32)
+    ahead_left[32:] = 0.0
+    ahead_left[16:24] = 1.5
+    ahead_right = ahead_left.copy()
+    ahead_right[:32] = ahead_left[:32][::-1]
+    assert policy.act(ahead_left) < 0 < policy.act(ahead_right)
+
+
+def test_the_shipped_models_are_small_and_fit_together():
+    assert len(shipped_forest().to_bytes()) < 5e6
+    assert len(shipped_policy().to_bytes()) < 5e6
+    assert shipped_forest().grid == GRID
+    assert shipped_policy().layout.n_sectors == GRID.n_sectors
+    cells = np.full((32, 10), CellState.TRAVERSABLE)
+    assert cells.shape == (GRID.n_sectors, GRID.n_rings)

@@ -3,13 +3,16 @@
 import sys
 import traceback
 from collections.abc import Sequence
+from typing import Any
 
-import click
 import typer
 
 from andabata.app.verbs import classifier, clouds, demo, doctor, drive, evaluate, scan, train, world
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+# What typer raises for wrong words: click's exception, or its own copy of it in later versions.
+_USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
     name="andabata",
@@ -48,15 +51,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = [word for word in words if word != "--debug"]
     try:
         code = app(words, prog_name="andabata", standalone_mode=False)
-    except (KeyboardInterrupt, click.Abort):
-        sys.stderr.write("interrupted\n")
-        return INTERRUPTED
-    except click.ClickException as error:
+    except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED  # Later versions of typer return it by themselves.
+    except _USAGE_ERROR as error:
         return _fail(error.format_message(), USAGE)
     except Exception as error:
         if debug:
             traceback.print_exc()
         return _fail(_one_line(error), _code(error))
+    if code == INTERRUPTED:
+        sys.stderr.write("interrupted\n")
     return code if isinstance(code, int) else OK
 
 
@@ -83,8 +87,9 @@ def _one_line(error: Exception) -> str:
 
 
 def _fail(text: str, code: int) -> int:
-    """Print an error and return its code."""
-    sys.stderr.write(f"error: {' '.join(text.split())}\n")
+    """Print an error, unless typer has shown the help instead, and return its code."""
+    if text:
+        sys.stderr.write(f"error: {' '.join(text.split())}\n")
     return code
 
 

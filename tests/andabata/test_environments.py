@@ -23,12 +23,13 @@ def env(request, shelf):
     made.close()
 
 
-def test_gymnasium_accepts_them(env):
-    check_gymnasium(env.unwrapped, skip_render_check=True)
-
-
-def test_stable_baselines_accepts_them(env):
-    check_sb3(env.unwrapped, skip_render_check=True)
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasium_and_stable_baselines_accept_them(name):
+    register_environments()
+    env = gym.make(name).unwrapped
+    check_gymnasium(env, skip_render_check=True)
+    check_sb3(env, skip_render_check=True)
+    env.close()
 
 
 def test_the_same_seed_gives_the_same_episode(env):

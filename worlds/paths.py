@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 _COARSE = 3
@@ -68,9 +68,22 @@ def _search(
     goal: tuple[int, int],
 ) -> NDArray[np.float64] | None:
     """Return the cheapest path's cells, shape (k, 2); room is worth a little detour."""
+    graph = _graph(free, 1.0 + 0.3 * np.clip(1.0 - window, 0.0, 1.0))
+    number = np.arange(free.size).reshape(free.shape)
+    first, last = number[start], number[goal]
+    lengths, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    if not np.isfinite(lengths[last]):
+        return None
+    cells = [last]
+    while cells[-1] != first:
+        cells.append(before[cells[-1]])
+    return np.stack(np.unravel_index(np.array(cells[::-1]), free.shape), axis=1).astype(np.float64)
+
+
+def _graph(free: NDArray[np.bool_], cost: NDArray[np.floating]) -> csr_matrix:
+    """Return the free cells as a graph; a move costs its length times the mean of two cells."""
     n, m = free.shape
     number = np.arange(n * m).reshape(n, m)
-    cost = 1.0 + 0.3 * np.clip(1.0 - window, 0.0, 1.0)
     rows, columns, weights = [], [], []
     for di, dj in _MOVES:
         here = (slice(0, n - di), slice(max(0, -dj), m - max(0, dj)))
@@ -80,18 +93,34 @@ def _search(
         columns.append(number[there][open_both])
         mean = (cost[here][open_both] + cost[there][open_both]) / 2
         weights.append(mean * np.hypot(di, dj))
-    graph = coo_matrix(
-        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))),
-        shape=(n * m, n * m),
-    ).tocsr()
-    first, last = number[start], number[goal]
-    lengths, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    if not np.isfinite(lengths[last]):
-        return None
-    cells = [last]
-    while cells[-1] != first:
-        cells.append(before[cells[-1]])
-    return np.stack(np.unravel_index(np.array(cells[::-1]), (n, m)), axis=1).astype(np.float64)
+    entries = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
+    return coo_matrix(entries, shape=(n * m, n * m)).tocsr()
+
+
+def cost_to_go(
+    clearance: NDArray[np.float32], cell: float, goal: NDArray[np.float64], room: float, shy: float
+) -> tuple[NDArray[np.float64], float]:
+    """Return the cost of the best way from everywhere to a goal.
+
+    Args:
+        clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
+        cell: Edge of a cell [m].
+        goal: Where the ways end [cells], shape (2,).
+        room: Clearance to keep [m].
+        shy: Extra cost of a metre for each metre of clearance short of one metre.
+
+    Returns:
+        Cost [m], infinite where there is no way, one value for a square of cells, and the edge of
+        such a square [cells].
+    """
+    coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
+    free = coarse >= max(room, cell)
+    end = _nearest_free(free, goal / _COARSE - 0.5, 1.0 / (cell * _COARSE))
+    if end is None:
+        return np.full(free.shape, np.inf), _COARSE
+    graph = _graph(free, 1.0 + shy * np.clip(1.0 - coarse, 0.0, 1.0))
+    costs = dijkstra(graph, directed=False, indices=int(np.ravel_multi_index(end, free.shape)))
+    return costs.reshape(free.shape) * cell * _COARSE, _COARSE
 
 
 def _clearances(clearance: NDArray[np.float32], places: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -1,5 +1,6 @@
 """The true traversability map: where a robot may go, judged on the true surface."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -12,7 +13,7 @@ from scipy.ndimage import correlate1d, distance_transform_edt
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
-from worlds.paths import shortest_path
+from worlds.paths import cost_to_go, shortest_path
 
 Floats = NDArray[np.floating]
 _WINDOW = 5
@@ -134,6 +135,29 @@ class TraversabilityMap:
             clearance,
         )
         return None if path is None else path * self.cell + origin
+
+    def cost_to_go(
+        self, goal: Floats, clearance: float, shy: float
+    ) -> Callable[[Floats, Floats], NDArray[np.float64]]:
+        """Return a function of map places x, y [m] that gives the cost of the way to ``goal``.
+
+        Args:
+            goal: Map coordinates [m], shape (2,).
+            clearance: Room to keep from anything forbidden [m].
+            shy: Extra cost of a metre for each metre of clearance short of one metre.
+        """
+        origin = np.array([self.x_min, self.y_min])
+        place = (np.asarray(goal, dtype=np.float64) - origin) / self.cell
+        costs, square = cost_to_go(self.clearance, self.cell, place, clearance, shy)
+        last = np.array(costs.shape) - 1
+
+        def at(x: Floats, y: Floats) -> NDArray[np.float64]:
+            edge = self.cell * square
+            i = np.clip((x - self.x_min) / edge, 0, last[0]).astype(np.intp)
+            j = np.clip((y - self.y_min) / edge, 0, last[1]).astype(np.intp)
+            return costs[i, j]
+
+        return at
 
 
 def build_truth(

@@ -1,90 +1,108 @@
-"""The upper bound: follow the shortest safe path on the true map, from the true pose."""
+"""The upper bound: the best way on the true map, from the true pose."""
+
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.pose import wrap
+from andabata.machine.robot import RobotModel
 from andabata.navigation.view import View
 from worlds.world import World
 
-_ROOMS = (0.3, 0.45, 0.6, 0.9)
-"""Clearances that are tried, the least first [m]."""
 
-_DETOUR = 1.15
-"""A roomier path may be longer by this factor."""
+class OracleConfig(BaseModel):
+    """Numbers of the oracle.
+
+    Attributes:
+        leg_time: An arc of the fan is driven for this long [s].
+        legs: Arcs in a row; their number and time make the horizon.
+        rates: Yaw rates of an arc, shares of the steering limit.
+        room: Clearance that the body's centre keeps where it can [m].
+        shy: Extra cost of a metre for each metre of clearance short of one metre.
+        hold: Control steps between two decisions.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    leg_time: float = Field(default=2.2, gt=0)
+    legs: int = Field(default=3, ge=1, le=5)
+    rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
+    room: float = Field(default=0.45, gt=0)
+    shy: float = Field(default=1.0, ge=0)
+    hold: int = Field(default=3, ge=1)
 
 
 class OracleController:
-    """Plans on the true map and follows the plan by pure pursuit: it knows what no robot knows."""
+    """Drives a fan of arcs in its head and takes the one with the cheapest way on to the goal.
 
-    def __init__(self, world: World, look_ahead: float = 0.9, gain: float = 2.5) -> None:
+    It knows what no robot knows, the true map and pose, but moves as the robot does: always
+    forward, and only so sharply.
+    """
+
+    def __init__(self, world: World, robot: RobotModel, config: OracleConfig | None = None) -> None:
         """Prepare for one world.
 
         Args:
             world: Whose truth is used.
-            look_ahead: Distance of the pursued point along the path [m].
-            gain: From the bearing of that point to the yaw rate [1/s].
+            robot: Speed and steering limit.
+            config: Numbers.
         """
-        self._world = world
-        self._look_ahead = look_ahead
-        self._gain = gain
+        self._truth = world.truth
+        self._config = config or OracleConfig()
+        self._fan, self._first = _fan(robot, self._config)
         self.reset()
 
     def reset(self) -> None:
-        """Forget the plan."""
+        """Forget the goal."""
         self._goal: NDArray[np.float64] | None = None
-        self._path = np.zeros((0, 2))
-        self._next = 0
+        self._rate, self._held = 0.0, 0
 
     def steer(self, view: View) -> float:
-        """Return a yaw rate along the plan [rad/s].
+        """Return the yaw rate of the best arc [rad/s].
 
         Raises:
-            ValueError: If the view holds no truth, or no safe path exists.
+            ValueError: If the view holds no truth.
         """
         if view.truth is None:
             raise ValueError(
                 "truth: expected the true state (the oracle drives in simulation only), got none"
             )
-        here = view.truth.pose.position[:2]
         if self._goal is None or not np.array_equal(self._goal, view.goal):
-            self._plan(here, view.goal)
-        window = self._path[self._next : self._next + 80]
-        gaps = np.hypot(*(window - here).T)
-        nearest = int(np.argmin(gaps))
-        self._next += nearest
-        if gaps[nearest] > 1.5:
-            self._plan(here, view.goal)
-        ahead = np.hypot(*(self._path[self._next :] - here).T) >= self._look_ahead
-        offset = int(np.argmax(ahead)) if ahead.any() else len(ahead) - 1
-        target = self._path[self._next + offset]
-        bearing = float(np.arctan2(target[1] - here[1], target[0] - here[0]))
-        return self._gain * wrap(bearing - view.truth.pose.yaw)
+            self._goal = np.array(view.goal, dtype=np.float64)
+            self._cost = self._truth.cost_to_go(self._goal, 0.3, self._config.shy)
+            self._held = 0
+        if self._held == 0:
+            self._rate = self._choose(view.truth.pose.position[:2], view.truth.pose.yaw)
+        self._held = (self._held + 1) % self._config.hold
+        return self._rate
 
-    def _plan(self, here: NDArray[np.float64], goal: NDArray[np.float64]) -> None:
-        """Find the roomiest path that is hardly longer, and cut it into steps of 0.1 m."""
-        path = self._roomiest(here, goal)
-        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-        steps = np.linspace(0.0, lengths[-1], max(2, int(lengths[-1] / 0.1)))
-        self._path = np.column_stack([np.interp(steps, lengths, path[:, k]) for k in range(2)])
-        self._goal = np.array(goal, dtype=np.float64)
-        self._next = 0
+    def _choose(self, here: NDArray[np.float64], yaw: float) -> float:
+        """Return the first yaw rate of the cheapest rollout."""
+        c, s = np.cos(yaw), np.sin(yaw)
+        x = here[0] + c * self._fan[..., 0] - s * self._fan[..., 1]
+        y = here[1] + s * self._fan[..., 0] + c * self._fan[..., 1]
+        to_goal = np.hypot(x - self._goal[0], y - self._goal[1])  # type: ignore[index]
+        arrived = np.minimum.accumulate(to_goal, axis=1) < 0.8
+        clearance = np.where(arrived, np.inf, self._truth.clearance_at(x, y))
+        worst = np.maximum(self._config.room - clearance, 0.0)
+        onward = np.where(arrived[:, -1], 0.0, self._cost(x[:, -1], y[:, -1]))
+        crowded = np.clip(1.0 - clearance, 0.0, None).mean(axis=1)
+        # Without a way on, the arc that ends nearest the goal; contact weighs more than anything.
+        onward = np.where(np.isfinite(onward), onward, 1e3 + to_goal[:, -1])
+        price = onward + self._config.shy * crowded + 1e4 * (worst**2).sum(axis=1)
+        return float(self._first[np.argmin(price)])
 
-    def _roomiest(
-        self, here: NDArray[np.float64], goal: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return the path with the most room that is at most ``_DETOUR`` times the shortest."""
-        best, least = None, np.inf
-        for room in _ROOMS:
-            path = self._world.truth.shortest_path(here, goal, room)
-            if path is None:
-                continue
-            length = float(np.hypot(*np.diff(path, axis=0).T).sum())
-            least = min(least, length)
-            if best is None or length <= _DETOUR * least:
-                best = path
-        if best is None:
-            raise ValueError(
-                f"oracle: expected a safe path to {goal.tolist()}, got none from {here.tolist()}"
-            )
-        return best
+
+def _fan(
+    robot: RobotModel, config: OracleConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rollouts in the robot's frame, x and y [m], shape (k, m, 2), and their first rates."""
+    rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
+    step = 0.2
+    each = round(config.leg_time / step)
+    turns = np.repeat(rates, each, axis=1) * step
+    yaw = np.cumsum(turns, axis=1) - turns / 2
+    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * step
+    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * step
+    return np.stack([x, y], axis=2), rates[:, 0]

@@ -34,5 +34,5 @@ def make_controller(
         case "straight":
             return StraightController()
         case "oracle":
-            return OracleController(world)
+            return OracleController(world, config.robot)
     raise ValueError(f"controller: expected one of {', '.join(CONTROLLERS)}, got {name!r}")

@@ -27,8 +27,8 @@ class RewardConfig(BaseModel):
     side: float = Field(default=0.03, ge=0)
     rear: float = Field(default=0.009, ge=0)
     max_range: float = Field(default=10.0, gt=0)
-    collision: float = Field(default=-3000.0, le=0)
-    tipover: float = Field(default=-3000.0, le=0)
+    collision: float = Field(default=-1000.0, le=0)
+    tipover: float = Field(default=-1000.0, le=0)
 
 
 def paper_reward(

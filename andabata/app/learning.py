@@ -27,14 +27,14 @@ class LearningConfig(BaseModel):
     """What ``andabata train`` runs.
 
     Attributes:
-        episodes: Budget of each of the three stages (paper: 200 each).
+        episodes: Budget of each of the three stages (paper: 200 each; ours by experiment).
         learner: Numbers of the learner.
         stages: Environments of the three stages.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    episodes: tuple[int, int, int] = (1000, 200, 200)
+    episodes: tuple[int, int, int] = (256, 64, 128)
     learner: SacConfig = Field(default_factory=SacConfig)
     stages: tuple[OffroadConfig, OffroadConfig, OffroadConfig] = Field(
         default_factory=lambda: (
@@ -59,7 +59,7 @@ def learn(
     """Run stages of the curriculum and return what came of it.
 
     The folder holds the resolved configuration, a history of one line a generation, the latest
-    checkpoint and the latest policy. A run that was killed goes on at its last generation and ends
+    checkpoint, the latest policy and that of each finished stage. A run that was killed goes on at its last generation and ends
     with the same bytes as one that was not.
 
     Args:
@@ -100,7 +100,10 @@ def learn(
         history = history[: curriculum.generations]
         for generation in curriculum.run():
             history.append(_row(generation))
-            _write(folder, history, curriculum, info | {"stage": generation.name})
+            policy = curriculum.policy(info | {"stage": generation.name}).to_bytes()
+            if generation.episodes == generation.budget:
+                write_atomically(folder / f"policy_{generation.name}.safetensors", policy)
+            _write(folder, history, policy, curriculum.to_bytes())
             if on_generation is not None:
                 on_generation(generation)
     wall = time.perf_counter() - began
@@ -136,14 +139,12 @@ def _row(generation: Generation) -> dict[str, Any]:
     }
 
 
-def _write(
-    folder: Path, history: list[dict[str, Any]], curriculum: Curriculum, info: dict[str, Any]
-) -> None:
+def _write(folder: Path, history: list[dict[str, Any]], policy: bytes, checkpoint: bytes) -> None:
     """Write history, policy and, last, the checkpoint: a resume begins from it."""
     lines = "".join(json.dumps(row) + "\n" for row in history)
     write_atomically(folder / HISTORY, lines.encode())
-    write_atomically(folder / POLICY, curriculum.policy(info).to_bytes())
-    write_atomically(folder / CHECKPOINT, curriculum.to_bytes())
+    write_atomically(folder / POLICY, policy)
+    write_atomically(folder / CHECKPOINT, checkpoint)
 
 
 def _summary(

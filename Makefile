@@ -21,7 +21,8 @@ check: install
 	$(BIN)/lint-imports --no-cache
 
 bench: install
-	$(BIN)/python -m pytest -q -s tests/benchmarks
+	$(BIN)/python tests/benchmarks/bench_vehicle.py
+	$(BIN)/python tests/benchmarks/bench_maze.py andabata/models/policy.safetensors
 
 install: $(STAMP)
 

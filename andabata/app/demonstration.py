@@ -30,7 +30,7 @@ from traversability.grid import PolarGrid
 
 _WORLD = "natural-test"
 _EPISODES = 96
-_TRIALS = 4
+_TRIALS = 2
 
 
 def demonstrate(folder: Path, seed: int, workers: int, voice: Voice) -> dict[str, Any]:

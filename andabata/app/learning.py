@@ -59,8 +59,8 @@ def learn(
     """Run stages of the curriculum and return what came of it.
 
     The folder holds the resolved configuration, a history of one line a generation, the latest
-    checkpoint, the latest policy and that of each finished stage. A run that was killed goes on at its last generation and ends
-    with the same bytes as one that was not.
+    checkpoint, the latest policy and that of each finished stage. A run that was killed goes on at
+    its last generation and ends with the same bytes as one that was not.
 
     Args:
         folder: The run's.

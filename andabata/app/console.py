@@ -44,8 +44,13 @@ class Voice:
             Console(highlight=False).print(table, markup=False, soft_wrap=isinstance(table, str))
 
     @contextmanager
-    def progress(self, what: str, total: int) -> Iterator["Step"]:
-        """Show a bar with the time that is left; yields a function that moves it."""
+    def progress(self, what: str, total: int | None) -> Iterator["Step"]:
+        """Show a bar with the time that is left; yields a function that moves it.
+
+        Args:
+            what: Is going on.
+            total: Steps, None where nobody knows.
+        """
         columns = (
             TextColumn("{task.description}"),
             BarColumn(),

@@ -106,7 +106,7 @@ def _drive(
 ) -> Driven:
     """Drive the shipped policy through a natural world that nothing was trained on."""
     config = RigConfig()
-    with voice.progress("simulated seconds", 0) as step:
+    with voice.progress("simulated seconds", None) as step:
         driven = drive_once(_WORLD, seed, "learned", config, on_second=step)
     oracle = drive_once(_WORLD, seed, "oracle", config)
     others = {"oracle": oracle.path}

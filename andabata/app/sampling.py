@@ -1,11 +1,13 @@
 """Playing a curriculum's episodes in several processes."""
 
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from functools import partial
 from types import TracebackType
 from typing import Self
 
-from andabata.app.workers import make_pool
+from andabata.app.workers import open_pool
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.scenes import SceneShelf
 from rl.policy import Policy
@@ -32,7 +34,9 @@ class PoolSampler:
         """
         self._stages = tuple(stages)
         self._forest = forest
-        self._pool = make_pool(workers) if workers > 1 else None
+        self._workers = workers
+        self._stack = ExitStack()
+        self._pool: ProcessPoolExecutor | None = None
 
     def __call__(
         self,
@@ -49,7 +53,9 @@ class PoolSampler:
         return list(self._pool.map(work, seeds))
 
     def __enter__(self) -> Self:
-        """Use the sampler."""
+        """Start the processes."""
+        if self._workers > 1:
+            self._pool = self._stack.enter_context(open_pool(self._workers))
         return self
 
     def __exit__(
@@ -57,10 +63,9 @@ class PoolSampler:
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:
-        """Stop the processes."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
+    ) -> bool | None:
+        """Stop the processes, at once after an error or Ctrl-C."""
+        return self._stack.__exit__(kind, error, trace)
 
 
 def _play(

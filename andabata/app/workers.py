@@ -4,7 +4,8 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context
 from typing import TypeVar
 
 Task = TypeVar("Task")
@@ -32,18 +33,25 @@ def run_tasks(
         for task in tasks:
             yield task, work(task)
         return
-    pool = make_pool(workers)
-    try:
+    with open_pool(workers) as pool:
         pending = [(task, pool.submit(work, task)) for task in tasks]
         for task, future in pending:
             yield task, future.result()
+
+
+@contextmanager
+def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of fresh one-thread processes; an error or Ctrl-C ends them at once."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
+    before = set(active_children())
+    try:
+        yield pool
+    except BaseException:
+        for child in set(active_children()) - before:
+            child.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def make_pool(workers: int) -> ProcessPoolExecutor:
-    """Return a pool of fresh processes with one thread each."""
-    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
 
 
 def _begin() -> None:

@@ -1,5 +1,6 @@
 """Files that are either whole or not there."""
 
+import errno
 import os
 import tempfile
 from pathlib import Path
@@ -15,8 +16,10 @@ def write_atomically(path: Path, data: bytes) -> None:
         data: What.
 
     Raises:
-        OSError: If the folder cannot be written.
+        OSError: If the folder is not there or cannot be written.
     """
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     temporary = Path(name)
     try:

@@ -40,7 +40,7 @@ def drive(
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)
     resolved = resolve(RigConfig, config, settings or ())
-    with voice.progress("simulated seconds", 0) as step:
+    with voice.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,
             seed,

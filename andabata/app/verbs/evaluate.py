@@ -50,6 +50,8 @@ def evaluate(
     from andabata.app.settings import resolve
     from andabata.app.usage import words
     from andabata.tasks.controllers import CONTROLLERS
+    from rl.policy import Policy
+    from traversability.forest import Forest
     from worlds.library import UnknownWorldError, preset_names
 
     if world not in preset_names():
@@ -64,8 +66,8 @@ def evaluate(
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
     models = Models(
-        forest=forest.read_bytes() if forest else None,
-        policy=policy.read_bytes() if policy else None,
+        forest=Forest.load(forest).to_bytes() if forest else None,
+        policy=Policy.load(policy).to_bytes() if policy else None,
     )
     folder = make_folder(out) if out else None
     with voice.progress("trials", resolved.trials) as step:

@@ -27,6 +27,7 @@ def train(
     from andabata.app.console import Voice
     from andabata.app.learning import LearningConfig, learn
     from andabata.app.settings import resolve
+    from traversability.forest import Forest
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
@@ -43,7 +44,7 @@ def train(
             chosen,
             seed,
             workers,
-            forest=forest.read_bytes() if forest else None,
+            forest=Forest.load(forest).to_bytes() if forest else None,
             resume=resume,
             on_generation=on_generation,
         )

@@ -32,6 +32,7 @@ def train(
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
     resolved = resolve(LearningConfig, config, settings or ())
+    judge = Forest.load(forest).to_bytes() if forest else None
     total = sum(resolved.episodes[k] for k in chosen)
     with voice.progress("episodes", total) as step:
 
@@ -44,7 +45,7 @@ def train(
             chosen,
             seed,
             workers,
-            forest=Forest.load(forest).to_bytes() if forest else None,
+            forest=judge,
             resume=resume,
             on_generation=on_generation,
         )

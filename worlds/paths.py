@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 _COARSE = 3
 _MARGIN = 30.0
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1))
+_TIGHT = 50.0
 
 
 def shortest_path(
@@ -106,7 +107,8 @@ def cost_to_go(
         clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
         cell: Edge of a cell [m].
         goal: Where the ways end [cells], shape (2,).
-        room: Clearance to keep [m].
+        room: Clearance to keep [m]; a metre with less costs 50 more, so that whoever has strayed
+            there still knows the way out.
         shy: Extra cost of a metre for each metre of clearance short of one metre.
 
     Returns:
@@ -114,11 +116,11 @@ def cost_to_go(
         such a square [cells].
     """
     coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
-    free = coarse >= max(room, cell)
+    free = coarse >= cell
     end = _nearest_free(free, goal / _COARSE - 0.5, 1.0 / (cell * _COARSE))
     if end is None:
         return np.full(free.shape, np.inf), _COARSE
-    graph = _graph(free, 1.0 + shy * np.clip(1.0 - coarse, 0.0, 1.0))
+    graph = _graph(free, 1.0 + shy * np.clip(1.0 - coarse, 0.0, 1.0) + _TIGHT * (coarse < room))
     costs = dijkstra(graph, directed=False, indices=int(np.ravel_multi_index(end, free.shape)))
     return costs.reshape(free.shape) * cell * _COARSE, _COARSE
 

@@ -137,18 +137,18 @@ class TraversabilityMap:
         return None if path is None else path * self.cell + origin
 
     def cost_to_go(
-        self, goal: Floats, clearance: float, shy: float
+        self, goal: Floats, room: float, shy: float
     ) -> Callable[[Floats, Floats], NDArray[np.float64]]:
         """Return a function of map places x, y [m] that gives the cost of the way to ``goal``.
 
         Args:
             goal: Map coordinates [m], shape (2,).
-            clearance: Room to keep from anything forbidden [m].
+            room: Clearance to keep [m]; a metre with less costs 50 more.
             shy: Extra cost of a metre for each metre of clearance short of one metre.
         """
         origin = np.array([self.x_min, self.y_min])
         place = (np.asarray(goal, dtype=np.float64) - origin) / self.cell
-        costs, square = cost_to_go(self.clearance, self.cell, place, clearance, shy)
+        costs, square = cost_to_go(self.clearance, self.cell, place, room, shy)
         last = np.array(costs.shape) - 1
 
         def at(x: Floats, y: Floats) -> NDArray[np.float64]:

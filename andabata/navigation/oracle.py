@@ -10,6 +10,9 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.view import View
 from worlds.world import World
 
+_STEP = 0.2
+"""Time between the points of an arc [s]."""
+
 
 class OracleConfig(BaseModel):
     """Numbers of the oracle.
@@ -51,6 +54,7 @@ class OracleController:
         self._truth = world.truth
         self._config = config or OracleConfig()
         self._fan, self._first = _fan(robot, self._config)
+        self._stride = robot.speed * _STEP
         self.reset()
 
     def reset(self) -> None:
@@ -70,7 +74,7 @@ class OracleController:
             )
         if self._goal is None or not np.array_equal(self._goal, view.goal):
             self._goal = np.array(view.goal, dtype=np.float64)
-            self._cost = self._truth.cost_to_go(self._goal, 0.3, self._config.shy)
+            self._cost = self._truth.cost_to_go(self._goal, self._config.room, self._config.shy)
             self._held = 0
         if self._held == 0:
             self._rate = self._choose(view.truth.pose.position[:2], view.truth.pose.yaw)
@@ -84,13 +88,14 @@ class OracleController:
         y = here[1] + s * self._fan[..., 0] + c * self._fan[..., 1]
         to_goal = np.hypot(x - self._goal[0], y - self._goal[1])  # type: ignore[index]
         arrived = np.minimum.accumulate(to_goal, axis=1) < 0.8
+        driven = self._stride * (~arrived).sum(axis=1)  # Or it would arrive tomorrow, for ever.
         clearance = np.where(arrived, np.inf, self._truth.clearance_at(x, y))
         worst = np.maximum(self._config.room - clearance, 0.0)
         onward = np.where(arrived[:, -1], 0.0, self._cost(x[:, -1], y[:, -1]))
         crowded = np.clip(1.0 - clearance, 0.0, None).mean(axis=1)
         # Without a way on, the arc that ends nearest the goal; contact weighs more than anything.
         onward = np.where(np.isfinite(onward), onward, 1e3 + to_goal[:, -1])
-        price = onward + self._config.shy * crowded + 1e4 * (worst**2).sum(axis=1)
+        price = driven + onward + self._config.shy * crowded + 1e4 * (worst**2).sum(axis=1)
         return float(self._first[np.argmin(price)])
 
 
@@ -99,10 +104,8 @@ def _fan(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return rollouts in the robot's frame, x and y [m], shape (k, m, 2), and their first rates."""
     rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
-    step = 0.2
-    each = round(config.leg_time / step)
-    turns = np.repeat(rates, each, axis=1) * step
+    turns = np.repeat(rates, round(config.leg_time / _STEP), axis=1) * _STEP
     yaw = np.cumsum(turns, axis=1) - turns / 2
-    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * step
-    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * step
+    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * _STEP
+    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * _STEP
     return np.stack([x, y], axis=2), rates[:, 0]

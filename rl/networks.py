@@ -33,11 +33,11 @@ class Actor(nn.Module):
         self.max_range, self.limit = max_range, limit
         widths = [layout.size, *hidden, 2]
         self.linear = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
-        _register_scale(self, layout, max_range, limit)
+        self.register_buffer("scale", torch.from_numpy(layout.scale(limit)), persistent=False)
 
     def forward(self, states: Tensor) -> tuple[Tensor, Tensor]:
         """Return means before tanh and sigmas, shape (n,), for states in SI units, (n, 35)."""
-        x = (states - self.offset) * self.scale
+        x = _scaled(states, self.scale)
         for layer in self.linear[:-1]:
             x = torch.relu(layer(x))
         mean, log_sigma = self.linear[-1](x).unbind(dim=1)
@@ -72,9 +72,7 @@ class TwinCritic(nn.Module):
     circles.
     """
 
-    def __init__(
-        self, layout: ObservationLayout, max_range: float, limit: float, hidden: Sequence[int]
-    ) -> None:
+    def __init__(self, layout: ObservationLayout, limit: float, hidden: Sequence[int]) -> None:
         """Draw weights from torch's generator; arguments as for ``Actor``."""
         super().__init__()
         widths = [layout.size + 1, *hidden, 1]
@@ -86,7 +84,7 @@ class TwinCritic(nn.Module):
                 nn.Parameter(torch.empty(2, inputs, outputs).uniform_(-bound, bound))
             )
             self.biases.append(nn.Parameter(torch.empty(2, 1, outputs).uniform_(-bound, bound)))
-        _register_scale(self, layout, max_range, limit)
+        self.register_buffer("scale", torch.from_numpy(layout.scale(limit)), persistent=False)
 
     def forward(self, states: Tensor, actions: Tensor) -> Tensor:
         """Return both critics' values, shape (2, n).
@@ -95,7 +93,7 @@ class TwinCritic(nn.Module):
             states: States in SI units, shape (n, 35).
             actions: Shares of the steering limit, shape (n,).
         """
-        x = torch.cat([(states - self.offset) * self.scale, actions[:, None]], dim=1)
+        x = torch.cat([_scaled(states, self.scale), actions[:, None]], dim=1)
         x = x.expand(2, *x.shape)
         last = len(self.weights) - 1
         for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
@@ -105,13 +103,10 @@ class TwinCritic(nn.Module):
         return x.squeeze(-1)
 
 
-def _register_scale(
-    module: nn.Module, layout: ObservationLayout, max_range: float, limit: float
-) -> None:
-    """Give a network the scaling of its states."""
-    offset, scale = layout.scale(max_range, limit)
-    module.register_buffer("offset", torch.from_numpy(offset), persistent=False)
-    module.register_buffer("scale", torch.from_numpy(scale), persistent=False)
+def _scaled(states: Tensor, scale: Tensor) -> Tensor:
+    """Return states as the networks take them; see ``ObservationLayout.scale``."""
+    a, b, c, d = scale
+    return (a + b * states) / (c + d * states)
 
 
 def _array(tensor: Tensor) -> NDArray[np.float32]:

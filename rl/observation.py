@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 N_EXTRAS = 3
 """Entries after the ranges: two previous actions and the heading error."""
 
+MIDDLE_RANGE = 2.0
+"""Range that is neither near nor far for the networks [m]."""
+
 
 @dataclass(frozen=True)
 class ObservationLayout:
@@ -40,13 +43,19 @@ class ObservationLayout:
         low[: self.n_sectors] = 0.0
         return low, high
 
-    def scale(
-        self, max_range: float, limit: float
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return offset and scale that take a state into about -1 to 1: ``(state - a) * b``."""
-        low, high = self.bounds(max_range, limit)
-        two = np.float32(2)
-        return (low + high) / two, two / (high - low)
+    def scale(self, limit: float) -> NDArray[np.float32]:
+        """Return the numbers a, b, c, d of the networks' input, float32, shape (4, size).
+
+        ``(a + b state) / (c + d state)`` takes a state into -1 to 1. Ranges are bent: 1 at contact,
+        0 at ``MIDDLE_RANGE``, towards -1 in the open, since a decimetre matters near the body and
+        not ten metres away (assumption).
+
+        Args:
+            limit: Largest yaw rate [rad/s].
+        """
+        near = np.array([[MIDDLE_RANGE], [-1.0], [MIDDLE_RANGE], [1.0]])
+        straight = np.array([[0.0] * 3, [1 / limit, 1 / limit, 1 / np.pi], [1.0] * 3, [0.0] * 3])
+        return np.hstack([np.repeat(near, self.n_sectors, axis=1), straight]).astype(np.float32)
 
 
 def observation(

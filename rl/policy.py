@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rl.observation import ObservationLayout, apply_dead_zone
 
 _FORMAT = "andabata-policy"
+_VERSION = 2  # 1 had straight ranges.
 _MAX_BYTES = 64 << 20
 
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
@@ -51,9 +52,7 @@ class Policy:
         if self.layers[-1][0].shape[0] != 2:
             outputs = self.layers[-1][0].shape[0]
             raise ValueError(f"layers: expected mean and log sigma as outputs, got {outputs}")
-        offset, scale = self.layout.scale(self.max_range, self.limit)
-        object.__setattr__(self, "_offset", offset)
-        object.__setattr__(self, "_scale", scale)
+        object.__setattr__(self, "_scale", self.layout.scale(self.limit))
 
     @property
     def layout(self) -> ObservationLayout:
@@ -62,7 +61,8 @@ class Policy:
 
     def _outputs(self, state: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the mean before tanh and the log sigma."""
-        x = (state - self._offset) * self._scale  # type: ignore[attr-defined]
+        a, b, c, d = self._scale  # type: ignore[attr-defined]
+        x = (a + b * state) / (c + d * state)
         for weights, biases in self.layers[:-1]:
             x = weights @ x + biases
             np.maximum(x, 0.0, out=x)
@@ -101,7 +101,7 @@ class Policy:
             tensors[f"layer{number}.bias"] = np.ascontiguousarray(biases)
         about = {
             "format": _FORMAT,
-            "version": 1,
+            "version": _VERSION,
             "max_range": self.max_range,
             "limit": self.limit,
             "dead_zone": self.dead_zone,
@@ -127,8 +127,8 @@ class Policy:
             if len(data) > _MAX_BYTES:
                 raise ValueError(f"{len(data)} bytes")
             about = _metadata(data)
-            if about.get("format") != _FORMAT or about.get("version") != 1:
-                raise ValueError(f"format {about.get('format')!r}")
+            if about.get("format") != _FORMAT or about.get("version") != _VERSION:
+                raise ValueError(f"format {about.get('format')!r}, version {about.get('version')}")
             tensors = load(data)
             count = len(tensors) // 2
             layers = tuple(

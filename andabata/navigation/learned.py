@@ -16,6 +16,15 @@ class LearnedController:
         """The policy remembers nothing between steps: its memory is in the state."""
 
     def steer(self, view: View) -> float:
-        """Return the actor's yaw rate for the state of 35 values [rad/s]."""
+        """Return the actor's yaw rate for the state of 35 values [rad/s].
+
+        Raises:
+            ValueError: If free means another range to the scan than to the policy.
+        """
+        if view.scan.max_range != self._policy.max_range:
+            raise ValueError(
+                f"outer_radius: expected {self._policy.max_range} m, as the policy was trained, "
+                f"got {view.scan.max_range} m"
+            )
         state = observation(view.scan.finite(), view.previous_steering, view.heading_error)
         return self._policy.act(state)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rl.observation import ObservationLayout, apply_dead_zone, observation
+from rl.observation import MIDDLE_RANGE, ObservationLayout, apply_dead_zone, observation
 
 
 def test_the_papers_order():
@@ -20,11 +20,24 @@ def test_bounds_hold_every_state():
     assert ((low <= state) & (state <= high)).all()
 
 
+def scaled(state):
+    a, b, c, d = ObservationLayout().scale(0.5)
+    return (a + b * state) / (c + d * state)
+
+
 def test_scaled_states_lie_between_minus_one_and_one():
-    layout = ObservationLayout()
-    offset, scale = layout.scale(10.0, 0.5)
-    for state in layout.bounds(10.0, 0.5):
-        np.testing.assert_allclose(np.abs((state - offset) * scale), 1.0, rtol=1e-6)
+    for state in ObservationLayout().bounds(10.0, 0.5):
+        x = scaled(state)
+        assert (np.abs(x) <= 1.0 + 1e-6).all()
+        np.testing.assert_allclose(np.abs(x[32:]), 1.0, rtol=1e-6)
+
+
+def test_near_ranges_are_told_apart_better_than_far_ones():
+    ranges = np.array([0.0, MIDDLE_RANGE, 0.5, 1.0, 9.0, 9.5])
+    x = scaled(observation(np.resize(ranges, 32), (0.0, 0.0), 0.0))
+    assert x[0] == 1.0
+    assert x[1] == 0.0
+    assert x[2] - x[3] > 10 * (x[4] - x[5]) > 0
 
 
 @pytest.mark.parametrize(

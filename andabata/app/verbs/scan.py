@@ -7,13 +7,13 @@ import typer
 
 from andabata.app.options import ForestFile, Json, Quiet
 
-_MOUNTING = "x, y [m] and roll, pitch, yaw [degrees] of the sensor, as X,Y,ROLL,PITCH,YAW."
+_MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
 
 
 def scan(
     file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin or vtk.")],
     sensor_height: Annotated[
-        float, typer.Option(help="Sensor above the robot's base plane [m].")
+        float, typer.Option(help="Sensor above the robot's base plane, in metres.")
     ] = 0.72,
     mounting: Annotated[str, typer.Option(help=_MOUNTING)] = "0,0,0,0,0",
     forest: ForestFile = None,

@@ -29,7 +29,7 @@ from traversability.forest import Forest, ForestConfig, train_forest
 from traversability.grid import PolarGrid
 
 _WORLD = "natural-test"
-_EPISODES = 96
+_EPISODES = 64
 _TRIALS = 2
 
 

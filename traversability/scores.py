@@ -11,6 +11,17 @@ from numpy.typing import NDArray
 
 from traversability.labels import CellState
 
+FIGURES = (
+    "accuracy",
+    "precision",
+    "recall",
+    "specificity",
+    "balanced_accuracy",
+    "f1_red",
+    "iou_red",
+)
+"""Names of the figures, in the order of the tables."""
+
 
 @dataclass(frozen=True)
 class CellScores:
@@ -83,16 +94,7 @@ class CellScores:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all figures by name, and the confusion matrix."""
-        names = (
-            "accuracy",
-            "precision",
-            "recall",
-            "specificity",
-            "balanced_accuracy",
-            "f1_red",
-            "iou_red",
-        )
-        figures: dict[str, Any] = {name: getattr(self, name) for name in names}
+        figures: dict[str, Any] = {name: getattr(self, name) for name in FIGURES}
         confusion = {"tp": self.tp, "tn": self.tn, "fp": self.fp, "fn": self.fn}
         return figures | {"confusion": confusion}
 

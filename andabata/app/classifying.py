@@ -9,17 +9,7 @@ from traversability.dataset import CellSamples, DatasetError, Manifest, Split, r
 from traversability.features import cell_features
 from traversability.forest import Forest
 from traversability.labels import CellState, label_cells
-from traversability.scores import PAPER, CellScores
-
-_NAMES = (
-    "accuracy",
-    "precision",
-    "recall",
-    "specificity",
-    "balanced_accuracy",
-    "f1_red",
-    "iou_red",
-)
+from traversability.scores import FIGURES, PAPER, CellScores
 
 
 def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
@@ -69,6 +59,6 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
         ours, theirs = data["confusion"][name], paper["confusion"][name]
         lines.append(f"  {name.upper()}  {about:36} {ours:10d} {theirs:8d}")
     lines += ["", "Table 2, scores                                  ours    paper"]
-    lines += [f"  {name:40} {data[name]:10.3f} {paper[name]:8.3f}" for name in _NAMES]
+    lines += [f"  {name:40} {data[name]:10.3f} {paper[name]:8.3f}" for name in FIGURES]
     lines += ["", f"a cell is red from probability {data['threshold']:.2f} on"]
     return "\n".join(lines)

@@ -68,7 +68,7 @@ def _code(error: Exception) -> int:
     """Return 2 for what the user typed, 1 for everything else."""
     from andabata.app.settings import SettingsError
     from andabata.app.usage import UsageError
-    from worlds.library import UnknownWorldError
+    from worlds.catalogue import UnknownWorldError
 
     return USAGE if isinstance(error, SettingsError | UsageError | UnknownWorldError) else FAILED
 

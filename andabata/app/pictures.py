@@ -135,7 +135,7 @@ def confusion_picture(scores: Mapping[str, Any]) -> bytes:
 
 
 def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return success over episodes, stage after stage.
+    """Return success over episodes, stage after stage, and its mean over eight generations.
 
     Args:
         history: Rows with ``name``, ``episodes`` and ``success_rate``.
@@ -148,11 +148,10 @@ def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
         episodes = np.array([row["episodes"] for row in rows]) + begin
         rates = np.array([row["success_rate"] for row in rows])
         line = axes.plot(episodes, rates, alpha=0.3)[0]
-        width = min(8, len(rates))
-        mean = np.convolve(rates, np.full(width, 1 / width), mode="valid")
-        axes.plot(episodes[width - 1 :], mean, color=line.get_color(), label=name)
+        mean = [rates[max(0, k - 7) : k + 1].mean() for k in range(len(rates))]
+        axes.plot(episodes, mean, color=line.get_color(), label=name)
         begin = int(episodes[-1])
-    axes.set_ylim(0, 1)
+    axes.set_ylim(0, 1.02)
     axes.set_xlabel("episodes")
     axes.set_ylabel("goals reached while exploring")
     axes.legend()

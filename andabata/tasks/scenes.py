@@ -3,7 +3,7 @@
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from worlds.library import make_world
+from worlds.catalogue import make_world
 from worlds.rays import RayScene
 from worlds.world import World
 

@@ -9,7 +9,7 @@ from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.seeds import evaluation_world
-from worlds.library import make_world
+from worlds.catalogue import make_world
 
 ROBOT = RobotModel()
 

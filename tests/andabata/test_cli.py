@@ -126,7 +126,7 @@ def test_ctrl_c_ends_with_130(capsys, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("worlds.library.presets", interrupt)
+    monkeypatch.setattr("worlds.catalogue.presets", interrupt)
     code, _, err = run(capsys, "world", "list")
     assert (code, err) == (130, "interrupted\n")
 

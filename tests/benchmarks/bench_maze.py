@@ -1,7 +1,8 @@
 """How often a policy reaches its goals in mazes that it was not trained in.
 
-Run with ``python tests/benchmarks/bench_maze.py POLICY [EPISODES [PLANT]]``; prints one line.
-Starts, goals and mazes are the judges': world seeds from one million on.
+Run with ``python tests/benchmarks/bench_maze.py POLICY [EPISODES [PLANT [FIRST]]]``; prints one
+line. Starts, goals and mazes are the judges', world seeds from one million on, unless FIRST says
+with which world seed to begin: 3000 for trying things out.
 """
 
 import sys
@@ -15,10 +16,15 @@ from rl.policy import Policy
 from rl.training import play
 
 
-def main(policy: Path, episodes: int = 300, plant: str = "kinematic") -> None:
+def main(
+    policy: Path,
+    episodes: int = 300,
+    plant: str = "kinematic",
+    first: int = evaluation_world(2, 0),
+) -> None:
     """Judge a policy file in 60 unseen mazes."""
     config = stage_config("Maze2D")
-    seeds = tuple(evaluation_world(2, trial) for trial in range(60))
+    seeds = tuple(range(first, first + 60))
     rig = config.rig.model_validate(config.rig.model_dump() | {"plant": plant})
     env = make_offroad("Maze2D", config.model_copy(update={"seeds": seeds, "rig": rig}))
     loaded = Policy.load(policy)
@@ -33,4 +39,9 @@ def main(policy: Path, episodes: int = 300, plant: str = "kinematic") -> None:
 
 if __name__ == "__main__":
     words = dict(enumerate(sys.argv))
-    main(Path(words[1]), int(words.get(2, "300")), words.get(3, "kinematic"))
+    main(
+        Path(words[1]),
+        int(words.get(2, "300")),
+        words.get(3, "kinematic"),
+        int(words.get(4, evaluation_world(2, 0))),
+    )

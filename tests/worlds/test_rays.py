@@ -8,7 +8,7 @@ from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box
 from worlds.bodies import build_bodies
-from worlds.library import make_world
+from worlds.catalogue import make_world
 from worlds.rays import NO_CLASS, RayScene
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World

@@ -52,7 +52,7 @@ def evaluate(
     from andabata.tasks.controllers import CONTROLLERS
     from rl.policy import Policy
     from traversability.forest import Forest
-    from worlds.library import UnknownWorldError, preset_names
+    from worlds.catalogue import UnknownWorldError, preset_names
 
     if world not in preset_names():
         known = ", ".join(preset_names())

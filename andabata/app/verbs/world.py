@@ -19,7 +19,7 @@ Difficulty = Annotated[
 def list_presets(as_json: Json = False) -> None:
     """List the presets."""
     from andabata.app.console import Voice, table_of
-    from worlds.library import presets
+    from worlds.catalogue import presets
 
     rows = [
         {"name": name, "kind": config.kind, "about": config.about}
@@ -36,7 +36,7 @@ def show(name: Name, seed: Seed = 0, difficulty: Difficulty = None, as_json: Jso
     import numpy as np
 
     from andabata.app.console import Voice
-    from worlds.library import make_world
+    from worlds.catalogue import make_world
     from worlds.truth import Reason
 
     world = make_world(name, seed, difficulty)
@@ -79,7 +79,7 @@ def render(
     from andabata.app.console import Voice
     from andabata.app.pictures import world_picture
     from andabata.records.storage import write_atomically
-    from worlds.library import make_world
+    from worlds.catalogue import make_world
 
     world = make_world(name, seed, difficulty)
     write_atomically(out, world_picture(world))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from worlds.library import UnknownWorldError, make_world, preset_names, presets
+from worlds.catalogue import UnknownWorldError, make_world, preset_names, presets
 
 NAMES = ("hollow", "maze", "natural", "natural-test")
 

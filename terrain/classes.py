@@ -24,6 +24,8 @@ class SemanticClass(IntEnum):
     TABLE = 11
     BIN = 12
     CABLE = 13
+    STONE = 14
+    WATER = 15
 
 
 @dataclass(frozen=True)
@@ -34,17 +36,20 @@ class ClassTraits:
         traversable: Whether the robot may drive on it (ground still has to be flat enough).
         solid: Whether it is a body that the robot can touch; the others let wheels through.
         hits_per_metre: Expected returns per metre of beam inside it [1/m]; ``inf`` is opaque.
+        returns: Probability that a beam that ends on it comes back.
     """
 
     traversable: bool
     solid: bool
     hits_per_metre: float
+    returns: float = 1.0
 
 
 _GROUND = ClassTraits(traversable=True, solid=True, hits_per_metre=inf)
 _OBSTACLE = ClassTraits(traversable=False, solid=True, hits_per_metre=inf)
 
 # Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in grass, 0.2 m in bushes.
+# Water is a mirror that sends one beam in twenty back. A stone is a rock too low to stop a wheel.
 TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
     {
         SemanticClass.GROUND: _GROUND,
@@ -61,5 +66,7 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.TABLE: _OBSTACLE,
         SemanticClass.BIN: _OBSTACLE,
         SemanticClass.CABLE: _OBSTACLE,
+        SemanticClass.STONE: ClassTraits(traversable=True, solid=True, hits_per_metre=inf),
+        SemanticClass.WATER: ClassTraits(False, solid=True, hits_per_metre=inf, returns=0.05),
     }
 )

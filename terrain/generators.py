@@ -4,9 +4,8 @@ All functions take map coordinates of grid lines and return heights to be added,
 compose.
 """
 
-from itertools import pairwise
-
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
@@ -77,30 +76,54 @@ def _steep(heights: Field, cell: float) -> float:
     return float(np.quantile(np.hypot(dx, dy), 0.999))
 
 
-def distance_to_line(x: Field, y: Field, line: Field) -> Field:
-    """Return the distance from each grid point to a polyline [m].
+def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> Field:
+    """Return the distance from each grid point to a polyline [m], infinite beyond ``reach``.
 
     Args:
         x: Grid lines along x [m], shape (nx,).
         y: Grid lines along y [m], shape (ny,).
         line: Corners of the polyline [m], shape (k, 2).
+        reach: Largest distance that matters [m].
 
     Returns:
         Distances [m], shape (nx, ny).
     """
     nearest = np.full((len(x), len(y)), np.inf)
-    for start, end in pairwise(line):
-        along = end - start
-        length2 = max(float(along @ along), 1e-12)
-        px, py = x[:, None] - start[0], y[None, :] - start[1]
-        share = np.clip((px * along[0] + py * along[1]) / length2, 0.0, 1.0)
-        np.minimum(nearest, np.hypot(px - share * along[0], py - share * along[1]), out=nearest)
+    low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
+    rows = slice(*np.searchsorted(x, [low[0], high[0]]))
+    columns = slice(*np.searchsorted(y, [low[1], high[1]]))
+    _approach(x[rows], y[columns], np.asarray(line, dtype=np.float64), nearest[rows, columns])
     return nearest
+
+
+@njit(cache=True)
+def _approach(x, y, line, nearest):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Lower ``nearest`` to the distance from the polyline."""
+    for i in range(len(x)):
+        for j in range(len(y)):
+            best = np.inf
+            for k in range(len(line) - 1):
+                ax, ay = line[k, 0], line[k, 1]
+                dx, dy = line[k + 1, 0] - ax, line[k + 1, 1] - ay
+                px, py = x[i] - ax, y[j] - ay
+                share = (px * dx + py * dy) / max(dx * dx + dy * dy, 1e-12)
+                share = min(max(share, 0.0), 1.0)
+                px, py = px - share * dx, py - share * dy
+                best = min(best, px * px + py * py)
+            nearest[i, j] = np.sqrt(best)
 
 
 def ditch(distance: Field, width: float, depth: float) -> Field:
     """Return the heights [m] of a ditch with a flat floor along a line at ``distance`` [m]."""
     return -depth * np.clip((width / 2 - distance) / (width / 4), 0.0, 1.0)
+
+
+def terrace(distance: Field, radius: float, height: float, edge: float) -> Field:
+    """Return the heights [m] of a plateau within ``radius`` [m] of a line, its edge ``edge`` wide.
+
+    A negative height makes a basin.
+    """
+    return height * np.clip((radius - distance) / edge, 0.0, 1.0)
 
 
 def bank(distance: Field, foot: float, height: float, slope: float) -> Field:

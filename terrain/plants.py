@@ -1,5 +1,7 @@
 """Trees, bushes, grass, rocks and fallen trunks, with sizes drawn from stated ranges."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from terrain.classes import SemanticClass
@@ -45,6 +47,14 @@ def boulder(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -
     radii = np.array([rng.uniform(0.7, 1.4), rng.uniform(0.7, 1.4), 1.0]) * height
     base = (x, y, float(ground.height_at(x, y)))
     return [rock(base, radii, rng)]
+
+
+def stone(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
+    """Return a stone of 2 to 4.5 cm, which a wheel of 10 cm radius rolls over."""
+    height = rng.uniform(0.02, 0.045)
+    radii = np.array([rng.uniform(1.0, 3.0), rng.uniform(1.0, 3.0), 1.0]) * height
+    body = rock((x, y, float(ground.height_at(x, y))), radii, rng)
+    return [replace(body, semantic=SemanticClass.STONE)]
 
 
 def fallen_trunk(

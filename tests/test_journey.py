@@ -16,8 +16,8 @@ from terrain.objects import frustum
 from traversability.dataset import cell_samples
 from traversability.features import cell_features
 from traversability.files import cloud_to_bytes
-from traversability.forest import ForestConfig, train_forest
 from traversability.grid import PolarGrid
+from traversability.growing import ForestConfig, grow_forest
 from traversability.labels import CellState, label_cells
 from traversability.scores import CellScores
 from worlds.world import Start, Task
@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_cloud(shelf, clouds):
 
 def test_clouds_become_a_forest_that_judges_an_unseen_world(clouds):
     samples = cell_samples(clouds[:5], GRID)
-    forest = train_forest(samples.features, samples.red, GRID, ForestConfig(trees=40), 0)
+    forest = grow_forest(samples, GRID, ForestConfig(trees=40), 0)
     cloud = clouds[5]
     truth = label_cells(cloud.points, cloud.nontraversable, GRID)
     called = forest.classify(cell_features(cloud.points, GRID), GRID)

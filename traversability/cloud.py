@@ -1,10 +1,22 @@
 """A point cloud whose arrays travel together."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+COLUMNS: Mapping[str, type[np.generic]] = MappingProxyType(
+    {
+        "stamps": np.float64,
+        "classes": np.uint8,
+        "nontraversable": np.bool_,
+        "severity": np.float32,
+    }
+)
+"""What may be known about each point, by name, with its type."""
 
 
 @dataclass(frozen=True)
@@ -19,6 +31,9 @@ class PointCloud:
         classes: Semantic class of each point, uint8, shape (n,), or None.
         nontraversable: Whether the point belongs to something that the robot must not drive on,
             bool, shape (n,), or None.
+        severity: How far the true surface under the point is beyond what the robot may drive on,
+            in units of the margin of doubt: more than 0 is non-traversable, -1 to 1 is borderline,
+            things are infinite. float32, shape (n,), or None.
     """
 
     points: NDArray[np.float32]
@@ -26,12 +41,13 @@ class PointCloud:
     stamps: NDArray[np.float64] | None = None
     classes: NDArray[np.uint8] | None = None
     nontraversable: NDArray[np.bool_] | None = None
+    severity: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         """Check shapes once, at the border."""
         if self.points.ndim != 2 or self.points.shape[1] != 3:
             raise ValueError(f"points: expected shape (n, 3), got {self.points.shape}")
-        for name in ("stamps", "classes", "nontraversable"):
+        for name in COLUMNS:
             column = getattr(self, name)
             if column is not None and column.shape != (len(self.points),):
                 expected = (len(self.points),)
@@ -45,7 +61,7 @@ class PointCloud:
         """Return the points where ``mask`` holds, bool, shape (n,), with all columns."""
         columns = {
             name: column[mask]
-            for name in ("points", "stamps", "classes", "nontraversable")
+            for name in ("points", *COLUMNS)
             if (column := getattr(self, name)) is not None
         }
         return replace(self, **columns)

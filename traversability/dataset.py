@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,7 +15,7 @@ from traversability.cloud import PointCloud
 from traversability.features import cell_features
 from traversability.files import read_cloud
 from traversability.grid import PolarGrid
-from traversability.labels import CellState, label_cells
+from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 
 MANIFEST = "manifest.json"
 
@@ -137,42 +137,82 @@ class CellSamples:
     """Judged cells of several clouds.
 
     Attributes:
-        features: float32, shape (n, 5).
+        features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
         red: Whether each is non-traversable, bool, shape (n,).
+        clear: Whether its label is beyond doubt: it is the same with the limits moved by their
+            margins and with 5 to 30 % of bad points for 15 %. bool, shape (n,).
         white: Number of empty cells that are left out.
-        group: Index of the cloud of each cell, int32, shape (n,).
+        ring: Ring of each cell, int32, shape (n,).
+        cloud: Number of the cloud of each cell, int32, shape (n,).
+        world: Seed of the world of each cell, int64, shape (n,).
     """
 
     features: NDArray[np.float32]
     red: NDArray[np.bool_]
+    clear: NDArray[np.bool_]
     white: int
-    group: NDArray[np.int32]
+    ring: NDArray[np.int32]
+    cloud: NDArray[np.int32]
+    world: NDArray[np.int64]
+
+    def select(self, mask: NDArray[np.bool_]) -> "CellSamples":
+        """Return the cells where ``mask`` holds, bool, shape (n,)."""
+        columns = ("features", "red", "clear", "ring", "cloud", "world")
+        return replace(self, **{name: getattr(self, name)[mask] for name in columns})
 
 
-def cell_samples(clouds: Sequence[PointCloud], grid: PolarGrid) -> CellSamples:
+def cell_samples(
+    clouds: Iterable[PointCloud], grid: PolarGrid, worlds: Sequence[int] | None = None
+) -> CellSamples:
     """Return the judged cells of labelled clouds.
+
+    Args:
+        clouds: Labelled clouds.
+        grid: The cells.
+        worlds: Seed of each cloud's world; None when each cloud has a world of its own.
 
     Raises:
         ValueError: If there are no clouds, or one has no labels.
     """
-    if not clouds:
-        raise ValueError("clouds: expected at least one, got none")
-    features, red, group, white = [], [], [], 0
+    parts: list[tuple[NDArray[Any], ...]] = []
+    white = 0
     for number, cloud in enumerate(clouds):
-        if cloud.nontraversable is None:
-            raise ValueError("nontraversable: expected labelled clouds, got one without labels")
         cells = cell_features(cloud.points, grid)
-        states = label_cells(cloud.points, cloud.nontraversable, grid)
+        states = label_cells(cloud.points, nontraversable(cloud), grid)
         judged = states != CellState.EMPTY
-        features.append(cells.values[judged])
-        red.append(states[judged] == CellState.NON_TRAVERSABLE)
-        group.append(np.full(int(judged.sum()), number, dtype=np.int32))
-        white += int((~judged).sum())
-    return CellSamples(np.concatenate(features), np.concatenate(red), white, np.concatenate(group))
+        n = int(judged.sum())
+        white += judged.size - n
+        parts.append(
+            (
+                cells.values[judged],
+                states[judged] == CellState.NON_TRAVERSABLE,
+                beyond_doubt(cloud, grid)[judged],
+                np.nonzero(judged)[1].astype(np.int32),
+                np.full(n, number, dtype=np.int32),
+                np.full(n, worlds[number] if worlds is not None else number, dtype=np.int64),
+            )
+        )
+    if not parts:
+        raise ValueError("clouds: expected at least one, got none")
+    features, red, clear, ring, cloud_, world = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
+    return CellSamples(features, red, clear, white, ring, cloud_, world)
 
 
-def dataset_card(manifest: Manifest, cells: dict[Split, CellSamples]) -> str:
-    """Return the data set's card, Markdown."""
+def split_samples(folder: Path, manifest: Manifest, split: Split, grid: PolarGrid) -> CellSamples:
+    """Return the judged cells of a split of a data set."""
+    worlds = [entry.world_seed for entry in manifest.clouds if entry.split == split]
+    return cell_samples(read_clouds(folder, manifest, split), grid, worlds)
+
+
+def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -> str:
+    """Return the data set's card, Markdown.
+
+    Args:
+        manifest: What the set is made of.
+        cells: White, green and red cells of each split, shape (3,).
+    """
     lines = [
         "# Labelled clouds",
         "",
@@ -185,11 +225,10 @@ def dataset_card(manifest: Manifest, cells: dict[Split, CellSamples]) -> str:
         "| split | clouds | worlds | points | green cells | red cells | white cells |",
         "|---|---|---|---|---|---|---|",
     ]
-    for split, samples in cells.items():
+    for split, (white, green, red) in cells.items():
         entries = [entry for entry in manifest.clouds if entry.split == split]
         worlds = len({(entry.world, entry.world_seed) for entry in entries})
         points = sum(entry.points for entry in entries)
-        green, red = int((~samples.red).sum()), int(samples.red.sum())
-        row = (split, len(entries), worlds, points, green, red, samples.white)
+        row = (split, len(entries), worlds, points, green, red, white)
         lines.append(f"| {' | '.join(str(cell) for cell in row)} |")
     return "\n".join(lines) + "\n"

@@ -1,7 +1,9 @@
-"""Five features of each polar cell, in one pass over the cloud (Sanchez et al. 2023, section 3.3).
+"""Features of each polar cell: the paper's five, the shape of the ground, and the neighbours'.
 
-A point falls into its cell, its first and second moments are added up there, and the cell's
-covariance gives the eigenvalues ``l1 >= l2 >= l3`` of a principal component analysis.
+The paper's features are a principal component analysis of a cell's own points (Sanchez et al. 2023,
+section 3.3). They cannot tell a drop, whose far side nobody sees, or a step between two cells. So
+the ground's shape is looked at on the scale of a wheelbase around each quarter of a cell, and each
+cell knows its neighbours' features (assumption).
 """
 
 from dataclasses import dataclass
@@ -10,10 +12,87 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from traversability.binning import (
+    COUNT,
+    FURTHEST,
+    HIGHEST,
+    LOWEST,
+    NEAREST,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
+    Quarters,
+    X,
+    Y,
+    Z,
+    fill_quarters,
+    polar_tables,
+)
 from traversability.grid import PolarGrid
 
-FEATURES = ("roughness", "orientation", "planarity", "min_height", "height_difference")
-"""Names of the features, in the order of the last axis of ``CellFeatures.values``."""
+PAPER_FEATURES = ("roughness", "orientation", "planarity", "min_height", "height_difference")
+"""The paper's five features."""
+
+SHAPE_FEATURES = (
+    "mean_above_lowest",
+    "quarter_height",
+    "tilt",
+    "slope_max",
+    "slope_mean",
+    "step_max",
+    "step_second",
+    "step_mean",
+    "above_plane",
+    "below_plane",
+    "lowest_around",
+    "highest_around",
+    "gap_after",
+    "gap_after_mean",
+    "gap_before",
+    "bend",
+    "rise_before",
+    "rise_after",
+    "distance",
+)
+"""What a cell and the ground around it look like."""
+
+SHARED = (0, 1, 4, 6, 7, 8, 10, 12)
+"""Features that neighbours tell each other, none of them negative: roughness, orientation, height
+difference, quarter height, tilt, slope, step, mean step."""
+
+CONTEXT = (
+    "two_before",
+    "before",
+    "after",
+    "two_after",
+    "sides_low",
+    "sides_high",
+    "before_sides_low",
+    "before_sides_high",
+    "after_sides_low",
+    "after_sides_high",
+    "next_sides_high",
+)
+"""Where neighbours are: before and after on the way outwards, to the sides and beyond them; of two,
+the lower and the higher value."""
+
+OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES
+
+ALL_FEATURES = OWN_FEATURES + tuple(
+    f"{place}:{OWN_FEATURES[number]}" for place in CONTEXT for number in SHARED
+)
+"""Names of all features, in the order of the last axis of ``CellFeatures.values``."""
+
+NOTHING = np.float32(-1.0)
+"""A neighbour's feature where there is no neighbour."""
+
+_REACH = 0.3  # Half a wheelbase and a little: the truth's window is 0.5 m wide.
+_ENOUGH = 4.0  # Points that make a quarter's mean as good as any other.
+_MOST = 3.0  # Slopes and gaps beyond say no more.
+_FEW = 3  # A cell with fewer points tells nothing.
 
 
 @dataclass(frozen=True)
@@ -21,8 +100,8 @@ class CellFeatures:
     """What is known about each cell.
 
     Attributes:
-        values: Features in the order of ``FEATURES``, float32, shape (n_sectors, n_rings, 5); zero
-            where a cell has fewer than three points.
+        values: Features in the order of ``ALL_FEATURES``, float32, shape (n_sectors, n_rings, f);
+            zero where a cell has fewer than three points.
         counts: Points of each cell, int32, shape (n_sectors, n_rings).
     """
 
@@ -33,13 +112,13 @@ class CellFeatures:
 def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     """Return the features of each cell.
 
+    The paper names its five features only; the formulas are an assumption:
+
     * roughness: ``sqrt(l3)``, the deviation from the cell's plane [m];
     * orientation: ``|n_z|`` of the plane's normal, 1 on level ground and 0 on a wall;
     * planarity: ``(l2 - l3) / l1``, 1 for a disc and 0 for a line or a ball;
     * minimum height above the base plane [m];
     * height difference between the highest and the lowest point [m].
-
-    The formulas of the first three are an assumption: the paper names the features only.
 
     Args:
         points: Points in ``base_footprint`` [m], float32, shape (n, 3). Those beyond the rings, too
@@ -47,84 +126,289 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
         grid: The cells.
 
     Raises:
-        ValueError: If ``points`` has another shape.
+        ValueError: If ``points`` has another shape or type.
     """
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"points: expected shape (n, 3), got {points.shape}")
-    shape = (grid.n_sectors, grid.n_rings)
-    counts = np.zeros(shape, dtype=np.int32)
-    moments = np.zeros((*shape, 14))
-    edges = grid.ring_edges
-    _add_moments(points, edges * edges, grid.max_height, counts, moments)
-    values = np.zeros((*shape, len(FEATURES)), dtype=np.float32)
-    _describe(counts, moments, values)
+    return quarter_features(fill_quarters(points, grid), grid)
+
+
+def quarter_features(quarters: Quarters, grid: PolarGrid) -> CellFeatures:
+    """Return the features of each cell of a cloud in quarters; see ``cell_features``."""
+    counts = np.empty((grid.n_sectors, grid.n_rings), dtype=np.int32)
+    values = np.zeros((*counts.shape, len(ALL_FEATURES)), dtype=np.float32)
+    means = np.empty((*quarters.sums.shape[:2], 6))
+    describe_cells(quarters.sums, means, counts, polar_tables(grid).middles, values)
+    for sector in range(grid.n_sectors):
+        for ring in range(grid.n_rings):
+            ask_neighbours(sector, ring, counts, values)
     return CellFeatures(values, counts)
 
 
-@njit(cache=True, nogil=True)
-def cell_of(x, y, square_edges, n_sectors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return sector and ring of a point, ring -1 where it is on none."""
-    square = x * x + y * y
-    if not (square_edges[0] <= square < square_edges[-1]):
-        return 0, -1
-    ring = 0
-    while square >= square_edges[ring + 1]:
-        ring += 1
-    share = (np.arctan2(y, x) + np.pi) / (2 * np.pi)
-    return min(int(share * n_sectors), n_sectors - 1), ring
-
-
-@njit(cache=True, nogil=True)
-def _add_moments(points, square_edges, max_height, counts, moments):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Add each point to its cell: origin (3), sums (3), products (6), lowest and highest (2).
-
-    The cell's first point is the origin of its moments, so that nothing cancels far from the robot.
-    """
-    n_sectors = counts.shape[0]
-    for k in range(len(points)):
-        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
-        if not (z <= max_height and z > -np.inf):
-            continue
-        sector, ring = cell_of(x, y, square_edges, n_sectors)
-        if ring < 0:
-            continue
-        m = moments[sector, ring]
-        if counts[sector, ring] == 0:
-            m[0], m[1], m[2], m[12], m[13] = x, y, z, z, z
-        counts[sector, ring] += 1
-        m[12], m[13] = min(m[12], z), max(m[13], z)
-        x, y, z = x - m[0], y - m[1], z - m[2]
-        m[3] += x
-        m[4] += y
-        m[5] += z
-        m[6] += x * x
-        m[7] += y * y
-        m[8] += z * z
-        m[9] += x * y
-        m[10] += x * z
-        m[11] += y * z
-
-
-@njit(cache=True, nogil=True)
-def _describe(counts, moments, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Turn each cell's moments into its features."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_points(sums, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the number of points of each cell."""
     for sector in range(counts.shape[0]):
         for ring in range(counts.shape[1]):
-            n = counts[sector, ring]
-            if n < 3:
+            total = 0.0
+            for a in range(2):
+                for b in range(2):
+                    total += sums[2 * sector + a, 2 * ring + b, COUNT]
+            counts[sector, ring] = np.int32(total)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def describe_cells(sums, means, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the number of points and the own features of each cell."""
+    count_points(sums, counts)
+    mean_points(sums, means)
+    for sector in range(counts.shape[0]):
+        for ring in range(counts.shape[1]):
+            if counts[sector, ring] >= _FEW:
+                out = values[sector, ring]
+                _principal_axes(sums, sector, ring, out)
+                _ground_shape(sums, means, sector, ring, middles, out)
+                _way_outwards(sums, counts, sector, ring, middles, out)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the paper's five features, and what comes from the same sums."""
+    n = x = y = mean = xx = yy = zz = xy = xz = yz = 0.0
+    lowest, highest, quarter_height = np.inf, -np.inf, 0.0
+    for a in range(2):
+        for b in range(2):
+            i, j = 2 * sector + a, 2 * ring + b
+            n, x, y = n + sums[i, j, COUNT], x + sums[i, j, X], y + sums[i, j, Y]
+            mean = mean + sums[i, j, Z]
+            xx, yy, zz = xx + sums[i, j, XX], yy + sums[i, j, YY], zz + sums[i, j, ZZ]
+            xy, xz, yz = xy + sums[i, j, XY], xz + sums[i, j, XZ], yz + sums[i, j, YZ]
+            if sums[i, j, COUNT] > 0:
+                low, high = sums[i, j, LOWEST], sums[i, j, HIGHEST]
+                lowest, highest = min(lowest, low), max(highest, high)
+                quarter_height = max(quarter_height, high - low)
+    x, y, mean = x / n, y / n, mean / n
+    xx, yy, zz = xx / n - x * x, yy / n - y * y, zz / n - mean * mean
+    xy, xz, yz = xy / n - x * y, xz / n - x * mean, yz / n - y * mean
+    l1, l2, l3 = eigenvalues(xx, yy, zz, xy, xz, yz)
+    out[0] = np.sqrt(l3)
+    out[1] = np.sqrt(normal_z_squared(xx, yy, xy, l1, l2, l3))
+    out[2] = (l2 - l3) / l1 if l1 > 0 else 0.0
+    out[3], out[4] = lowest, highest - lowest
+    out[5], out[6] = mean - lowest, quarter_height
+    slope_x, slope_y = _gradient(xx, yy, xy, xz, yz, 1e-6)
+    out[7] = min(np.sqrt(slope_x * slope_x + slope_y * slope_y), _MOST)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gradient(xx, yy, xy, xz, yz, soft):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return rise over run along x and y of the least-squares plane; ``soft`` [m2] keeps it calm.
+
+    Where the points lie on a line, nothing is known across it, and the plane is level there.
+    """
+    xx, yy = xx + soft, yy + soft
+    determinant = xx * yy - xy * xy
+    return (yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ground_shape(sums, means, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the shape of the ground around a cell's quarters, the worst and the mean of the four.
+
+    Around each quarter a plane is laid through the mean points of the quarters within reach; slope
+    is its tilt, step the range of what is above and below it. Where the whole cell is smaller than
+    the reach, two quarters at opposite corners say as much as four.
+    """
+    small = middles[ring] * 4 * np.pi / sums.shape[0] < _REACH
+    number = 0
+    slope_max = slope_sum = step_max = step_second = step_sum = 0.0
+    above = below = sunk = risen = 0.0
+    for a in range(2):
+        for b in range(2):
+            i, j = 2 * sector + a, 2 * ring + b
+            if sums[i, j, COUNT] == 0 or (small and a != b and number):
                 continue
-            m, out = moments[sector, ring], values[sector, ring]
-            mx, my, mz = m[3] / n, m[4] / n, m[5] / n
-            xx, yy, zz = m[6] / n - mx * mx, m[7] / n - my * my, m[8] / n - mz * mz
-            xy, xz, yz = m[9] / n - mx * my, m[10] / n - mx * mz, m[11] / n - my * mz
-            l1, l2, l3 = eigenvalues(xx, yy, zz, xy, xz, yz)
-            out[0] = np.sqrt(l3)
-            out[1] = np.sqrt(normal_z_squared(xx, yy, xy, l1, l2, l3))
-            out[2] = (l2 - l3) / l1 if l1 > 0 else 0.0
-            out[3], out[4] = m[12], m[13] - m[12]
+            slope, step, level, lowest, highest = _lay_plane(sums, means, i, j)
+            number += 1
+            slope_max, slope_sum = max(slope_max, slope), slope_sum + slope
+            step_sum += step
+            step_second = max(step_second, min(step, step_max))
+            step_max = max(step_max, step)
+            low, high = sums[i, j, LOWEST], sums[i, j, HIGHEST]
+            above, below = max(above, high - level), max(below, level - low)
+            sunk, risen = max(sunk, low - lowest), max(risen, highest - low)
+    out[8], out[9] = slope_max, slope_sum / number
+    out[10], out[11], out[12] = step_max, step_second, step_sum / number
+    out[13], out[14], out[15], out[16] = above, below, sunk, risen
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def mean_points(sums, means):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write weight, mean point, lowest and highest z of each quarter: w, x, y, z, low, high."""
+    for i in range(sums.shape[0]):
+        for j in range(sums.shape[1]):
+            n = sums[i, j, COUNT]
+            means[i, j, 0] = min(n, _ENOUGH)
+            if n > 0:
+                means[i, j, 1] = sums[i, j, X] / n
+                means[i, j, 2] = sums[i, j, Y] / n
+                means[i, j, 3] = sums[i, j, Z] / n
+                means[i, j, 4], means[i, j, 5] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lay_plane(sums, means, i, j):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return slope, step, the plane's height at a quarter, and lowest and highest z around."""
+    sectors, rings = sums.shape[0], sums.shape[1]
+    x0, y0, z0 = means[i, j, 1], means[i, j, 2], means[i, j, 3]
+    square = x0 * x0 + y0 * y0
+    radius = np.sqrt(square)
+    side = max(1, int(_REACH / (radius * 2 * np.pi / sectors)))
+    stride = 1 + side // 3  # Narrow columns: every second one will do, the own among them.
+    side -= side % stride
+    inner, outer = max(radius - _REACH, 0.0), radius + _REACH
+    inner, outer = inner * inner, outer * outer
+    first, last = max(j - 1, 0), min(j + 1, rings - 1)
+    while first > 0 and sums[i, first, FURTHEST] > inner:
+        first -= 1
+    while last < rings - 1 and 0 < sums[i, last, NEAREST] < outer:
+        last += 1
+    n = sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
+    lowest, highest = np.inf, -np.inf
+    for step in range(-side, side + 1, stride):
+        column = (i + step) % sectors
+        for k in range(first, last + 1):
+            w = means[column, k, 0]
+            if w == 0.0:
+                continue
+            x, y, z = means[column, k, 1] - x0, means[column, k, 2] - y0, means[column, k, 3] - z0
+            n += w
+            sx, sy, sz = sx + w * x, sy + w * y, sz + w * z
+            sxx, syy, sxy = sxx + w * x * x, syy + w * y * y, sxy + w * x * y
+            sxz, syz = sxz + w * x * z, syz + w * y * z
+            lowest = min(lowest, means[column, k, 4])
+            highest = max(highest, means[column, k, 5])
+    mx, my, mz = sx / n, sy / n, sz / n
+    gx, gy = _gradient(
+        sxx / n - mx * mx,
+        syy / n - my * my,
+        sxy / n - mx * my,
+        sxz / n - mx * mz,
+        syz / n - my * mz,
+        1e-4,
+    )
+    level = z0 + mz - gx * mx - gy * my
+    under, over = np.inf, -np.inf
+    for step in range(-side, side + 1, stride):
+        column = (i + step) % sectors
+        for k in range(first, last + 1):
+            if means[column, k, 0] > 0.0:
+                rise = gx * (means[column, k, 1] - x0) + gy * (means[column, k, 2] - y0)
+                off = means[column, k, 3] - rise
+                under, over = min(under, off), max(over, off)
+    return min(np.sqrt(gx * gx + gy * gy), _MOST), over - under, level, lowest, highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what a beam meets on its way through a cell: gaps, rises and bends.
+
+    A gap is the stretch without points over the distance at which it begins. A beam that grazes an
+    edge lands behind it after such a gap, so it grows with the drop (similar triangles).
+    """
+    rings = sums.shape[1]
+    columns = 0
+    after_max = after_sum = before_sum = 0.0
+    for a in range(2):
+        i = 2 * sector + a
+        near, far = 2 * ring, 2 * ring + 1
+        furthest = np.sqrt(max(sums[i, near, FURTHEST], sums[i, far, FURTHEST]))
+        if furthest == 0.0:
+            continue
+        nearest = np.sqrt(min(sums[i, near, NEAREST], sums[i, far, NEAREST]))
+        k = far + 1
+        while k < rings and sums[i, k, COUNT] == 0:
+            k += 1
+        after = _MOST if k == rings else (np.sqrt(sums[i, k, NEAREST]) - furthest) / furthest
+        if sums[i, near, COUNT] > 0 and sums[i, far, COUNT] > 0:
+            inside = np.sqrt(sums[i, far, NEAREST]) - np.sqrt(sums[i, near, FURTHEST])
+            after = max(after, inside / furthest)
+        k = near - 1
+        while k >= 0 and sums[i, k, COUNT] == 0:
+            k -= 1
+        begin = middles[0] if k < 0 else np.sqrt(sums[i, k, FURTHEST])
+        columns += 1
+        after_max, after_sum = max(after_max, after), after_sum + after
+        before_sum += max(nearest - begin, 0.0) / nearest
+    out[17], out[18], out[19] = after_max, after_sum / columns, before_sum / columns
+    out[20] = out[21] = out[22] = 0.0
+    out[23] = middles[ring]
+    r0, z0 = _mean_point(sums, sector, ring)
+    if ring > 0 and counts[sector, ring - 1] >= _FEW:
+        r1, z1 = _mean_point(sums, sector, ring - 1)
+        rise = (z0 - z1) / max(r0 - r1, 0.02)
+        out[21] = min(max(rise, -_MOST), _MOST)
+        if ring > 1 and counts[sector, ring - 2] >= _FEW:
+            r2, z2 = _mean_point(sums, sector, ring - 2)
+            slope = min(max((z1 - z2) / max(r1 - r2, 0.02), -1.0), 1.0)
+            out[20] = z0 - z1 - slope * (r0 - r1)
+    if ring + 1 < counts.shape[1] and counts[sector, ring + 1] >= _FEW:
+        r1, z1 = _mean_point(sums, sector, ring + 1)
+        out[22] = min(max((z1 - z0) / max(r1 - r0, 0.02), -_MOST), _MOST)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mean_point(sums, sector, ring):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return horizontal distance and height of the mean of a cell's points [m]."""
+    n = x = y = z = 0.0
+    for a in range(2):
+        for b in range(2):
+            i, j = 2 * sector + a, 2 * ring + b
+            n, x = n + sums[i, j, COUNT], x + sums[i, j, X]
+            y, z = y + sums[i, j, Y], z + sums[i, j, Z]
+    return np.sqrt(x * x + y * y) / n, z / n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ask_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the neighbours' features of a cell; their own must be there."""
+    if counts[sector, ring] < _FEW:
+        return
+    sectors, rings = counts.shape
+    left = sector + 1 if sector + 1 < sectors else 0
+    right = sector - 1 if sector > 0 else sectors - 1
+    out = values[sector, ring, _OWN:]
+    place = 0
+    for offset in (-2, -1, 1, 2):
+        here = ring + offset
+        known = 0 <= here < rings and counts[sector, here] >= _FEW
+        for k in range(len(SHARED)):
+            out[place + k] = values[sector, here, SHARED[k]] if known else NOTHING
+        place += len(SHARED)
+    for offset in (0, -1, 1):
+        _of_two(left, right, ring + offset, counts, values, out[place:], True)
+        place += 2 * len(SHARED)
+    left, right = (sector + 2) % sectors, (sector - 2) % sectors
+    _of_two(left, right, ring, counts, values, out[place:], False)
+
+
+_OWN = len(OWN_FEATURES)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _of_two(left, right, ring, counts, values, out, both):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the lower (if ``both``) and the higher of two cells' features."""
+    inside = 0 <= ring < counts.shape[1]
+    on_left = inside and counts[left, ring] >= _FEW
+    on_right = inside and counts[right, ring] >= _FEW
+    skip = len(SHARED) if both else 0
+    for k in range(len(SHARED)):
+        a = values[left, ring, SHARED[k]] if on_left else NOTHING
+        b = values[right, ring, SHARED[k]] if on_right else NOTHING
+        if both:
+            out[k] = min(a, b) if on_left and on_right else max(a, b)
+        out[skip + k] = max(a, b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def eigenvalues(xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the eigenvalues of a covariance, the largest first, in closed form.
 
@@ -150,7 +434,7 @@ def eigenvalues(xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]  # noqa
     return l1, l2, min(l3, l2)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def normal_z_squared(xx, yy, xy, l1, l2, l3):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the squared z of the unit eigenvector of ``l3`` from the eigenvalues alone.
 

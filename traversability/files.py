@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.cloud import PointCloud
+from traversability.cloud import COLUMNS, PointCloud
 from traversability.formats import pcd, ply, vtk
 from traversability.formats.error import FormatError
 from traversability.formats.table import coordinates
 
 _FORMAT = "andabata-cloud"
 _MAX_BYTES = 1 << 30
-_COLUMNS = {"stamps": np.float64, "classes": np.uint8, "nontraversable": np.bool_}
 
 
 class CloudFileError(ValueError):
@@ -64,7 +63,7 @@ def read_cloud(path: Path) -> PointCloud:
 def cloud_to_bytes(cloud: PointCloud) -> bytes:
     """Return the npz file of a cloud; equal clouds give equal bytes."""
     arrays: dict[str, NDArray[Any]] = {"points": cloud.points}
-    for name in _COLUMNS:
+    for name in COLUMNS:
         column = getattr(cloud, name)
         if column is not None:
             arrays[name] = column
@@ -91,10 +90,10 @@ def _own(arrays: dict[str, NDArray[Any]], frame: str) -> PointCloud:
     points = arrays.get("points")
     if points is None or points.dtype != np.float32:
         raise FormatError("expected points of float32, got none")
-    columns = {name: arrays[name] for name in _COLUMNS if name in arrays}
+    columns = {name: arrays[name] for name in COLUMNS if name in arrays}
     for name, column in columns.items():
-        if column.dtype != _COLUMNS[name]:
-            raise FormatError(f"{name}: expected {_COLUMNS[name].__name__}, got {column.dtype}")
+        if column.dtype != COLUMNS[name]:
+            raise FormatError(f"{name}: expected {COLUMNS[name].__name__}, got {column.dtype}")
     return PointCloud(points, frame, **columns)
 
 

@@ -1,6 +1,7 @@
 """The polar grid around the robot (Sanchez et al. 2023, section 3.2)."""
 
-from functools import cached_property
+from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,9 @@ class PolarGrid(BaseModel):
         inner_radius: First ring edge [m]. Assumption: 0.6, under the paper's 0.72 m collision
             range.
         outer_radius: Last ring edge [m] (paper: 10).
-        max_height: Points higher than this above the base plane are not projected [m] (paper: 1.2).
+        max_height: Points higher than this above ``cut`` are not projected [m] (paper: 1.2).
+        cut: ``base`` plane of the robot (paper), which hides the ground itself of slopes, or the
+            local ``ground``, followed from ring to ring (assumption).
         min_points: Cells with fewer points are empty (paper: 5).
     """
 
@@ -30,6 +33,7 @@ class PolarGrid(BaseModel):
     inner_radius: float = Field(default=0.6, gt=0)
     outer_radius: float = Field(default=10.0, gt=0)
     max_height: float = Field(default=1.2, gt=0)
+    cut: Literal["base", "ground"] = "ground"
     min_points: int = Field(default=5, ge=3)
 
     @model_validator(mode="after")
@@ -41,15 +45,30 @@ class PolarGrid(BaseModel):
             )
         return self
 
-    @cached_property
+    @property
     def ring_edges(self) -> NDArray[np.float64]:
         """Ring edges [m], shape (n_rings + 1,). Geometric by assumption."""
-        exponents = np.arange(self.n_rings + 1, dtype=np.float64) / self.n_rings
-        edges = np.power(self.outer_radius / self.inner_radius, exponents) * self.inner_radius
-        return np.asarray(edges, dtype=np.float64)
+        return _ring_edges(self.inner_radius, self.outer_radius, self.n_rings)
 
-    @cached_property
+    @property
     def bearings(self) -> NDArray[np.float64]:
         """Bearing of each sector's centre [rad], shape (n_sectors,)."""
-        width = 2 * np.pi / self.n_sectors
-        return -np.pi + width * (np.arange(self.n_sectors, dtype=np.float64) + 0.5)
+        return _bearings(self.n_sectors)
+
+
+@lru_cache(maxsize=64)
+def _ring_edges(inner: float, outer: float, rings: int) -> NDArray[np.float64]:
+    """Return geometric edges, kept: they are asked for with every cloud."""
+    exponents = np.arange(rings + 1, dtype=np.float64) / rings
+    edges = np.asarray(np.power(outer / inner, exponents) * inner, dtype=np.float64)
+    edges.setflags(write=False)
+    return edges
+
+
+@lru_cache(maxsize=64)
+def _bearings(sectors: int) -> NDArray[np.float64]:
+    """Return the bearings of the sectors' centres, kept."""
+    width = 2 * np.pi / sectors
+    bearings = -np.pi + width * (np.arange(sectors, dtype=np.float64) + 0.5)
+    bearings.setflags(write=False)
+    return bearings

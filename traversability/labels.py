@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from traversability.features import cell_of
+from traversability.binning import fill_quarters
+from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 
 MIN_SHARE = 0.15
@@ -19,6 +20,17 @@ class CellState(IntEnum):
     EMPTY = 0
     TRAVERSABLE = 1
     NON_TRAVERSABLE = 2
+
+
+def nontraversable(cloud: PointCloud) -> NDArray[np.bool_]:
+    """Return the labels of a cloud's points, shape (n,).
+
+    Raises:
+        ValueError: If the cloud has none.
+    """
+    if cloud.nontraversable is None:
+        raise ValueError("nontraversable: expected labelled points, got none")
+    return cloud.nontraversable
 
 
 def label_cells(
@@ -44,9 +56,9 @@ def label_cells(
     if nontraversable.shape != (len(points),):
         expected = (len(points),)
         raise ValueError(f"nontraversable: expected shape {expected}, got {nontraversable.shape}")
-    edges = grid.ring_edges
+    quarters = fill_quarters(points, grid)
     counts = np.zeros((2, grid.n_sectors, grid.n_rings), dtype=np.int64)
-    _count(points, nontraversable, edges * edges, grid.max_height, counts)
+    _count(quarters.bins[: len(points)], nontraversable, counts)
     total = counts.sum(axis=0)
     bad = counts[1] >= min_share * total
     states = np.where(bad, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
@@ -54,13 +66,25 @@ def label_cells(
     return states.astype(np.uint8)
 
 
+def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
+    """Return which cells are no borderline cases, shape (n_sectors, n_rings).
+
+    Surely red are cells with 30 % of points more than a margin beyond the limits, surely green
+    those with less than 5 % of points within a margin of them or beyond. Without ``severity`` the
+    shares alone decide.
+    """
+    bad = nontraversable(cloud)
+    severity = np.where(bad, np.inf, -np.inf) if cloud.severity is None else cloud.severity
+    surely = label_cells(cloud.points, severity > 1, grid, 0.30)
+    maybe = label_cells(cloud.points, severity > -1, grid, 0.05)
+    return (surely == CellState.NON_TRAVERSABLE) | (maybe == CellState.TRAVERSABLE)
+
+
 @njit(cache=True, nogil=True)
-def _count(points, nontraversable, square_edges, max_height, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _count(bins, nontraversable, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Count good and bad points of each cell."""
-    for k in range(len(points)):
-        if not (points[k, 2] <= max_height and points[k, 2] > -np.inf):
-            continue
-        x, y = np.float64(points[k, 0]), np.float64(points[k, 1])
-        sector, ring = cell_of(x, y, square_edges, counts.shape[1])
-        if ring >= 0:
-            counts[int(nontraversable[k]), sector, ring] += 1
+    rings = counts.shape[2]
+    for k in range(len(bins)):
+        if bins[k] >= 0:
+            sector, ring = divmod(bins[k], 2 * rings)
+            counts[int(nontraversable[k]), sector // 2, ring // 2] += 1

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from traversability.grid import PolarGrid
 from traversability.labels import CellState
 
 FIGURES = (
@@ -97,6 +98,28 @@ class CellScores:
         figures: dict[str, Any] = {name: getattr(self, name) for name in FIGURES}
         confusion = {"tp": self.tp, "tn": self.tn, "fp": self.fp, "fn": self.fn}
         return figures | {"confusion": confusion}
+
+
+def range_errors(
+    truth: NDArray[np.uint8], predicted: NDArray[np.uint8], grid: PolarGrid
+) -> dict[str, float]:
+    """Return the shares of sectors whose virtual range is wrong by more than one ring.
+
+    Args:
+        truth: Cell states, shape (..., n_sectors, n_rings).
+        predicted: Likewise.
+        grid: The cells.
+
+    Returns:
+        ``too_long``, the dangerous ones, and ``too_short``, of the sectors with a judged cell.
+    """
+    first = [
+        np.where(red.any(axis=-1), red.argmax(axis=-1), grid.n_rings)
+        for red in (cells == CellState.NON_TRAVERSABLE for cells in (truth, predicted))
+    ]
+    known = (truth != CellState.EMPTY).any(axis=-1)
+    excess = (first[1] - first[0])[known]
+    return {"too_long": float((excess > 1).mean()), "too_short": float((excess < -1).mean())}
 
 
 PAPER = CellScores(tp=340, tn=780, fp=82, fn=210)

@@ -44,6 +44,36 @@ def preset_names() -> tuple[str, ...]:
     return tuple(presets())
 
 
+def patch(name: str, size: float, cell: float) -> PresetConfig:
+    """Return a preset's configuration for a smaller square with the same densities.
+
+    Args:
+        name: Preset.
+        size: Edge of the square [m].
+        cell: Distance between the ground's grid lines [m].
+
+    Raises:
+        UnknownWorldError: If there is no such preset.
+    """
+    config = presets().get(name)
+    match config:
+        case None:
+            known = ", ".join(preset_names())
+            raise UnknownWorldError(f"world: expected one of {known}, got {name!r}")
+        case MazeConfig():
+            new: dict[str, object] = {"size": size, "corridor": 5.0, "tasks": 1}
+            new |= {"near": 5.0, "far": size}
+        case HollowConfig():
+            new = {"length": max(size - 16.0, 30.0), "cell": cell}
+        case NaturalConfig():
+            share = (size / config.size) ** 2
+            counts = ("ditches", "pits", "traps", "terraces")
+            new = {count: round(getattr(config, count) * share) for count in counts}
+            new |= {"size": size, "cell": cell, "relief": config.relief * size / config.size}
+            new |= {"tasks": 1, "goals": 1, "near": 5.0, "far": size}
+    return type(config).model_validate(config.model_dump() | new)
+
+
 def make_world(
     name: str,
     seed: int = 0,

@@ -12,7 +12,6 @@ from terrain.generators import bank, distance_to_line, ditch, smooth_noise
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from terrain.plants import boulder, bush, grass, tree
-from worlds.natural import CELL
 from worlds.tasks import PATH_ROOM, UnsolvableWorldError
 from worlds.truth import TraversabilityMap, TruthConfig, build_truth
 from worlds.world import Start, Task, World
@@ -31,6 +30,7 @@ class HollowConfig(BaseModel):
         bank_height: Height of the banks [m].
         bank_slope: Slope of the banks [rad].
         weeds: Clumps of weeds on each metre of trail at difficulty 0.5.
+        cell: Distance between the ground's grid lines [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -44,6 +44,7 @@ class HollowConfig(BaseModel):
     bank_height: float = Field(default=3.0, ge=0.5, le=10)
     bank_slope: float = Field(default=np.deg2rad(38.0), gt=0, le=np.deg2rad(60.0))
     weeds: float = Field(default=1.6, ge=0, le=10)
+    cell: float = Field(default=0.25, gt=0.02, le=0.5)
 
 
 def make_hollow(
@@ -51,21 +52,22 @@ def make_hollow(
 ) -> World:
     """Return a hollow; its task goes along the trail to two goals in a row."""
     size = config.length + 16.0
-    n = round(size / CELL) + 1
-    lines = np.arange(n, dtype=np.float64) * CELL - size / 2
+    cell = config.cell
+    n = round(size / cell) + 1
+    lines = np.arange(n, dtype=np.float64) * cell - size / 2
     trail = _trail(config, rng)
     gap = distance_to_line(lines, lines, trail)
     heights = bank(gap, config.floor, config.bank_height, config.bank_slope)
-    heights += 0.4 * smooth_noise((n, n), CELL, 30.0, rng)
-    heights += 0.012 * smooth_noise((n, n), CELL, 3.0, rng)
+    heights += 0.4 * smooth_noise((n, n), cell, 30.0, rng)
+    heights += 0.012 * smooth_noise((n, n), cell, 3.0, rng)
     for first in range(8, len(trail) - 12, 14):
         side = float(rng.choice([-1.0, 1.0])) * rng.uniform(1.6, 2.4)
         gutter = trail[first : first + 8] + np.array([0.0, side])
         heights += ditch(distance_to_line(lines, lines, gutter), 0.9, rng.uniform(0.25, 0.5))
-    ground = Heightfield(heights.astype(np.float32), CELL)
+    ground = Heightfield(heights.astype(np.float32), cell)
     objects = tuple(_plants(ground, trail, config, difficulty, rng))
-    truth = build_truth(ground, objects, TruthConfig())
     surface = np.where(gap[:-1, :-1] < 1.2, SemanticClass.PATH, SemanticClass.GROUND)
+    truth = build_truth(ground, objects, TruthConfig())
     tasks = (_task(truth, trail),)
     return World(name, seed, difficulty, ground, surface.astype(np.uint8), objects, tasks, truth)
 

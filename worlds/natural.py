@@ -7,12 +7,21 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import gaussian_filter
 
 from terrain.classes import SemanticClass
-from terrain.generators import distance_to_line, ditch, hills, smooth_noise, winding_line
+from terrain.furniture import bench, bin_, lamp, table
+from terrain.generators import (
+    distance_to_line,
+    ditch,
+    hills,
+    smooth_noise,
+    terrace,
+    winding_line,
+)
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, rock
-from terrain.plants import boulder, bush, fallen_trunk, grass, tree
+from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from worlds.tasks import draw_tasks
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
@@ -39,6 +48,15 @@ class NaturalConfig(BaseModel):
         ditches: Number of ditches.
         pits: Number of pits.
         traps: Number of dead ends: rows of rocks in the shape of a U.
+        terraces: Number of plateaus and basins whose edges are steps of 3 to 50 cm.
+        stones: Density of stones that a wheel rolls over.
+        lamps: Density of lamps.
+        benches: Density of benches.
+        tables: Density of tables.
+        bins: Density of bins.
+        paths: Number of paths across the world, on which nothing grows.
+        water: Share of the square that lies under water.
+        cell: Distance between the ground's grid lines [m].
         tasks: Number of tasks.
         goals: Goals in a row of each task.
         near: Least straight distance from goal to goal [m].
@@ -63,6 +81,15 @@ class NaturalConfig(BaseModel):
     ditches: int = Field(default=14, ge=0, le=100)
     pits: int = Field(default=5, ge=0, le=100)
     traps: int = Field(default=5, ge=0, le=50)
+    terraces: int = Field(default=0, ge=0, le=100)
+    stones: float = Field(default=0.0, ge=0, le=1)
+    lamps: float = Field(default=0.0, ge=0, le=0.1)
+    benches: float = Field(default=0.0, ge=0, le=0.1)
+    tables: float = Field(default=0.0, ge=0, le=0.1)
+    bins: float = Field(default=0.0, ge=0, le=0.1)
+    paths: int = Field(default=0, ge=0, le=10)
+    water: float = Field(default=0.0, ge=0, le=0.6)
+    cell: float = Field(default=0.25, gt=0.02, le=0.5)
     tasks: int = Field(default=4, ge=1, le=100)
     goals: int = Field(default=1, ge=1, le=10)
     near: float = Field(default=25.0, gt=2)
@@ -70,41 +97,85 @@ class NaturalConfig(BaseModel):
     longest: float = Field(default=70.0, gt=2)
 
 
-CELL = 0.25
-"""Distance between grid lines of natural ground [m]."""
-
-
 def make_natural(
     name: str, seed: int, config: NaturalConfig, difficulty: float, rng: np.random.Generator
 ) -> World:
     """Return a natural world; ground, plants and tasks draw from streams of their own."""
     ground_rng, plant_rng, task_rng = rng.spawn(3)
-    ground = _ground(config, difficulty, ground_rng)
-    objects = tuple(_plants(ground, config, difficulty, plant_rng))
-    truth = build_truth(ground, objects, TruthConfig())
+    ground, surface = _ground(config, difficulty, ground_rng)
+    objects = tuple(
+        thing
+        for thing in _plants(ground, config, difficulty, plant_rng)
+        if not _on_path(thing, ground, surface)
+    )
+    truth = build_truth(ground, objects, TruthConfig(), surface)
     reach = (config.near, config.far)
     tasks = draw_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
-    squares = ground.heights.shape[0] - 1
-    surface = np.full((squares, squares), SemanticClass.GROUND, dtype=np.uint8)
     return World(name, seed, difficulty, ground, surface, objects, tasks, truth)
 
 
-def _ground(config: NaturalConfig, difficulty: float, rng: np.random.Generator) -> Heightfield:
-    """Return hills with ditches and pits."""
-    n = round(config.size / CELL) + 1
+def _ground(
+    config: NaturalConfig, difficulty: float, rng: np.random.Generator
+) -> tuple[Heightfield, NDArray[np.uint8]]:
+    """Return hills with ditches, pits and terraces, and the class of each grid square."""
+    cell, size = config.cell, config.size
+    n = round(size / cell) + 1
     steep = min(config.max_slope * (0.7 + 0.6 * difficulty), np.deg2rad(35.0))
-    heights = hills((n, n), CELL, config.relief, steep, rng)
-    lines = np.arange(n, dtype=np.float64) * CELL - config.size / 2
+    heights = hills((n, n), cell, config.relief, steep, rng)
+    lines = np.arange(n, dtype=np.float64) * cell - size / 2
     for _ in range(round(config.ditches * (0.5 + difficulty))):
-        start = rng.uniform(-config.size / 2, config.size / 2, 2)
+        start = rng.uniform(-size / 2, size / 2, 2)
         line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(8, 25), 0.15, rng)
-        gap = distance_to_line(lines, lines, line)
+        gap = distance_to_line(lines, lines, line, reach=2.0)
         heights += ditch(gap, rng.uniform(0.8, 1.8), rng.uniform(0.2, 0.6))
     for _ in range(round(config.pits * (0.5 + difficulty))):
-        centre = rng.uniform(-config.size / 2, config.size / 2, (1, 2))
-        gap = distance_to_line(lines, lines, np.repeat(centre, 2, axis=0))
+        centre = rng.uniform(-size / 2, size / 2, (1, 2))
+        gap = distance_to_line(lines, lines, np.repeat(centre, 2, axis=0), reach=5.0)
         heights += ditch(gap, rng.uniform(2.0, 5.0), rng.uniform(0.5, 1.2))
-    return Heightfield(heights.astype(np.float32), CELL)
+    for _ in range(round(config.terraces * (0.5 + difficulty))):
+        start = rng.uniform(-size / 2, size / 2, 2)
+        line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(2, 12), 0.4, rng)
+        gap = distance_to_line(lines, lines, line, reach=8.0)
+        height = rng.choice([-1.0, 1.0]) * 0.03 * 16.0 ** rng.uniform(0, 1)
+        heights += terrace(gap, rng.uniform(1.5, 5.0), height, cell * rng.uniform(1.0, 6.0))
+    surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
+    for _ in range(config.paths):
+        heights = _lay_path(heights, surface, lines, rng)
+    if config.water:
+        level = np.quantile(heights, config.water)
+        wet = heights < level
+        surface[wet[:-1, :-1] & wet[1:, :-1] & wet[:-1, 1:] & wet[1:, 1:]] = SemanticClass.WATER
+        heights = np.maximum(heights, level)
+    return Heightfield(heights.astype(np.float32), cell), surface
+
+
+def _lay_path(
+    heights: NDArray[np.float64],
+    surface: NDArray[np.uint8],
+    lines: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Return the heights with a levelled path across them, and mark its squares."""
+    half, cell = lines[-1], lines[1] - lines[0]
+    yaw = rng.uniform(-np.pi, np.pi)
+    start = -1.2 * half * np.array([np.cos(yaw), np.sin(yaw)]) + rng.uniform(-0.3, 0.3, 2) * half
+    line = winding_line(start, yaw, 3.0 * half, 0.1, rng)
+    width = rng.uniform(1.2, 2.5)
+    gap = distance_to_line(lines, lines, line, reach=width + 2.0)
+    surface[gap[:-1, :-1] < width / 2] = SemanticClass.PATH
+    even = gaussian_filter(heights, 1.0 / cell, mode="nearest")
+    share = np.clip(1.0 + width / 2 - gap, 0.0, 1.0)
+    return heights + share * (even - heights)
+
+
+def _on_path(thing: SceneObject, ground: Heightfield, surface: NDArray[np.uint8]) -> bool:
+    """Return whether the middle of an object stands on a path or in the water."""
+    x, y = (thing.vertices[:, :2].min(axis=0) + thing.vertices[:, :2].max(axis=0)) / 2
+    i = min(max(int((x + ground.width / 2) / ground.cell), 0), surface.shape[0] - 1)
+    j = min(max(int((y + ground.depth / 2) / ground.cell), 0), surface.shape[1] - 1)
+    return bool(surface[i, j] != SemanticClass.GROUND) and thing.vertices[:, 2].min() < (
+        ground.height_at(x, y) + 0.3
+    )
 
 
 def _plants(
@@ -118,6 +189,11 @@ def _plants(
         (bush, config.bushes, 15.0),
         (boulder, config.rocks, 12.0),
         (fallen_trunk, config.logs, 30.0),
+        (stone, config.stones, 6.0),
+        (lamp, config.lamps, 40.0),
+        (bench, config.benches, 20.0),
+        (table, config.tables, 20.0),
+        (bin_, config.bins, 20.0),
     )
     for make, density, patch in kinds:
         stream = rng.spawn(1)[0]

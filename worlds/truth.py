@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import correlate1d, distance_transform_edt
+from scipy.ndimage import correlate1d, distance_transform_edt, map_coordinates
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
@@ -28,6 +28,7 @@ class Reason(IntEnum):
     SLOPE = 3
     STEP = 4
     BORDER = 5
+    WATER = 6
 
 
 class TruthConfig(BaseModel):
@@ -39,6 +40,8 @@ class TruthConfig(BaseModel):
         max_step: Highest passable step within a wheelbase [m].
         body_height: Foliage lower than this is in the way [m].
         border: Width of the strip along the border where the robot may not be [m].
+        slope_margin: Ground this near to ``max_slope`` is a borderline case [rad].
+        step_margin: Ground this near to ``max_step`` is a borderline case [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -48,6 +51,8 @@ class TruthConfig(BaseModel):
     max_step: float = Field(default=0.05, gt=0, lt=1)
     body_height: float = Field(default=0.9, gt=0)
     border: float = Field(default=1.0, ge=0)
+    slope_margin: float = Field(default=np.deg2rad(3.0), gt=0)
+    step_margin: float = Field(default=0.02, gt=0)
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,9 @@ class TraversabilityMap:
         x_min: Lowest x [m].
         y_min: Lowest y [m].
         reason: ``Reason`` of each cell, uint8, shape (n, m).
-        rough: Whether the bare ground itself is too steep or stepped, bool, shape (n, m).
+        severity: How far slope or step of the bare ground, the worse of the two, lies beyond its
+            limit, in units of the margin of ``TruthConfig``: more than 0 is forbidden, -1 to 1 is
+            borderline. float32, shape (n, m).
         clearance: Distance to the nearest forbidden cell [m], float32, shape (n, m).
     """
 
@@ -67,7 +74,7 @@ class TraversabilityMap:
     x_min: float
     y_min: float
     reason: NDArray[np.uint8]
-    rough: NDArray[np.bool_]
+    severity: NDArray[np.float32]
     clearance: NDArray[np.float32]
 
     def _index(self, x: Floats | float, y: Floats | float) -> tuple[NDArray[np.intp], ...]:
@@ -93,24 +100,28 @@ class TraversabilityMap:
         """Return the distance from map places [m] to the nearest forbidden cell [m]."""
         return self.clearance[self._index(x, y)]
 
-    def nontraversable(
+    def severity_of(
         self, points: NDArray[np.floating], classes: NDArray[np.uint8]
-    ) -> NDArray[np.bool_]:
-        """Label points by their class, and ground by the true slope and step under it.
+    ) -> NDArray[np.float32]:
+        """Return how forbidden points are, by their class and, on ground, by slope and step.
 
         Args:
             points: Points in the map frame [m], shape (n, 3).
             classes: Semantic class of each, uint8, shape (n,).
 
         Returns:
-            Whether each point belongs to something the robot must not drive on, bool, shape (n,).
+            ``severity`` between the cells' centres, infinite on what the robot must not drive on
+            at all and minus infinite on what it may: more than 0 is non-traversable. float32,
+            shape (n,).
         """
-        table = np.zeros(256, dtype=bool)
+        table = np.full(256, np.float32(np.inf))
         for semantic, traits in TRAITS.items():
-            table[semantic] = not traits.traversable
-        is_ground = (classes == SemanticClass.GROUND) | (classes == SemanticClass.PATH)
-        rough = self.rough[self._index(points[:, 0], points[:, 1])]
-        return table[classes] | (is_ground & rough)
+            table[semantic] = -np.inf if traits.traversable else np.inf
+        severity = table[classes]
+        ground = (classes == SemanticClass.GROUND) | (classes == SemanticClass.PATH)
+        places = (points[ground, :2] - [self.x_min, self.y_min]) / self.cell - 0.5
+        severity[ground] = map_coordinates(self.severity, places.T, order=1, mode="nearest")
+        return severity
 
     def shortest_path(
         self, start: Floats, goal: Floats, clearance: float
@@ -161,7 +172,10 @@ class TraversabilityMap:
 
 
 def build_truth(
-    ground: Heightfield, objects: tuple[SceneObject, ...], config: TruthConfig
+    ground: Heightfield,
+    objects: tuple[SceneObject, ...],
+    config: TruthConfig,
+    surface: NDArray[np.uint8] | None = None,
 ) -> TraversabilityMap:
     """Judge every cell of a world on its true surface.
 
@@ -169,6 +183,8 @@ def build_truth(
         ground: The heightfield.
         objects: What stands on it.
         config: Limits.
+        surface: Semantic class of each grid square, uint8, shape (nx - 1, ny - 1); None for plain
+            ground.
     """
     cell = config.cell
     n, m = round(ground.width / cell), round(ground.depth / cell)
@@ -179,7 +195,14 @@ def build_truth(
     reason = np.zeros((n, m), dtype=np.uint8)
     reason[step > config.max_step] = Reason.STEP
     reason[slope > config.max_slope] = Reason.SLOPE
-    rough = reason > 0
+    severity = np.maximum(
+        (slope - config.max_slope) / config.slope_margin,
+        (step - config.max_step) / config.step_margin,
+    )
+    if surface is not None:
+        column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
+        row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
+        reason[surface[column[:, None], row[None, :]] == SemanticClass.WATER] = Reason.WATER
     for kind in (Reason.VEGETATION, Reason.SOLID):
         meshes = [_projected(o) for o in objects if _in_the_way(o, kind, ground, config)]
         if meshes:
@@ -190,7 +213,12 @@ def build_truth(
             strip[strip == Reason.FREE] = Reason.BORDER
     clearance = distance_transform_edt(reason == Reason.FREE) * cell
     return TraversabilityMap(
-        cell, -ground.width / 2, -ground.depth / 2, reason, rough, clearance.astype(np.float32)
+        cell=cell,
+        x_min=-ground.width / 2,
+        y_min=-ground.depth / 2,
+        reason=reason,
+        severity=severity.astype(np.float32),
+        clearance=clearance.astype(np.float32),
     )
 
 
@@ -242,7 +270,7 @@ def _residual_range(heights, level, dx, dy, reach):  # type: ignore[no-untyped-d
 def _in_the_way(thing: SceneObject, kind: Reason, ground: Heightfield, config: TruthConfig) -> bool:
     """Return whether an object forbids its footprint for the given kind of reason."""
     traits = TRAITS[thing.semantic]
-    if traits.solid != (kind is Reason.SOLID):
+    if traits.traversable or traits.solid != (kind is Reason.SOLID):
         return False
     low = thing.vertices[np.argmin(thing.vertices[:, 2])]
     above = float(low[2] - ground.height_at(low[0], low[1]))

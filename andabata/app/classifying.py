@@ -6,28 +6,45 @@ from typing import Any
 import numpy as np
 
 from traversability.dataset import CellSamples, DatasetError, Manifest, Split, read_clouds
-from traversability.features import cell_features
 from traversability.forest import Forest
-from traversability.labels import CellState, label_cells
-from traversability.scores import FIGURES, PAPER, CellScores
+from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
+from traversability.scanner import TraversabilityScanner
+from traversability.scores import FIGURES, PAPER, CellScores, range_errors
+
+NEAR_RANGE = 5.7
+"""Cells up to the end of the ring that holds 5 m count as within 5 m [m]."""
 
 
 def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
     """Return a forest's scores on a split by name, with the number of cells of each colour.
 
+    Beside the scores of all cells stand those of cells beyond doubt, of near cells and of each kind
+    of world, and the errors of the virtual ranges.
+
     Raises:
         DatasetError: If the split has no clouds.
     """
-    truth, called = [], []
-    for cloud in read_clouds(folder, manifest, split):
-        if cloud.nontraversable is None:
-            raise DatasetError(f"{folder}: expected labelled clouds, got one without labels")
-        truth.append(label_cells(cloud.points, cloud.nontraversable, forest.grid))
-        called.append(forest.classify(cell_features(cloud.points, forest.grid), forest.grid))
+    scanner = TraversabilityScanner(forest)
+    grid = scanner.grid
+    truth, called, clear, worlds = [], [], [], []
+    entries = [entry for entry in manifest.clouds if entry.split == split]
+    for entry, cloud in zip(entries, read_clouds(folder, manifest, split), strict=True):
+        truth.append(label_cells(cloud.points, nontraversable(cloud), grid))
+        clear.append(beyond_doubt(cloud, grid))
+        called.append(scanner.cells(cloud.points))
+        worlds.append(entry.world)
     if not truth:
         raise DatasetError(f"{folder}: expected clouds of the {split} split, got none")
-    states = np.stack(truth)
-    scores = CellScores.of(states, np.stack(called)).as_dict()
+    states, found, sure, kind = (np.stack(rows) for rows in (truth, called, clear, worlds))
+    scores = CellScores.of(states, found).as_dict()
+    near = np.where(grid.ring_edges[1:] <= NEAR_RANGE, states, CellState.EMPTY)
+    scores["beyond_doubt"] = CellScores.of(np.where(sure, states, CellState.EMPTY), found).as_dict()
+    scores["within_5_m"] = CellScores.of(near.astype(np.uint8), found).as_dict()
+    scores["worlds"] = {
+        str(name): CellScores.of(states[kind == name], found[kind == name]).as_dict()
+        for name in np.unique(kind)
+    }
+    scores["ranges"] = range_errors(states, found, grid)
     colours = {
         "green": int((states == CellState.TRAVERSABLE).sum()),
         "red": int((states == CellState.NON_TRAVERSABLE).sum()),
@@ -60,5 +77,23 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
         lines.append(f"  {name.upper()}  {about:36} {ours:10d} {theirs:8d}")
     lines += ["", "Table 2, scores                                  ours    paper"]
     lines += [f"  {name:40} {data[name]:10.3f} {paper[name]:8.3f}" for name in FIGURES]
-    lines += ["", f"a cell is red from probability {data['threshold']:.2f} on"]
+    lines += [""]
+    parts = {
+        "all cells": data,
+        "beyond doubt": data["beyond_doubt"],
+        "within 5 m": data["within_5_m"],
+    }
+    lines += ["cells                balanced accuracy   F1 (red)     recall"]
+    lines += [
+        f"  {name:18} {part['balanced_accuracy']:17.3f} {part['f1_red']:10.3f} "
+        f"{part['recall']:10.3f}"
+        for name, part in (parts | data["worlds"]).items()
+    ]
+    long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
+    lines += [f"sectors wrong by more than a ring: {long:.2f} % too long, {short:.2f} % too short"]
+    limits = data["thresholds"]
+    lines += [
+        f"a cell is red from probability {limits['near']:.2f} on within "
+        f"{limits['near_range']:.0f} m, {limits['far']:.2f} beyond"
+    ]
     return "\n".join(lines)

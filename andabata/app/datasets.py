@@ -2,29 +2,29 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andabata.app.runs import make_folder
 from andabata.app.workers import run_tasks
 from andabata.records.storage import write_atomically
-from andabata.tasks.clouds import CloudsConfig, labelled_cloud
+from andabata.tasks.clouds import CloudsConfig, cloud_scene, labelled_cloud
 from andabata.tasks.seeds import dataset_world
-from traversability.cloud import PointCloud
 from traversability.dataset import (
     MANIFEST,
     CloudEntry,
     Manifest,
     Split,
-    cell_samples,
     config_hash,
     dataset_card,
-    read_clouds,
 )
 from traversability.files import cloud_to_bytes
 from traversability.grid import PolarGrid
+from traversability.labels import label_cells, nontraversable
 
 
 def generate_dataset(
@@ -48,51 +48,94 @@ def generate_dataset(
     Raises:
         ValueError: If there are more clouds than one seed has worlds.
     """
-    total = sum(counts.values())
     make_folder(folder)
     (folder / MANIFEST).unlink(missing_ok=True)  # Half a set is no set.
-    splits: list[Split] = [split for split, count in counts.items() for _ in range(count)]
+    parties = plan(config, counts)
     entries = []
-    work = partial(make_cloud, config, seed)
-    for number, (data, points) in run_tasks(work, range(total), workers):
-        name = f"cloud_{number:05d}.npz"
-        write_atomically(folder / name, data)
-        preset, world_seed = world_of(config, seed, number)
-        entries.append(
-            CloudEntry(
-                file=name,
-                sha256=hashlib.sha256(data).hexdigest(),
-                split=splits[number],
-                world=preset,
-                world_seed=world_seed,
-                points=points,
+    cells = {split: np.zeros(3, dtype=np.int64) for split, count in counts.items() if count}
+    work = partial(make_clouds, config, seed, folder)
+    for party, made in run_tasks(work, parties, workers):
+        preset, world_seed = world_of(config, seed, party.world)
+        for number, (sha256, points, colours) in zip(party.clouds, made, strict=True):
+            cells[party.split] += colours
+            entries.append(
+                CloudEntry(
+                    file=file_name(number),
+                    sha256=sha256,
+                    split=party.split,
+                    world=preset,
+                    world_seed=world_seed,
+                    points=points,
+                )
             )
-        )
-        on_cloud()
+            on_cloud()
+    entries.sort(key=lambda entry: entry.file)
     resolved = config.model_dump(mode="json")
     manifest = Manifest(
         seed=seed, config=resolved, config_sha256=config_hash(resolved), clouds=tuple(entries)
     )
-    cells = {
-        split: cell_samples(list(read_clouds(folder, manifest, split)), PolarGrid())
-        for split, count in counts.items()
-        if count
-    }
     write_atomically(folder / "README.md", dataset_card(manifest, cells).encode())
     write_atomically(folder / MANIFEST, manifest.to_bytes())
     return manifest
 
 
+@dataclass(frozen=True)
+class Party:
+    """Clouds that are taken in one world, so that the world is made once.
+
+    Attributes:
+        world: Number of the world.
+        split: What the clouds are for.
+        clouds: Their numbers.
+    """
+
+    world: int
+    split: Split
+    clouds: tuple[int, ...]
+
+
+def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[Party]:
+    """Return which clouds are taken in which world; a split's clouds are spread over its worlds.
+
+    A split has at least one world of each preset, as far as its clouds go.
+    """
+    parties: list[Party] = []
+    first = 0
+    for split, count in counts.items():
+        worlds = max(-(-count // config.clouds_per_world), min(count, len(config.presets)))
+        parties += [
+            Party(len(parties) + k, split, tuple(range(first + k, first + count, worlds)))
+            for k in range(worlds)
+        ]
+        first += count
+    return parties
+
+
 def world_of(config: CloudsConfig, seed: int, number: int) -> tuple[str, int]:
-    """Return preset and world seed of a data set's cloud."""
+    """Return preset and world seed of a data set's world."""
     return config.presets[number % len(config.presets)], dataset_world(seed, number)
 
 
-def make_cloud(config: CloudsConfig, seed: int, number: int) -> tuple[bytes, int]:
-    """Return the file of a data set's cloud, and its number of points."""
-    from andabata.tasks.scenes import SceneShelf
+def file_name(number: int) -> str:
+    """Return the file of a data set's cloud."""
+    return f"cloud_{number:05d}.npz"
 
-    preset, world_seed = world_of(config, seed, number)
-    scene = SceneShelf(1).get(preset, world_seed)
-    cloud: PointCloud = labelled_cloud(scene, config, np.random.default_rng([seed, number]))
-    return cloud_to_bytes(cloud), len(cloud)
+
+def make_clouds(
+    config: CloudsConfig, seed: int, folder: Path, party: Party
+) -> list[tuple[str, int, NDArray[np.int64]]]:
+    """Write the clouds of one world.
+
+    Returns:
+        For each cloud its SHA-256, its points and its white, green and red cells, shape (3,).
+    """
+    scene = cloud_scene(config, *world_of(config, seed, party.world))
+    made = []
+    for number in party.clouds:
+        cloud = labelled_cloud(scene, config, np.random.default_rng([seed, number]))
+        data = cloud_to_bytes(cloud)
+        write_atomically(folder / file_name(number), data)
+        states = label_cells(cloud.points, nontraversable(cloud), PolarGrid())
+        colours = np.bincount(states.ravel(), minlength=3)
+        made.append((hashlib.sha256(data).hexdigest(), len(cloud), colours))
+    return made

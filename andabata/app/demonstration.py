@@ -24,9 +24,10 @@ from andabata.models import shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
 from andabata.tasks.rig import RigConfig
-from traversability.dataset import Split, cell_samples, read_clouds, read_manifest
-from traversability.forest import Forest, ForestConfig, train_forest
+from traversability.dataset import Split, read_manifest, split_samples
+from traversability.forest import Forest
 from traversability.grid import PolarGrid
+from traversability.growing import ForestConfig, grow_forest
 
 _WORLD = "natural-test"
 _EPISODES = 64
@@ -61,21 +62,21 @@ def demonstrate(folder: Path, seed: int, workers: int, voice: Voice) -> dict[str
 def _classifier(
     folder: Path, seed: int, workers: int, voice: Voice, report: Report, figures: dict[str, Any]
 ) -> Forest:
-    """Make labelled clouds and grow a forest on them, as in the paper."""
+    """Make labelled clouds and grow a forest on them."""
     clouds = folder / "clouds"
-    with voice.progress("labelled clouds", 15) as step:
-        counts: dict[Split, int] = {"train": 10, "validation": 5}
+    counts: dict[Split, int] = {"train": 140, "validation": 42}
+    with voice.progress("labelled clouds", sum(counts.values())) as step:
         generate_dataset(clouds, CloudsConfig(), counts, seed, workers, step)
     manifest = read_manifest(clouds)
-    samples = cell_samples(list(read_clouds(clouds, manifest, "train")), PolarGrid())
-    forest = train_forest(samples.features, samples.red, PolarGrid(), ForestConfig(), seed)
+    samples = split_samples(clouds, manifest, "train", PolarGrid())
+    forest = grow_forest(samples, PolarGrid(), ForestConfig(), seed)
     scores = judge_forest(forest, clouds, manifest, "validation")
     figures["classifier"] = scores
     voice.say(f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds")
     report.section(
         "A classifier of cells",
-        f"Ten labelled clouds for training and five for judging, each from a world of its own; "
-        f"{len(samples.red)} training cells.",
+        f"{counts['train']} labelled clouds for training and {counts['validation']} for judging, "
+        f"from other worlds; {len(samples.red)} training cells.",
     )
     report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
     report.picture(confusion_picture(scores), "Judged cells of the validation clouds")

@@ -24,7 +24,7 @@ _STATE_COLOURS = {
     CellState.TRAVERSABLE: "#58a55c",
     CellState.NON_TRAVERSABLE: "#d1483f",
 }
-_REASON_COLOURS = ("#00000000", "#3b2a20", "#4c7f3c", "#d98e32", "#c9551f", "#777777")
+_REASON_COLOURS = ("#00000000", "#3b2a20", "#4c7f3c", "#d98e32", "#c9551f", "#777777", "#3f7fc4")
 _CLASS_COLOURS = {
     SemanticClass.TRUNK: "#6b4a2b",
     SemanticClass.FOLIAGE: "#4f8f46",
@@ -32,6 +32,10 @@ _CLASS_COLOURS = {
     SemanticClass.ROCK: "#7d7d7d",
     SemanticClass.HIGH_GRASS: "#a8bf4f",
     SemanticClass.WALL: "#9a5b45",
+    SemanticClass.LAMP: "#c9a227",
+    SemanticClass.BENCH: "#b5651d",
+    SemanticClass.TABLE: "#b58b5d",
+    SemanticClass.BIN: "#37474f",
 }
 
 
@@ -168,7 +172,7 @@ def _draw_ground(axes: Axes, world: World) -> None:
         axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
     shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
     colours = ListedColormap(_REASON_COLOURS)
-    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=5, alpha=0.75)
+    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=6, alpha=0.75)
     axes.set_aspect("equal")
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")

@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from traversability.cloud import PointCloud
-from traversability.features import cell_features
 from traversability.forest import Forest
 from traversability.labels import CellState
+from traversability.scanner import TraversabilityScanner
 from traversability.virtual_scan import VirtualScan, virtual_scan
 
 
@@ -69,7 +69,7 @@ def scan_cloud(cloud: PointCloud, mounting: Mounting, forest: Forest) -> Scanned
     """
     if cloud.frame != "base_footprint":
         cloud = PointCloud(mounting.place(cloud.points), "base_footprint")
-    cells = forest.classify(cell_features(cloud.points, forest.grid), forest.grid)
+    cells = TraversabilityScanner(forest).cells(cloud.points)
     return Scanned(cloud, cells, virtual_scan(cells, forest.grid))
 
 

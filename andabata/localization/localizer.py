@@ -100,6 +100,8 @@ class NoisyTruthLocalizer:
         errors: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return poses moved by errors x, y, yaw, roll, pitch, shape (k, 5)."""
+        if not self._sigma.any():
+            return positions, quaternions
         errors = np.broadcast_to(self._error, (len(positions), 5)) if errors is None else errors
         positions = positions.copy()
         positions[:, :2] += errors[:, :2]

@@ -40,24 +40,47 @@ def beam_rays(
 @njit(cache=True, nogil=True)
 def _rays(poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Turn each beam from the head's plane into the base and into the map."""
-    beams = len(elevations)
     origins = np.empty((len(poses), 3), dtype=np.float32)
     directions = np.empty((len(poses), 3), dtype=np.float32)
     for k in range(len(poses)):
-        sweep, beam = divmod(k, beams)
-        angle = head_angles[sweep] + head_step * beam
-        outward = np.sin(elevations[beam])
-        a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevations[beam])
-        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
-        r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
-        r22 = 1 - 2 * (x * x + y * y)
-        directions[k, 0] = (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + r02 * c
-        directions[k, 1] = 2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c
-        directions[k, 2] = 2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c
-        origins[k, 0] = poses[k, 0] + r02 * height
-        origins[k, 1] = poses[k, 1] + r12 * height
-        origins[k, 2] = poses[k, 2] + r22 * height
+        origin, direction = _ray(k, poses, head_angles, head_step, elevations, height)
+        for c in range(3):
+            origins[k, c], directions[k, c] = origin[c], direction[c]
     return origins, directions
+
+
+@njit(cache=True, nogil=True)
+def _places(rows, poses, head_angles, head_step, elevations, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where some of the beams ended, float32, shape (k, 3)."""
+    points = np.empty((len(rows), 3), dtype=np.float32)
+    for place, k in enumerate(rows):
+        origin, direction = _ray(k, poses, head_angles, head_step, elevations, height)
+        for c in range(3):
+            points[place, c] = origin[c] + ranges[k] * direction[c]
+    return points
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _ray(k, poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where beam ``k`` leaves and where it points, in the map."""
+    sweep, beam = divmod(k, len(elevations))
+    angle = head_angles[sweep] + head_step * beam
+    outward = np.sin(elevations[beam])
+    a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevations[beam])
+    x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+    r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
+    r22 = 1 - 2 * (x * x + y * y)
+    direction = (
+        (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + r02 * c,
+        2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c,
+        2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
+    )
+    origin = (
+        poses[k, 0] + r02 * height,
+        poses[k, 1] + r12 * height,
+        poses[k, 2] + r22 * height,
+    )
+    return origin, direction
 
 
 def place_beams(
@@ -76,6 +99,13 @@ def place_beams(
     """
     returned = np.isfinite(sweeps.ranges.ravel())
     times = beam_times(sweeps)
-    origins, directions = beam_rays(sweeps, track.at(times), lidar_height)
-    ranges = sweeps.ranges.ravel()[returned]
-    return origins[returned] + ranges[:, None] * directions[returned], times[returned], returned
+    points = _places(
+        np.flatnonzero(returned),
+        track.at(times),
+        sweeps.head_angles,
+        sweeps.head_rate * sweeps.beam_period,
+        sweeps.elevations.astype(np.float64),
+        lidar_height,
+        sweeps.ranges.ravel(),
+    )
+    return points, times[returned], returned

@@ -8,8 +8,13 @@ from andabata.machine.beams import beam_rays, beam_times
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Sweeps
+from terrain.classes import TRAITS
 from traversability.grid import PolarGrid
 from worlds.rays import NO_CLASS, RayScene
+
+_RETURNS = np.ones(256, dtype=np.float32)
+for _semantic, _traits in TRAITS.items():
+    _RETURNS[_semantic] = _traits.returns
 
 
 class LidarConfig(BaseModel):
@@ -97,7 +102,7 @@ class RotatingLidar:
         origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
         true, classes = self._scene.cast(origins, directions, self._rng)
         shape = empty.ranges.shape
-        ranges = self._measure(true.reshape(shape))
+        ranges = self._measure(true.reshape(shape), _RETURNS[classes].reshape(shape))
         classes = np.where(np.isfinite(ranges), classes.reshape(shape), NO_CLASS)
         return Sweeps(
             stamps=stamps,
@@ -109,8 +114,10 @@ class RotatingLidar:
             classes=classes.astype(np.uint8),
         )
 
-    def _measure(self, true: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return what the laser reads for true ranges [m], shape (s, b).
+    def _measure(
+        self, true: NDArray[np.float32], returns: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Return what the laser reads for true ranges [m] and probabilities of return, (s, b) each.
 
         A mixed pixel keeps the class of the surface behind.
         """
@@ -125,7 +132,7 @@ class RotatingLidar:
             share = rng.random(len(edges)).astype(np.float32)
             ranges[row, far] = true[row, near] + share * (true[row, far] - true[row, near])
         ranges += rng.standard_normal(ranges.shape, dtype=np.float32) * np.float32(config.noise)
-        lost = rng.random(ranges.shape, dtype=np.float32) < config.dropout
+        lost = rng.random(ranges.shape, dtype=np.float32) >= (1 - config.dropout) * returns
         lost |= (ranges < config.min_range) | (ranges > config.max_range)
         ranges[lost] = np.inf
         return ranges

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import Senses, VehicleState, WheelSpeeds
+from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.vehicle import TICK, Plant, make_vehicle
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
@@ -78,25 +78,30 @@ class Simulator:
         self._track.append(0.0, state.pose.position, state.pose.quaternion)
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
-    def step(self, wheels: WheelSpeeds) -> Senses:
-        """Drive one control period of 0.1 s and return what was sensed in it."""
+    def step(self, wheels: WheelSpeeds, blind: bool = False) -> Senses:
+        """Drive one control period of 0.1 s and return what was sensed in it.
+
+        Args:
+            wheels: Commanded wheel speeds.
+            blind: Leave the scanner out, which costs most of the time; ``sweeps`` looks back.
+        """
         rows = np.empty((TICKS_PER_STEP, 10))
         rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) * TICK
         rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP)
         self._tick += TICKS_PER_STEP
         self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
-        return self._sense(replace(self.vehicle.state, stamp=self._tick * TICK), rows)
+        return self._sense(replace(self.vehicle.state, stamp=self._tick * TICK), rows, blind)
 
-    def _sense(self, state: VehicleState, rows: NDArray[np.float64]) -> Senses:
+    def _sense(self, state: VehicleState, rows: NDArray[np.float64], blind: bool = False) -> Senses:
         """Sample the senses for the period that ends with the state.
 
         ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
         """
         sweeps = horizontal = None
         begin = state.stamp - len(rows) * TICK
-        if self._lidar is not None and state.stamp > begin:
+        if self._lidar is not None and state.stamp > begin and not blind:
             sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
-        if self._scanner is not None:
+        if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
         return Senses(
             stamp=state.stamp,
@@ -105,6 +110,16 @@ class Simulator:
             truth=state,
             true_track=rows[:, :8],
         )
+
+    def sweeps(self, begin: float, end: float) -> Sweeps:
+        """Return what the rotating laser saw in a past span [s], up to eight seconds back.
+
+        Raises:
+            ValueError: If the robot has no rotating laser.
+        """
+        if self._lidar is None:
+            raise ValueError("scanner: expected the rotating laser, got the horizontal one")
+        return self._lidar.sweeps(begin, end, self._track)
 
     def close(self) -> None:
         """Free the plant."""

@@ -2,15 +2,13 @@
 
 from typing import Protocol
 
-import numpy as np
-
 from andabata.localization.localizer import Localizer
 from andabata.machine.senses import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
-from traversability.features import cell_features
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
-from traversability.virtual_scan import VirtualScan, virtual_scan
+from traversability.scanner import TraversabilityScanner
+from traversability.virtual_scan import VirtualScan
 
 
 class Perception(Protocol):
@@ -24,22 +22,15 @@ class Perception(Protocol):
 
 
 class CloudPerception:
-    """Sweeps to levelled cloud to cells to virtual scan (Sanchez et al. 2023, section 3).
-
-    The cells of the last update stay in ``cells`` (uint8, shape (n_sectors, n_rings)) for pictures
-    and records.
-    """
+    """Sweeps to levelled cloud to cells to virtual scan (Sanchez et al. 2023, section 3)."""
 
     def __init__(self, assembler: CloudAssembler, forest: Forest, grid: PolarGrid) -> None:
         self.assembler = assembler
-        self.cells: np.ndarray | None = None
-        self._forest = forest
-        self._grid = grid
+        self._scanner = TraversabilityScanner(forest, grid)
 
     def reset(self) -> None:
         """Forget the clouds."""
         self.assembler.reset()
-        self.cells = None
 
     def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
         """Place the new beams, carry the last cloud into the current pose and judge its cells."""
@@ -47,10 +38,7 @@ class CloudPerception:
             self.assembler.add(senses.sweeps, localizer.track)
         if self.assembler.cloud is None:
             return None
-        cloud = self.assembler.relative(localizer.pose)
-        features = cell_features(cloud.points, self._grid)
-        self.cells = self._forest.classify(features, self._grid)
-        return virtual_scan(self.cells, self._grid)
+        return self._scanner.scan(self.assembler.relative(localizer.pose).points)
 
 
 class HorizontalPerception:

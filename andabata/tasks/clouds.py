@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.localization.localizer import NoisyTruthConfig, NoisyTruthLocalizer
 from andabata.machine.kinematics import SkidSteer
@@ -13,17 +13,31 @@ from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.tasks.scenes import Scene
 from traversability.cloud import PointCloud
+from worlds.catalogue import make_world, patch
+from worlds.rays import RayScene
 from worlds.world import Start
+
+Span = tuple[float, float]
 
 
 class CloudsConfig(BaseModel):
-    """How labelled clouds are made.
+    """How labelled clouds are made. A span is drawn from evenly, afresh for each cloud.
 
     Attributes:
         presets: World presets, taken in turn.
+        difficulty: Span of the worlds' difficulty.
+        patch_size: Edge of the worlds, which are patches of their presets [m]; 0 for whole worlds.
+        patch_cell: Distance between grid lines of a patch [m].
+        clouds_per_world: Most clouds that share a world.
         robot: The body.
         sensing: The rotating laser.
         assembly: How sweeps become clouds.
+        noise: Span of the standard deviation of the laser's range [m].
+        dropout: Span of the probability that a return is lost.
+        tilt_sigma: Span of the standard deviation of roll and pitch of the estimated pose [rad].
+        drift_sigma: Span of the standard deviation of the estimated position [m], which wanders
+            with a correlation time of a minute.
+        still: Share of clouds that are taken at a standstill.
         room: Clouds are taken where the nearest forbidden ground is this far at least [m].
         reach: And this far at most, so that there is something to see [m].
         carry_time: After the cloud is complete the robot drives on for up to this long and the
@@ -32,18 +46,46 @@ class CloudsConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    presets: tuple[str, ...] = ("natural",)
+    presets: tuple[str, ...] = ("forest", "hill", "lake", "park", "natural", "hollow", "maze")
+    difficulty: Span = (0.2, 1.0)
+    patch_size: float = Field(default=60.0, ge=0, le=200)
+    patch_cell: float = Field(default=0.125, gt=0.02, le=0.5)
+    clouds_per_world: int = Field(default=20, ge=1)
     robot: RobotModel = Field(default_factory=RobotModel)
     sensing: SensingConfig = Field(default_factory=SensingConfig)
     assembly: CloudAssemblyConfig = Field(default_factory=CloudAssemblyConfig)
-    room: float = Field(default=0.5, ge=0)
+    noise: Span = (0.005, 0.03)
+    dropout: Span = (0.0, 0.03)
+    tilt_sigma: Span = (0.0, 0.008)
+    drift_sigma: Span = (0.0, 0.1)
+    still: float = Field(default=0.25, ge=0, le=1)
+    room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
+    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma")
+    @classmethod
+    def _check_span(cls, span: Span) -> Span:
+        if not 0 <= span[0] <= span[1] <= 1:
+            raise ValueError(f"expected 0 <= least <= most <= 1, got {span}")
+        return span
 
-# Labels come from the points' places on the true map, so the pose must not wander over it; the
-# inclinometers' error stays, since it bends every cloud on the robot too.
-_SURVEYED = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0)
+
+def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
+    """Return the world that clouds are taken in, with its rays.
+
+    Args:
+        config: Patch and difficulty.
+        preset: Kind of world.
+        seed: Of the world; its difficulty is drawn from it, too.
+    """
+    difficulty = np.random.default_rng([seed, 1]).uniform(*config.difficulty)
+    if config.patch_size > 0:
+        smaller = patch(preset, config.patch_size, config.patch_cell)
+        world = make_world(preset, seed, difficulty, smaller)
+    else:
+        world = make_world(preset, seed, difficulty)
+    return Scene(world, RayScene(world))
 
 
 def labelled_cloud(scene: Scene, config: CloudsConfig, rng: np.random.Generator) -> PointCloud:
@@ -55,34 +97,50 @@ def labelled_cloud(scene: Scene, config: CloudsConfig, rng: np.random.Generator)
         rng: Place, heading, steering and every noise.
 
     Returns:
-        The cloud in ``base_footprint`` with stamps, classes and ``nontraversable``.
+        The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
+        ``severity`` and ``nontraversable`` of the places that the beams really met.
     """
-    simulator = Simulator(scene.world, scene.rays, config.robot, "kinematic", config.sensing, rng)
-    localizer = NoisyTruthLocalizer(_SURVEYED, rng)
-    assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
-    wheels = SkidSteer(config.robot).wheel_speeds(
-        config.robot.speed, rng.uniform(-1, 1) * config.robot.max_steering
+    noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
+    lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
+    sensing = config.sensing.model_copy(update={"lidar": lidar})
+    believed = NoisyTruthConfig(
+        position_sigma=rng.uniform(*config.drift_sigma),
+        yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
+        tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
+    simulator = Simulator(scene.world, scene.rays, config.robot, "kinematic", sensing, rng)
+    localizers = [NoisyTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
+    assemblers = [CloudAssembler(config.assembly, config.robot.lidar_height) for _ in localizers]
+    speed = 0.0 if rng.random() < config.still else config.robot.speed
+    steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
+    wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
     senses = simulator.reset(_random_start(scene, config, rng))
     if senses.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
-    localizer.reset(senses.truth.pose, senses.stamp)
-    remaining = int(rng.uniform(0, config.carry_time) / 0.1)
-    while assembler.cloud is None or remaining > 0:
-        if assembler.cloud is not None:
-            remaining -= 1
-        senses = simulator.step(wheels)
+    for localizer in localizers:
+        localizer.reset(senses.truth.pose, senses.stamp)
+    half_turn = np.pi / lidar.head_rate
+    carried = rng.uniform(0, config.carry_time)
+    while senses.stamp < half_turn + 2 / lidar.sweep_hz + carried:
+        senses = simulator.step(wheels, blind=True)
         if senses.truth is not None and senses.truth.collided:
             wheels = WheelSpeeds(0.0, 0.0)
-        localizer.update(senses)
-        if senses.sweeps is not None:
-            assembler.add(senses.sweeps, localizer.track)
+        for localizer in localizers:
+            localizer.update(senses)
+    sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz)  # One more ends the half turn.
+    for localizer, assembler in zip(localizers, assemblers, strict=True):
+        assembler.add(sweeps, localizer.track)
     simulator.close()
-    in_map = assembler.cloud
-    if in_map.classes is None:
+    surveyed = assemblers[1].cloud
+    if surveyed is None or surveyed.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
-    bad = scene.world.truth.nontraversable(in_map.points, in_map.classes)
-    return replace(assembler.relative(localizer.pose), nontraversable=bad)
+    severity = scene.world.truth.severity_of(surveyed.points, surveyed.classes)
+    cloud = assemblers[0].relative(localizers[0].pose)
+    return replace(cloud, severity=severity, nontraversable=severity > 0)
+
+
+# The beams' true places: labels come from them, whatever the robot believes.
+_SURVEYED = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
 
 
 def _random_start(scene: Scene, config: CloudsConfig, rng: np.random.Generator) -> Start:

@@ -44,7 +44,10 @@ def test_help_is_a_tour_and_imports_nothing_heavy():
 def test_worlds_are_listed_and_shown(capsys):
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
-    assert (code, names) == (0, ["hollow", "maze", "natural", "natural-test"])
+    assert (code, names) == (
+        0,
+        ["forest", "hill", "hollow", "lake", "maze", "natural", "natural-test", "park"],
+    )
     code, out, _ = run(capsys, "world", "show", "maze", "--seed", "2", "--json")
     assert (code, json.loads(out)["width_m"]) == (0, 80.0)
 
@@ -65,8 +68,8 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["world", "show", "moon"], 2, "expected one of hollow, maze, natural, natural-test"),
-        (["evaluate", "--world", "moon"], 2, "--world: expected one of hollow"),
+        (["world", "show", "moon"], 2, "expected one of forest, hill, hollow, lake, maze"),
+        (["evaluate", "--world", "moon"], 2, "--world: expected one of forest"),
         (["evaluate", "--controllers", "learned,psychic"], 2, "got 'psychic'"),
         (["drive", "--controller", ""], 2, "--controller: expected some of"),
         (["train", "--stages", "3-1"], 2, "--stages: expected 1, 2, 3 or a span"),

@@ -23,10 +23,12 @@ from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
 from traversability.grid import PolarGrid
 from traversability.labels import CellState, label_cells
+from traversability.scanner import TraversabilityScanner
 from traversability.virtual_scan import VirtualScan, virtual_scan
 from worlds.truth import TraversabilityMap
 
 CONFIG = RigConfig(localizer=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0))
+SCANNER = TraversabilityScanner(shipped_forest())
 Cells = NDArray[np.uint8]
 Sight = Callable[[CloudPerception, Localizer, TraversabilityMap, PolarGrid], Cells]
 
@@ -35,8 +37,7 @@ def forest_cells(
     perception: CloudPerception, localizer: Localizer, truth: TraversabilityMap, grid: PolarGrid
 ) -> Cells:
     """Return what the robot itself believes."""
-    assert perception.cells is not None
-    return perception.cells
+    return SCANNER.cells(perception.assembler.relative(localizer.pose).points)
 
 
 def labelled_cells(
@@ -46,7 +47,7 @@ def labelled_cells(
     cloud = perception.assembler.cloud
     assert cloud is not None
     assert cloud.classes is not None
-    bad = truth.nontraversable(cloud.points, cloud.classes)
+    bad = truth.severity_of(cloud.points, cloud.classes) > 0
     return label_cells(perception.assembler.relative(localizer.pose).points, bad, grid)
 
 

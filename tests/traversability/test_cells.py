@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
-from traversability.labels import CellState, label_cells
-from traversability.scores import PAPER, CellScores
+from traversability.labels import CellState, beyond_doubt, label_cells
+from traversability.scores import PAPER, CellScores, range_errors
 from traversability.virtual_scan import virtual_scan
 
 GRID = PolarGrid()
@@ -80,3 +81,20 @@ def test_empty_cells_are_not_scored():
     truth = np.array([0, 1, 2, 2, 1], dtype=np.uint8)
     called = np.array([2, 1, 2, 1, 2], dtype=np.uint8)
     assert CellScores.of(truth, called) == CellScores(tp=1, tn=1, fp=1, fn=1)
+
+
+def test_a_range_is_wrong_when_it_is_off_by_more_than_a_ring():
+    truth = np.full((4, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
+    truth[:, 5] = CellState.NON_TRAVERSABLE
+    found = np.full_like(truth, CellState.TRAVERSABLE)
+    for sector, ring in enumerate((5, 6, 7, 3)):
+        found[sector, ring] = CellState.NON_TRAVERSABLE
+    assert range_errors(truth, found, GRID) == {"too_long": 0.25, "too_short": 0.25}
+
+
+def test_cells_near_the_limits_are_in_doubt():
+    points = np.concatenate([cell_points(100, sector=s) for s in (2, 3, 4, 5)])
+    severity = np.repeat([-5.0, -0.5, 0.5, 5.0], 100).astype(np.float32)
+    cloud = PointCloud(points, severity=severity, nontraversable=severity > 0)
+    clear = beyond_doubt(cloud, GRID)[[2, 3, 4, 5], 5]
+    np.testing.assert_array_equal(clear, [True, False, False, True])

@@ -56,12 +56,12 @@ def test_what_was_written_is_read(tmp_path):
     assert read_manifest(tmp_path) == manifest
     clouds = list(read_clouds(tmp_path, manifest, "train"))
     samples = cell_samples(clouds, PolarGrid())
-    assert set(samples.group) == {0, 1}
-    assert len(samples.features) == len(samples.red) == len(samples.group)
+    assert set(samples.cloud) == {0, 1}
+    assert len(samples.features) == len(samples.red) == len(samples.cloud)
     assert len(samples.red) + samples.white == 2 * 320
     assert 0.1 < samples.red.mean() < 0.5
-    card = dataset_card(manifest, {"train": samples})
-    assert f"| train | 2 | 2 | 12000 | {(~samples.red).sum()} | {samples.red.sum()} |" in card
+    card = dataset_card(manifest, {"train": np.array([7, 8, 9])})
+    assert "| train | 2 | 2 | 12000 | 8 | 9 | 7 |" in card
 
 
 def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):

@@ -1,61 +1,100 @@
-"""The five features: known answers, and the compiled kernel against plain numpy."""
+"""The features: known answers, and the compiled kernels against plain numpy."""
+
+import importlib.util
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from traversability.features import cell_features
+from traversability.binning import fill_quarters, polar_tables
+from traversability.features import ALL_FEATURES, OWN_FEATURES, cell_features
 from traversability.grid import PolarGrid
 
 GRID = PolarGrid()
+PAPER_CUT = PolarGrid(cut="base")
+COLUMN = {name: k for k, name in enumerate(ALL_FEATURES)}
 
-
-def reference(points, grid):
-    """Features by numpy's eigenvectors, cell by cell."""
-    r = np.hypot(points[:, 0], points[:, 1])
-    bearing = np.arctan2(points[:, 1], points[:, 0])
-    ring = np.searchsorted(grid.ring_edges, r, side="right") - 1
-    sector = np.minimum((bearing + np.pi) / (2 * np.pi) * grid.n_sectors, grid.n_sectors - 1)
-    keep = (ring >= 0) & (ring < grid.n_rings) & (points[:, 2] <= grid.max_height)
-    values = np.zeros((grid.n_sectors, grid.n_rings, 5))
-    counts = np.zeros((grid.n_sectors, grid.n_rings), dtype=int)
-    for s in range(grid.n_sectors):
-        for k in range(grid.n_rings):
-            cell = points[keep & (sector.astype(int) == s) & (ring == k)].astype(np.float64)
-            counts[s, k] = len(cell)
-            if len(cell) < 3:
-                continue
-            covariance = np.cov(cell.T, bias=True)
-            eigenvalues, vectors = np.linalg.eigh(covariance)
-            l3, l2, l1 = np.maximum(eigenvalues, 0)
-            z = cell[:, 2]
-            values[s, k] = np.sqrt(l3), abs(vectors[2, 0]), (l2 - l3) / l1, z.min(), np.ptp(z)
-    return values, counts
+_spec = importlib.util.spec_from_file_location(
+    "reference", Path(__file__).with_name("reference.py")
+)
+reference = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(reference)
 
 
 def rough_ground(n=20_000, seed=0):
+    """Slopes, a drop, a wall, a crown and gaps: something of everything."""
     rng = np.random.default_rng(seed)
     xy = rng.uniform(-11, 11, (n, 2))
-    z = 0.2 * xy[:, 0] + np.sin(xy[:, 1]) * 0.3 + rng.normal(0, 0.05, n)
-    return np.column_stack([xy, z]).astype(np.float32)
+    z = 0.2 * xy[:, 0] + np.sin(xy[:, 1]) * 0.3 + rng.normal(0, 0.03, n)
+    z[xy[:, 0] > 3] -= 0.6
+    z[np.hypot(xy[:, 0] + 4, xy[:, 1] - 2) < 0.5] += rng.uniform(0, 2.5)
+    shadow = (np.abs(xy[:, 1]) < 0.8) & (xy[:, 0] < -5)
+    return np.column_stack([xy, z])[~shadow].astype(np.float32)
 
 
-def test_kernel_equals_numpy():
-    points = rough_ground()
-    found = cell_features(points, GRID)
-    values, counts = reference(points, GRID)
+@pytest.mark.parametrize("grid", [GRID, PAPER_CUT, PolarGrid(n_sectors=64), PolarGrid(n_rings=7)])
+@pytest.mark.parametrize("n", [400, 20_000])
+def test_kernels_equal_numpy(grid, n):
+    points = rough_ground(n, seed=n)
+    found = cell_features(points, grid)
+    values, counts = reference.describe(points, grid)
     np.testing.assert_array_equal(found.counts, counts)
-    np.testing.assert_allclose(found.values, values, atol=1e-5)
+    judged = counts >= 5
+    np.testing.assert_allclose(found.values[judged], values[judged], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "grid", [GRID, PolarGrid(n_sectors=7, n_rings=3), PolarGrid(n_sectors=128)]
+)
+def test_quarters_are_those_of_the_arc_tangent(grid):
+    points = np.random.default_rng(1).uniform(-11, 11, (300_000, 3)).astype(np.float32)
+    quarters = fill_quarters(points, grid.model_copy(update={"max_height": 1e3}))
+    sector, ring = reference.bin_points(points, grid)
+    expected = np.where(sector >= 0, sector * 2 * grid.n_rings + ring, -1)
+    np.testing.assert_array_equal(quarters.bins[: len(points)], expected)
+
+
+def test_points_on_the_axes_fall_into_the_sector_that_begins_there():
+    points = np.array([[2, 0, 0], [0, 2, 0], [0, -2, 0]], dtype=np.float32)
+    bins = fill_quarters(points, GRID).bins[:3]
+    np.testing.assert_array_equal(bins // (2 * GRID.n_rings), [32, 48, 16])
+
+
+def test_tables_are_made_once():
+    assert polar_tables(GRID) is polar_tables(PolarGrid())
+
+
+def flat(height=-0.1, n=20_000):
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-10, 10, (n, 2)), np.full(n, height)])
+    return points.astype(np.float32)
 
 
 def test_a_flat_plane_has_roughness_zero_and_orientation_one():
-    rng = np.random.default_rng(0)
-    points = np.column_stack([rng.uniform(-10, 10, (20_000, 2)), np.full(20_000, -0.1)])
-    found = cell_features(points.astype(np.float32), GRID)
-    judged = found.counts >= 5
-    np.testing.assert_allclose(found.values[judged][:, 0], 0.0, atol=1e-6)
-    np.testing.assert_allclose(found.values[judged][:, 1], 1.0, atol=1e-6)
-    np.testing.assert_allclose(found.values[judged][:, 3], -0.1, atol=1e-6)
-    np.testing.assert_allclose(found.values[judged][:, 4], 0.0, atol=1e-6)
+    found = cell_features(flat(), GRID)
+    values = found.values[found.counts >= 5]
+    for name, expected in (
+        ("roughness", 0.0),
+        ("orientation", 1.0),
+        ("min_height", -0.1),
+        ("height_difference", 0.0),
+        ("slope_max", 0.0),
+        ("step_max", 0.0),
+        ("tilt", 0.0),
+        ("bend", 0.0),
+        ("rise_before", 0.0),
+    ):
+        np.testing.assert_allclose(values[:, COLUMN[name]], expected, atol=2e-6, err_msg=name)
+
+
+def test_a_plane_of_20_degrees_has_that_slope_and_no_step():
+    points = flat(n=60_000)
+    points[:, 2] = np.tan(np.deg2rad(20.0)) * points[:, 0]
+    found = cell_features(points, GRID)
+    values = found.values[found.counts >= 20]
+    slopes = np.rad2deg(np.arctan(values[:, COLUMN["slope_max"]]))
+    assert np.quantile(np.abs(slopes - 20.0), 0.95) < 0.5
+    assert np.quantile(values[:, COLUMN["step_max"]], 0.95) < 0.01
 
 
 def test_a_wall_has_orientation_zero():
@@ -66,10 +105,34 @@ def test_a_wall_has_orientation_zero():
     found = cell_features(points.astype(np.float32), GRID)
     judged = found.counts >= 5
     np.testing.assert_allclose(found.values[judged][:, 1], 0.0, atol=1e-4)
-    assert found.values[judged][:, 4].min() > 1.0
+    assert found.values[judged][:, COLUMN["height_difference"]].min() > 1.0
 
 
-def test_features_do_not_change_when_the_robot_turns_by_a_sector():
+def test_a_drop_shows_as_a_gap_behind_its_edge():
+    points = flat(0.0, 60_000)
+    edge, height = 3.0, 0.72
+    beyond = points[:, 0] > edge
+    shadow = edge * height / (height - 0.3)  # Where the beam over the edge meets ground 0.3 m down.
+    points = points[~(beyond & (points[:, 0] < shadow))]
+    gap = cell_features(points, GRID).values[..., COLUMN["gap_after_mean"]]
+    before_edge = gap[16, np.searchsorted(GRID.ring_edges, edge) - 1]
+    assert before_edge > 0.25
+    assert gap[0, 4:9].max() < 0.1
+
+
+def test_the_ground_of_a_slope_is_not_cut_away_and_a_crown_is():
+    points = flat(0.0, 40_000)
+    points[:, 2] = np.tan(np.deg2rad(20.0)) * points[:, 0]
+    crown = points[:4000] + np.float32([0, 0, 2.0])
+    both = np.concatenate([points, crown])
+    ahead = slice(12, 20)
+    kept, alone = (cell_features(cloud, GRID).counts[ahead] for cloud in (both, points))
+    np.testing.assert_array_equal(kept, alone)
+    assert (alone > 0).all()
+    assert (cell_features(points, PAPER_CUT).counts[ahead, -1] == 0).all()
+
+
+def test_own_features_do_not_change_when_the_robot_turns_by_a_sector():
     points = rough_ground(seed=1)
     angle = 2 * np.pi / GRID.n_sectors
     c, s = np.cos(angle), np.sin(angle)
@@ -77,25 +140,36 @@ def test_features_do_not_change_when_the_robot_turns_by_a_sector():
     before, after = cell_features(points, GRID), cell_features(turned.astype(np.float32), GRID)
     same = np.roll(before.counts, 1, axis=0) == after.counts
     assert same.mean() > 0.97  # Rounding moves points over edges here and there.
-    difference = np.abs(np.roll(before.values, 1, axis=0) - after.values)[same]
-    assert np.quantile(difference, 0.98) < 1e-4
+    own = slice(0, len(OWN_FEATURES))
+    difference = np.abs(np.roll(before.values, 1, axis=0) - after.values)[same][:, own]
+    assert np.quantile(difference, 0.95) < 1e-4
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_points_that_are_not_finite_are_left_out(bad):
-    points = rough_ground(2000)
-    spoilt = points.copy()
-    spoilt[::7, 2] = bad
-    found = cell_features(spoilt, GRID)
-    expected = cell_features(np.delete(points, np.s_[::7], axis=0), GRID)
-    np.testing.assert_array_equal(found.counts, expected.counts)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e30, -1e30])
+def test_points_that_are_no_measurement_are_left_out(bad):
+    points = rough_ground(4000)
+    for column in range(3):
+        spoilt = points.copy()
+        spoilt[::7, column] = bad
+        found = cell_features(spoilt, GRID)
+        expected = cell_features(np.delete(points, np.s_[::7], axis=0), GRID)
+        np.testing.assert_array_equal(found.counts, expected.counts)
+        np.testing.assert_array_equal(found.values, expected.values)
+
+
+@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((7, 3)), np.full((50, 3), 2.0)])
+def test_no_points_and_one_place_give_finite_features(points):
+    found = cell_features(points.astype(np.float32), GRID)
     assert np.isfinite(found.values).all()
+    assert found.counts.sum() == (50 if len(points) == 50 else 0)
 
 
-def test_the_input_is_not_changed_and_its_shape_is_checked():
+def test_the_input_is_not_changed_and_its_shape_and_type_are_checked():
     points = rough_ground(1000)
     copy = points.copy()
     cell_features(points, GRID)
     np.testing.assert_array_equal(points, copy)
-    with pytest.raises(ValueError, match=r"expected shape \(n, 3\), got \(1000, 2\)"):
+    with pytest.raises(ValueError, match=r"expected float32 of shape \(n, 3\), got float32 \("):
         cell_features(points[:, :2], GRID)
+    with pytest.raises(ValueError, match=r"float64"):
+        cell_features(points.astype(np.float64), GRID)

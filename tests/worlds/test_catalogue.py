@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from worlds.catalogue import UnknownWorldError, make_world, preset_names, presets
+from terrain.classes import SemanticClass
+from worlds.catalogue import UnknownWorldError, make_world, patch, preset_names, presets
+from worlds.truth import Reason
 
-NAMES = ("hollow", "maze", "natural", "natural-test")
+NAMES = ("forest", "hill", "hollow", "lake", "maze", "natural", "natural-test", "park")
 
 
 def fingerprint(world):
@@ -49,7 +51,7 @@ def test_the_natural_worlds_are_as_large_as_the_papers():
 
 
 def test_an_unknown_world_is_named():
-    with pytest.raises(UnknownWorldError, match=r"expected one of hollow, maze.*got 'moon'"):
+    with pytest.raises(UnknownWorldError, match=r"expected one of forest, hill.*got 'moon'"):
         make_world("moon")
 
 
@@ -57,3 +59,24 @@ def test_an_unknown_world_is_named():
 def test_bounds_are_checked(seed, difficulty):
     with pytest.raises(ValueError, match="expected 0"):
         make_world("maze", seed, difficulty)
+
+
+def test_lamps_benches_water_and_paths_stand_where_they_should():
+    park, lake = make_world("park", 3), make_world("lake", 3)
+    kinds = {thing.semantic for thing in park.objects}
+    furniture = {SemanticClass.LAMP, SemanticClass.BENCH, SemanticClass.TABLE, SemanticClass.BIN}
+    assert furniture <= kinds
+    assert (park.surface == SemanticClass.PATH).any()
+    wet = lake.surface == SemanticClass.WATER
+    assert 0.05 < wet.mean() < 0.3
+    heights = lake.ground.heights
+    assert np.ptp(heights[:-1, :-1][wet]) < 1e-6
+    assert (lake.truth.reason == Reason.WATER).mean() == pytest.approx(wet.mean(), abs=0.03)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_patch_is_a_small_world_of_the_same_kind(name):
+    world = make_world(name, 3, 0.6, patch(name, 48.0, 0.25))
+    assert world.ground.width == pytest.approx(48.0)
+    assert (world.truth.reason != Reason.FREE).mean() < 0.8
+    assert world.tasks

@@ -47,9 +47,18 @@ def test_points_are_labelled_by_class_and_ground_by_its_shape():
     truth = truth_of(slope(25))
     points = np.zeros((3, 3), dtype=np.float32)
     classes = np.array([SemanticClass.GROUND, SemanticClass.TRUNK, SemanticClass.PATH])
-    assert truth.nontraversable(points, classes.astype(np.uint8)).tolist() == [True, True, True]
-    flat = truth_of(np.zeros((51, 51)))
-    assert flat.nontraversable(points, classes.astype(np.uint8)).tolist() == [False, True, False]
+    severity = truth.severity_of(points, classes.astype(np.uint8))
+    np.testing.assert_allclose(severity, [5 / 3, np.inf, 5 / 3], rtol=1e-3)  # Margin: 3 degrees.
+    flat = truth_of(np.zeros((51, 51))).severity_of(points, classes.astype(np.uint8))
+    assert (flat > 0).tolist() == [False, True, False]
+
+
+def test_a_stone_under_the_wheel_is_no_obstacle():
+    stone = frustum(SemanticClass.STONE, (0, 0, 0), (0.2, 0.2), 0.04)
+    truth = truth_of(np.zeros((51, 51)), (stone,))
+    assert not truth.forbidden_at(0.0, 0.0)
+    label = truth.severity_of(np.zeros((1, 3)), np.array([SemanticClass.STONE], dtype=np.uint8))
+    assert label[0] < 0
 
 
 def test_the_shortest_path_keeps_its_room_and_goes_round():

@@ -18,6 +18,13 @@ class SplitName(StrEnum):
     VALIDATION = "validation"
 
 
+class Recipe(StrEnum):
+    """Ready-made ways to train."""
+
+    BEST = "best"
+    PAPER = "paper"
+
+
 Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds generate`.")]
 
 
@@ -25,6 +32,10 @@ Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds genera
 def train(
     clouds: Clouds,
     out: Annotated[Path, typer.Option(help="Folder for forest.npz and the scores.")],
+    recipe: Annotated[
+        Recipe,
+        typer.Option(help="All features and boosted trees, or the paper's five and random forest."),
+    ] = Recipe.BEST,
     seed: Seed = 0,
     config: ConfigFile = None,
     settings: Set = None,
@@ -38,30 +49,30 @@ def train(
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve
     from andabata.records.storage import write_atomically
-    from traversability.dataset import cell_samples, read_clouds, read_manifest
-    from traversability.forest import ForestConfig, train_forest
+    from traversability.dataset import read_manifest, split_samples
     from traversability.grid import PolarGrid
+    from traversability.growing import PAPER_GRID, PAPER_RECIPE, ForestConfig, grow_forest
 
     voice = Voice(quiet, as_json)
-    resolved = resolve(ForestConfig, config, settings or ())
-    grid = PolarGrid()
+    base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
+    resolved = resolve(ForestConfig, config, settings or (), base)
     manifest = read_manifest(clouds)
-    samples = cell_samples(list(read_clouds(clouds, manifest, "train")), grid)
+    samples = split_samples(clouds, manifest, "train", grid)
     voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
     summary = {
         "clouds_sha256": manifest.config_sha256,
         "clouds_seed": manifest.seed,
-        "clouds": int(samples.group.max()) + 1,
+        "clouds": int(samples.cloud.max()) + 1,
         "cells": len(samples.red),
         "seed": seed,
         "config": resolved.model_dump(),
     }
-    forest = train_forest(samples.features, samples.red, grid, resolved, seed, summary)
+    forest = grow_forest(samples, grid, resolved, seed, summary)
     scores = judge_forest(forest, clouds, manifest, "validation")
     make_folder(out)
     write_atomically(out / "forest.npz", forest.to_bytes())
     write_atomically(out / "confusion.png", confusion_picture(scores))
-    data: dict[str, Any] = {**scores, "threshold": forest.threshold, "out": str(out)}
+    data: dict[str, Any] = {**scores, "thresholds": forest.thresholds.model_dump(), "out": str(out)}
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier train", resolved.model_dump(), seed))
     voice.result(data, tables(data, samples))
@@ -83,5 +94,5 @@ def evaluate(
 
     loaded = Forest.load(forest) if forest else shipped_forest()
     scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
-    data = {**scores, "threshold": loaded.threshold, "split": split.value}
+    data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
     Voice(as_json=as_json).result(data, tables(data))

@@ -13,7 +13,7 @@ app = typer.Typer(help="Synthetic labelled clouds.", no_args_is_help=True)
 @app.command()
 def generate(
     out: Annotated[Path, typer.Option(help="Folder to write.")],
-    train: Annotated[int, typer.Option(min=1, help="Clouds for training.")] = 10,
+    train: Annotated[int, typer.Option(min=0, help="Clouds for training.")] = 10,
     validation: Annotated[int, typer.Option(min=0, help="Clouds for validation.")] = 5,
     seed: Seed = 0,
     workers: Workers = 2,

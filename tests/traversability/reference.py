@@ -1,0 +1,227 @@
+"""The perception in plain numpy, slow and obvious: what the compiled kernels have to equal."""
+
+import numpy as np
+
+from traversability.features import ALL_FEATURES, CONTEXT, OWN_FEATURES, SHARED
+
+OWN = len(OWN_FEATURES)
+
+
+def bin_points(points, grid):
+    """Return half sector and half ring of each point, -1 where it is on none."""
+    x, y, z = points.astype(np.float64).T
+    halves = np.empty(2 * grid.n_rings + 1)
+    halves[::2] = grid.ring_edges
+    halves[1::2] = np.sqrt(grid.ring_edges[:-1] * grid.ring_edges[1:])
+    with np.errstate(invalid="ignore", over="ignore"):
+        square = x * x + y * y
+        ring = np.searchsorted(halves**2, square, side="right") - 1
+        turn = (np.arctan2(y, x) + np.pi) / (2 * np.pi) * 2 * grid.n_sectors
+        turn = np.where(np.isfinite(turn), turn, 0)
+        keep = np.isfinite(points).all(axis=1) & (np.abs(z) < 1e3)
+    keep &= (ring >= 0) & (ring < 2 * grid.n_rings)
+    sector = np.minimum(turn.astype(int), 2 * grid.n_sectors - 1)
+    return np.where(keep, sector, -1), np.where(keep, ring, -1)
+
+
+def members(points, grid):
+    """Return half sector and half ring of the points below the cut."""
+    sector, ring = bin_points(points, grid)
+    cuts = np.full((grid.n_sectors, grid.n_rings), grid.max_height)
+    if grid.cut == "ground":
+        middles = (grid.ring_edges[1:] + grid.ring_edges[:-1]) / 2
+        for s in range(grid.n_sectors):
+            ground, last = 0.0, 0.0
+            for r in range(grid.n_rings):
+                inside = (sector // 2 == s) & (ring // 2 == r)
+                lowest = points[inside, 2].min(initial=np.inf)
+                if lowest <= ground + 0.3 + 0.75 * (middles[r] - last):
+                    ground, last = float(lowest), middles[r]
+                cuts[s, r] = ground + grid.max_height
+    low = (sector >= 0) & (points[:, 2] <= cuts[sector // 2, ring // 2])
+    return np.where(low, sector, -1), np.where(low, ring, -1)
+
+
+def describe(points, grid):
+    """Return the features of each cell and the number of its points."""
+    sector, ring = members(points, grid)
+    points = points.astype(np.float64)
+    shape = (grid.n_sectors, grid.n_rings)
+    quarters = {}
+    order = np.lexsort((ring, sector))
+    for place in np.split(order, np.flatnonzero(np.diff(sector[order] * 1000 + ring[order])) + 1):
+        if sector[place[0]] >= 0:
+            quarters[sector[place[0]], ring[place[0]]] = points[place]
+    counts = np.zeros(shape, dtype=int)
+    for (i, j), inside in quarters.items():
+        counts[i // 2, j // 2] += len(inside)
+    values = np.zeros((*shape, len(ALL_FEATURES)))
+    for s, r in np.argwhere(counts >= 3):
+        cell = np.concatenate(
+            [quarters[k] for k in _four(s, r) if k in quarters],
+        )
+        values[s, r, :8] = _axes(cell, [quarters[k] for k in _four(s, r) if k in quarters])
+        values[s, r, 8:17] = _shape(quarters, s, r, grid)
+        values[s, r, 17:24] = _outwards(quarters, counts, s, r, grid)
+    for s, r in np.argwhere(counts >= 3):
+        values[s, r, OWN:] = _neighbours(values, counts, s, r)
+    return values, counts
+
+
+def _four(s, r):
+    return [(2 * s + a, 2 * r + b) for a in range(2) for b in range(2)]
+
+
+def _axes(cell, parts):
+    covariance = np.cov(cell.T, bias=True)
+    eigenvalues, vectors = np.linalg.eigh(covariance)
+    l3, l2, l1 = np.maximum(eigenvalues, 0)
+    z = cell[:, 2]
+    gradient = np.linalg.solve(covariance[:2, :2] + 1e-6 * np.eye(2), covariance[:2, 2])
+    return (
+        np.sqrt(l3),
+        abs(vectors[2, 0]),
+        (l2 - l3) / l1,
+        z.min(),
+        np.ptp(z),
+        z.mean() - z.min(),
+        max(np.ptp(part[:, 2]) for part in parts),
+        min(np.hypot(*gradient), 3.0),
+    )
+
+
+def _shape(quarters, s, r, grid):
+    small = (grid.ring_edges[r] + grid.ring_edges[r + 1]) / 2 * 2 * np.pi / grid.n_sectors < 0.3
+    found = []
+    for i, j in _four(s, r):
+        if (i, j) not in quarters or (small and (i % 2 != j % 2) and found):
+            continue
+        window = _window(quarters, i, j, grid)
+        own = quarters[i, j]
+        here = own.mean(axis=0)
+        means = np.array([part.mean(axis=0) for part in window]) - here
+        weights = np.minimum([len(part) for part in window], 4.0)
+        covariance = np.cov(means.T, bias=True, aweights=weights)
+        gradient = np.linalg.solve(covariance[:2, :2] + 1e-4 * np.eye(2), covariance[:2, 2])
+        middle = np.average(means, axis=0, weights=weights)
+        level = here[2] + middle[2] - gradient @ middle[:2]
+        off = means[:, 2] - means[:, :2] @ gradient
+        z = np.concatenate([part[:, 2] for part in window])
+        low, high = own[:, 2].min(), own[:, 2].max()
+        found.append(
+            (
+                min(np.hypot(*gradient), 3.0),
+                np.ptp(off),
+                high - level,
+                level - low,
+                low - z.min(),
+                z.max() - low,
+            )
+        )
+    slope, step, above, below, sunk, risen = np.array(found).T
+    second = np.sort(step)[-2] if len(step) > 1 else 0.0
+    return (
+        slope.max(),
+        slope.mean(),
+        step.max(),
+        second,
+        step.mean(),
+        max(above.max(), 0.0),
+        max(below.max(), 0.0),
+        sunk.max(),
+        risen.max(),
+    )
+
+
+def _window(quarters, i, j, grid):
+    sectors, rings = 2 * grid.n_sectors, 2 * grid.n_rings
+    x, y, _ = quarters[i, j].mean(axis=0)
+    radius = np.hypot(x, y)
+    side = max(1, int(0.3 / (radius * 2 * np.pi / sectors)))
+    reach = [
+        np.hypot(*quarters[i, k][:, :2].T) if (i, k) in quarters else np.zeros(0)
+        for k in range(rings)
+    ]
+    first, last = max(j - 1, 0), min(j + 1, rings - 1)
+    while first > 0 and len(reach[first]) and reach[first].max() > max(radius - 0.3, 0.0):
+        first -= 1
+    while last < rings - 1 and len(reach[last]) and reach[last].min() < radius + 0.3:
+        last += 1
+    stride = 1 + side // 3
+    side -= side % stride
+    columns = [(i + k) % sectors for k in range(-side, side + 1, stride)]
+    places = [(column, k) for column in columns for k in range(first, last + 1)]
+    return [quarters[place] for place in places if place in quarters]
+
+
+def _outwards(quarters, counts, s, r, grid):
+    middles = (grid.ring_edges[1:] + grid.ring_edges[:-1]) / 2
+    after, before = [], []
+    for i in (2 * s, 2 * s + 1):
+        column = {
+            j: np.hypot(*quarters[i, j][:, :2].T)
+            for j in range(2 * grid.n_rings)
+            if (i, j) in quarters
+        }
+        mine = [column[j] for j in (2 * r, 2 * r + 1) if j in column]
+        if not mine:
+            continue
+        near, far = np.concatenate(mine).min(), np.concatenate(mine).max()
+        later = [j for j in column if j > 2 * r + 1]
+        earlier = [j for j in column if j < 2 * r]
+        gap = (column[min(later)].min() - far) / far if later else 3.0
+        if len(mine) == 2:
+            gap = max(gap, (mine[1].min() - mine[0].max()) / far)
+        after.append(gap)
+        begin = column[max(earlier)].max() if earlier else middles[0]
+        before.append(max(near - begin, 0.0) / near)
+
+    def mean(ring):
+        cell = np.concatenate([quarters[k] for k in _four(s, ring) if k in quarters])
+        x, y, z = cell.mean(axis=0)
+        return np.hypot(x, y), z
+
+    r0, z0 = mean(r)
+    bend = rise_before = rise_after = 0.0
+    if r > 0 and counts[s, r - 1] >= 3:
+        r1, z1 = mean(r - 1)
+        rise_before = np.clip((z0 - z1) / max(r0 - r1, 0.02), -3, 3)
+        if r > 1 and counts[s, r - 2] >= 3:
+            r2, z2 = mean(r - 2)
+            slope = np.clip((z1 - z2) / max(r1 - r2, 0.02), -1, 1)
+            bend = z0 - z1 - slope * (r0 - r1)
+    if r + 1 < grid.n_rings and counts[s, r + 1] >= 3:
+        r1, z1 = mean(r + 1)
+        rise_after = np.clip((z1 - z0) / max(r1 - r0, 0.02), -3, 3)
+    return (
+        max(*after, 0.0),
+        np.mean(after),
+        np.mean(before),
+        bend,
+        rise_before,
+        rise_after,
+        middles[r],
+    )
+
+
+def _neighbours(values, counts, s, r):
+    sectors, rings = counts.shape
+
+    def shared(sector, ring):
+        sector %= sectors
+        if not 0 <= ring < rings or counts[sector, ring] < 3:
+            return None
+        return values[sector, ring, list(SHARED)]
+
+    nothing = np.full(len(SHARED), -1.0)
+    out = []
+    for offset in (-2, -1, 1, 2):
+        there = shared(s, r + offset)
+        out.append(nothing if there is None else there)
+    for offset in (0, -1, 1):
+        both = [v for v in (shared(s + 1, r + offset), shared(s - 1, r + offset)) if v is not None]
+        out += [np.min(both, axis=0), np.max(both, axis=0)] if both else [nothing, nothing]
+    both = [v for v in (shared(s + 2, r), shared(s - 2, r)) if v is not None]
+    out.append(np.max(both, axis=0) if both else nothing)
+    assert len(out) == len(CONTEXT)
+    return np.concatenate(out)

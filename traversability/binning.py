@@ -1,0 +1,234 @@
+"""Points to polar quarters: every cell is cut in four, and each quarter adds up its points.
+
+A cell's quarters are two sectors by two rings. What is known of them, sums and extents, is all that
+the features need, so the cloud is read twice and never sorted.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from traversability.grid import PolarGrid
+
+COUNT, X, Y, Z, XX, YY, ZZ, XY, XZ, YZ, LOWEST, HIGHEST, NEAREST, FURTHEST = range(14)
+"""Columns of the sums of a quarter: points, sums and products of coordinates [m, m2], lowest and
+highest z [m], nearest and furthest squared distance [m2]."""
+
+_BINS = 4096
+_NO_QUARTER = np.int32(-1)
+_FARTHEST_Z = 1e3  # Metres; heights beyond are no measurement.
+
+# The ground may rise by this much from ring to ring, plus this much a metre, and still be the
+# ground: steeper than what is passable, so that banks are seen whole, and lower than a crown.
+_RISE = 0.3
+_RISE_PER_METRE = 0.75
+
+
+@dataclass(frozen=True)
+class PolarTables:
+    """What it takes to find a point's quarter without an arc tangent.
+
+    Attributes:
+        squares: Squared edges of the half rings [m2], shape (2 n_rings + 1,).
+        rings: Half ring of each bin of squared distance, ``-1 - first`` where an edge cuts the bin,
+            int16.
+        ring_scale: Bins of squared distance [1/m2].
+        cosines: Of the bearings of the half sectors' edges, shape (2 n_sectors + 1,).
+        sines: Likewise.
+        sectors: Half sector of each bin of pseudo angle, likewise.
+        middles: Middle of each ring [m], shape (n_rings,).
+    """
+
+    squares: NDArray[np.float64]
+    rings: NDArray[np.int16]
+    ring_scale: float
+    cosines: NDArray[np.float64]
+    sines: NDArray[np.float64]
+    sectors: NDArray[np.int16]
+    middles: NDArray[np.float64]
+
+
+@lru_cache(maxsize=16)
+def polar_tables(grid: PolarGrid) -> PolarTables:
+    """Return a grid's tables."""
+    edges = grid.ring_edges
+    halves = np.empty(2 * grid.n_rings + 1)
+    halves[::2], halves[1::2] = edges, np.sqrt(edges[:-1] * edges[1:])
+    squares = halves * halves
+    scale = _BINS / squares[-1]
+    begins = np.arange(_BINS + 1) / scale * (1 - 1e-12)
+    rings = _unless_cut(np.maximum(np.searchsorted(squares, begins, side="right") - 1, 0))
+    n = 2 * grid.n_sectors
+    angles = -np.pi + np.arange(n + 1) * 2 * np.pi / n
+    pseudo = np.arange(_BINS + 1) / _BINS * 4 - 2
+    y = np.where(np.abs(pseudo) <= 1, pseudo, np.sign(pseudo) * 2 - pseudo)
+    x = np.where(np.abs(pseudo) <= 1, 1, -1) * (1 - np.abs(y))
+    bearings = np.arctan2(y, x)
+    bearings[0] = -np.pi
+    sectors = np.clip(np.floor((bearings + np.pi) / (2 * np.pi / n) - 1e-9), 0, n - 1)
+    sectors = _unless_cut(sectors.astype(np.int64))
+    return PolarTables(
+        squares=squares,
+        rings=rings.astype(np.int16),
+        ring_scale=scale,
+        cosines=np.asarray(np.round(np.cos(angles), 15), dtype=np.float64),  # Exact on the axes.
+        sines=np.asarray(np.round(np.sin(angles), 15), dtype=np.float64),
+        sectors=sectors.astype(np.int16),
+        middles=(edges[:-1] + edges[1:]) / 2,
+    )
+
+
+def _unless_cut(begins: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the number at each bin's begin, as ``-1 - number`` where an edge cuts the bin."""
+    ends = np.append(begins[1:], -1)
+    return np.where(begins == ends, begins, -1 - begins)
+
+
+@dataclass(frozen=True)
+class Quarters:
+    """A cloud in quarters, and the memory for it: one for the life of a robot is enough.
+
+    Attributes:
+        bins: Quarter of each point, -1 where it is on none; as long as the longest cloud so far.
+        cuts: Greatest height of each cell's points [m], shape (n_sectors, n_rings).
+        sums: Columns ``COUNT`` to ``FURTHEST`` of each quarter, shape (2 n_sectors, 2 n_rings, 14).
+    """
+
+    bins: NDArray[np.int32]
+    cuts: NDArray[np.float64]
+    sums: NDArray[np.float64]
+
+
+def make_quarters(grid: PolarGrid, capacity: int = 0) -> Quarters:
+    """Return memory for clouds of up to ``capacity`` points."""
+    return Quarters(
+        bins=np.empty(capacity, dtype=np.int32),
+        cuts=np.empty((grid.n_sectors, grid.n_rings)),
+        sums=np.empty((2 * grid.n_sectors, 2 * grid.n_rings, 14)),
+    )
+
+
+def fill_quarters(
+    points: NDArray[np.float32], grid: PolarGrid, memory: Quarters | None = None
+) -> Quarters:
+    """Return a cloud in quarters.
+
+    Points that are not finite, beyond the rings or above the cut are left out. The cut is
+    ``max_height`` above the base plane or, with ``grid.cut`` "ground", above the ground of the
+    cell's place: its lowest point, where that is not too high to be ground (assumption).
+
+    Args:
+        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
+        grid: The cells.
+        memory: To write into; made when it is missing or too short.
+
+    Raises:
+        ValueError: If ``points`` has another shape or type.
+    """
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype != np.float32:
+        raise ValueError(
+            f"points: expected float32 of shape (n, 3), got {points.dtype} {points.shape}"
+        )
+    if memory is None or len(memory.bins) < len(points):
+        memory = make_quarters(grid, len(points))
+    tables = polar_tables(grid)
+    lowest = np.empty_like(memory.cuts)
+    find_quarters(
+        points,
+        tables.squares,
+        tables.rings,
+        tables.ring_scale,
+        tables.cosines,
+        tables.sines,
+        tables.sectors,
+        memory.bins,
+        lowest,
+    )
+    if grid.cut == "ground":
+        _cut_over_ground(lowest, tables.middles, grid.max_height, memory.cuts)
+    else:
+        memory.cuts.fill(grid.max_height)
+    _add(points, memory.bins, memory.cuts, memory.sums)
+    return memory
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_quarters(points, squares, rings, ring_scale, cosines, sines, sectors, bins, lowest):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the quarter of each point, and the lowest z of each cell."""
+    n_sectors, n_rings = len(cosines) - 1, len(squares) - 1
+    nearest, furthest = squares[0], squares[n_rings]
+    bin_scale = (len(sectors) - 1) / 4
+    lowest[:] = np.inf
+    flat = lowest.ravel()
+    for k in range(len(points)):
+        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), points[k, 2]
+        square = x * x + y * y
+        if not (nearest <= square < furthest and -_FARTHEST_Z < z < _FARTHEST_Z):
+            bins[k] = _NO_QUARTER
+            continue
+        ring = np.int64(rings[np.uint64(square * ring_scale)])
+        if ring < 0:
+            ring = -1 - ring
+            ring += square >= squares[ring + 1]
+        share = y / (abs(x) + abs(y))  # Grows with the bearing in each half plane.
+        if x < 0:
+            share = 2.0 - share if y >= 0 else -2.0 - share
+        sector = np.int64(sectors[np.uint64((share + 2.0) * bin_scale)])
+        if sector < 0:
+            sector = -1 - sector
+            after = sector + 1
+            sector += after < n_sectors and cosines[after] * y - sines[after] * x >= 0
+        bins[k] = sector * n_rings + ring
+        cell = np.uint64((sector >> 1) * (n_rings >> 1) + (ring >> 1))
+        if z < flat[cell]:
+            flat[cell] = z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cut_over_ground(lowest, middles, max_height, cuts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Follow the ground outwards along each sector and write the cuts above it."""
+    for sector in range(lowest.shape[0]):
+        ground, last = 0.0, 0.0
+        for ring in range(lowest.shape[1]):
+            here = lowest[sector, ring]
+            if here <= ground + _RISE + _RISE_PER_METRE * (middles[ring] - last):
+                ground, last = here, middles[ring]
+            cuts[sector, ring] = ground + max_height
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add(points, bins, cuts, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Add each point to its quarter."""
+    sums[:, :, :LOWEST] = 0.0
+    sums[:, :, LOWEST], sums[:, :, HIGHEST] = np.inf, -np.inf
+    sums[:, :, NEAREST], sums[:, :, FURTHEST] = np.inf, 0.0
+    rows = np.repeat(cuts, 2).reshape(cuts.shape[0], -1)
+    limits = np.concatenate((rows, rows), axis=1).ravel()
+    flat = sums.reshape(-1, sums.shape[2])
+    for k in range(len(points)):
+        if bins[k] < 0:
+            continue
+        place = np.uint64(bins[k])
+        z = np.float64(points[k, 2])
+        if z > limits[place]:
+            bins[k] = _NO_QUARTER
+            continue
+        x, y = np.float64(points[k, 0]), np.float64(points[k, 1])
+        square = x * x + y * y
+        flat[place, COUNT] += 1.0
+        flat[place, X] += x
+        flat[place, Y] += y
+        flat[place, Z] += z
+        flat[place, XX] += x * x
+        flat[place, YY] += y * y
+        flat[place, ZZ] += z * z
+        flat[place, XY] += x * y
+        flat[place, XZ] += x * z
+        flat[place, YZ] += y * z
+        flat[place, LOWEST] = min(flat[place, LOWEST], z)
+        flat[place, HIGHEST] = max(flat[place, HIGHEST], z)
+        flat[place, NEAREST] = min(flat[place, NEAREST], square)
+        flat[place, FURTHEST] = max(flat[place, FURTHEST], square)

@@ -1,0 +1,308 @@
+"""Growing the trees of the cell classifier, and choosing its thresholds."""
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from traversability.dataset import CellSamples
+from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
+from traversability.forest import Forest, Screen, Thresholds
+from traversability.grid import PolarGrid
+from traversability.trees import COLUMNS, Trees, Vote, add_leaves
+
+_SCREEN_RATE = 0.3
+"""Learning rate of a screen, whose few trees have to get far."""
+
+FeatureSet = Literal["paper", "own", "all"]
+
+_SETS: dict[FeatureSet, tuple[str, ...]] = {
+    "paper": PAPER_FEATURES,
+    "own": OWN_FEATURES,
+    "all": ALL_FEATURES,
+}
+
+
+class ForestConfig(BaseModel):
+    """How trees are grown.
+
+    Attributes:
+        kind: ``boosted`` trees, each of which mends the sum of those before it, or a ``random``
+            forest.
+        features: The ``paper``'s five, a cell's ``own``, or ``all``, the neighbours' with them.
+        without: Names of features to leave out, for ablations.
+        trees: Number of trees.
+        max_depth: Deepest split.
+        min_leaf: Fewest cells of a leaf.
+        rate: Learning rate of boosted trees.
+        shrink: L2 penalty of boosted leaves.
+        near_miss: What a red cell called green costs within ``near_range``, in false alarms.
+        far_miss: What it costs beyond.
+        near_range: See ``near_miss`` [m].
+        screen_trees: Number of boosted trees on a cell's own features that look first; 0 for none.
+        screen_loss: Share of the red cells that they may take for green.
+        held_out: Share of the worlds on which the thresholds are chosen, before the trees are grown
+            afresh on all of them.
+        thresholds: Instead of choosing.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["boosted", "random"] = "boosted"
+    features: FeatureSet = "all"
+    without: tuple[str, ...] = ()
+    trees: int = Field(default=150, ge=1, le=2000)
+    max_depth: int = Field(default=6, ge=1, le=64)
+    min_leaf: int = Field(default=40, ge=1)
+    rate: float = Field(default=0.2, gt=0, le=1)
+    shrink: float = Field(default=5.0, ge=0)
+    near_miss: float = Field(default=6.0, gt=0)
+    far_miss: float = Field(default=3.0, gt=0)
+    near_range: float = Field(default=5.0, ge=0)
+    screen_trees: int = Field(default=20, ge=0, le=1000)
+    screen_loss: float = Field(default=0.004, ge=0, lt=1)
+    held_out: float = Field(default=0.2, gt=0, lt=1)
+    thresholds: Thresholds | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The features that trees may split by."""
+        return tuple(name for name in _SETS[self.features] if name not in self.without)
+
+
+PAPER_RECIPE = ForestConfig(
+    kind="random",
+    features="paper",
+    max_depth=12,
+    min_leaf=3,
+    screen_trees=0,
+    near_miss=2.0,
+    far_miss=2.0,
+    near_range=0.0,
+)
+"""The paper's protocol: a random forest on five features (its size is an assumption)."""
+
+PAPER_GRID = PolarGrid(cut="base")
+"""The paper's grid: points higher than 1.2 m above the robot's base plane are not projected."""
+
+
+def grow_forest(
+    samples: CellSamples,
+    grid: PolarGrid,
+    config: ForestConfig,
+    seed: int,
+    summary: dict[str, Any] | None = None,
+) -> Forest:
+    """Choose thresholds and screen on held-out worlds, then grow trees on all of them.
+
+    A threshold is the one that costs least on the held-out worlds, a miss counting ``near_miss`` or
+    ``far_miss`` false alarms. With a single world there is nothing to hold out: no screen then, and
+    the thresholds of perfect calibration, ``1 / (1 + cost)``.
+
+    Args:
+        samples: Labelled cells.
+        grid: The cells' grid, kept with the forest.
+        config: How.
+        seed: Of bootstrap, splits and held-out worlds.
+        summary: Kept with the forest, ready for JSON.
+
+    Raises:
+        ValueError: If the cells are not of both kinds.
+    """
+    worlds = np.unique(samples.world)
+    shuffled = np.random.default_rng(seed).permutation(worlds)
+    judges = np.isin(samples.world, shuffled[: max(1, round(config.held_out * len(worlds)))])
+    thresholds = {"near": 1 / (1 + config.near_miss), "far": 1 / (1 + config.far_miss)}
+    limit = None
+    if len(worlds) > 1 and _both_kinds(samples.red[~judges]) and _both_kinds(samples.red[judges]):
+        first, held = samples.select(~judges), samples.select(judges)
+        limit = _screen_limit(first, held, config, seed)
+        trial = _planted(first, grid, config, seed, limit)
+        thresholds |= _cheapest_thresholds(trial, held, config)
+    forest = _planted(samples, grid, config, seed, limit)
+    chosen = config.thresholds or Thresholds(**thresholds, near_range=config.near_range)
+    return replace(forest, thresholds=chosen, summary=summary or {})
+
+
+def _both_kinds(red: NDArray[np.bool_]) -> bool:
+    """Return whether there are red and green cells."""
+    return bool(red.any() and not red.all())
+
+
+def _planted(
+    samples: CellSamples, grid: PolarGrid, config: ForestConfig, seed: int, limit: float | None
+) -> Forest:
+    """Return a forest grown on all samples; behind a screen it learns what the screen lets pass."""
+    if not _both_kinds(samples.red):
+        red, all_ = int(samples.red.sum()), len(samples.red)
+        raise ValueError(f"red: expected cells of both kinds, got {red} red of {all_}; add clouds")
+    screen = None
+    if limit is not None:
+        screen = Screen(_grow_screen(samples, config, seed), limit)
+        samples = samples.select(_sums(screen.trees, samples.features) >= limit)
+    trees = _grow(samples, config, config.names, config.trees, seed)
+    return Forest(trees, Thresholds(), grid, screen)
+
+
+def _grow_screen(samples: CellSamples, config: ForestConfig, seed: int) -> Trees:
+    """Return the trees of a screen, on a cell's own features."""
+    names = tuple(name for name in config.names if name in OWN_FEATURES)
+    eager = config.model_copy(update={"rate": max(config.rate, _SCREEN_RATE)})
+    return _grow(samples, eager, names, config.screen_trees, seed)
+
+
+def _screen_limit(
+    samples: CellSamples, held: CellSamples, config: ForestConfig, seed: int
+) -> float | None:
+    """Return the sum below which the screen loses no more than its share of held-out red cells."""
+    if config.screen_trees == 0:
+        return None
+    screen = _grow_screen(samples, config, seed)
+    sums = _sums(screen, held.features[held.red])
+    return float(np.quantile(sums, config.screen_loss))
+
+
+def _sums(trees: Trees, features: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the sums of leaves, ``base`` included."""
+    sums = np.full(len(features), trees.base)
+    add_leaves(
+        np.ascontiguousarray(features),
+        np.arange(len(features)),
+        len(features),
+        trees.laid_out(ALL_FEATURES),
+        sums,
+    )
+    return sums
+
+
+def _grow(
+    samples: CellSamples, config: ForestConfig, names: tuple[str, ...], trees: int, seed: int
+) -> Trees:
+    """Return trees grown on some features of all samples."""
+    columns = [ALL_FEATURES.index(name) for name in names]
+    features, red = samples.features[:, columns], samples.red
+    if config.kind == "random":
+        from sklearn.ensemble import RandomForestClassifier
+
+        model: Any = RandomForestClassifier(
+            n_estimators=trees,
+            max_depth=config.max_depth,
+            min_samples_leaf=config.min_leaf,
+            random_state=seed,
+            n_jobs=1,
+        )
+        return flatten_random(model.fit(features, red), names)
+    from sklearn.ensemble import HistGradientBoostingClassifier
+
+    model = HistGradientBoostingClassifier(
+        max_iter=trees,
+        max_depth=config.max_depth,
+        max_leaf_nodes=None,
+        min_samples_leaf=min(config.min_leaf, max(1, len(red) // 100)),
+        learning_rate=config.rate,
+        l2_regularization=config.shrink,
+        early_stopping=False,
+        random_state=seed,
+    )
+    return flatten_boosted(model.fit(features, red), names)
+
+
+def _cheapest_thresholds(
+    forest: Forest, held: CellSamples, config: ForestConfig
+) -> dict[str, float]:
+    """Return the thresholds near and far that cost least on held-out cells."""
+    probability = forest.predict_proba(held.features)
+    near = forest.grid.ring_edges[:-1][held.ring] < config.near_range
+    return {
+        zone: cheapest_threshold(held.red[inside], probability[inside], cost)
+        for zone, inside, cost in (
+            ("near", near, config.near_miss),
+            ("far", ~near, config.far_miss),
+        )
+        if held.red[inside].any()
+    }
+
+
+def cheapest_threshold(
+    red: NDArray[np.bool_], probability: NDArray[np.float64], miss: float
+) -> float:
+    """Return the threshold that costs least, a miss counting ``miss`` false alarms.
+
+    Args:
+        red: Whether each cell is red, shape (n,).
+        probability: That it is, shape (n,).
+        miss: Cost of a red cell called green.
+
+    Returns:
+        In steps of 0.01, from 0.02 to 0.8.
+    """
+    thresholds = np.round(np.arange(0.02, 0.805, 0.01), 2)
+    missed = np.searchsorted(np.sort(probability[red]), thresholds)
+    alarms = (~red).sum() - np.searchsorted(np.sort(probability[~red]), thresholds)
+    return float(thresholds[np.argmin(miss * missed + alarms)])
+
+
+Tree = tuple[NDArray[Any], ...]
+
+
+def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
+    """Return a fitted scikit-learn random forest as flat arrays."""
+    trees = []
+    for estimator in model.estimators_:
+        tree = estimator.tree_
+        share = tree.value[:, 0, :]
+        leaf = share[:, 1] / share.sum(axis=1)
+        sides = tree.children_left, tree.children_right
+        trees.append(_siblings_together(*sides, tree.feature, tree.threshold, leaf))
+    return _in_a_row(trees, names, "mean", 0.0)
+
+
+def flatten_boosted(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
+    """Return fitted scikit-learn boosted trees as flat arrays."""
+    trees = []
+    for (predictor,) in model._predictors:
+        nodes = predictor.nodes
+        is_leaf = nodes["is_leaf"].astype(bool)
+        left, right = (
+            np.where(is_leaf, -1, nodes[side].astype(np.int64)) for side in ("left", "right")
+        )
+        cut, leaf = nodes["num_threshold"], nodes["value"]
+        trees.append(_siblings_together(left, right, nodes["feature_idx"], cut, leaf))
+    return _in_a_row(trees, names, "logistic", float(model._baseline_prediction.ravel()[0]))
+
+
+def _siblings_together(
+    left: NDArray[Any],
+    right: NDArray[Any],
+    feature: NDArray[Any],
+    cut: NDArray[Any],
+    leaf: NDArray[Any],
+) -> Tree:
+    """Return feature, cut, left child and leaf of a tree, its nodes renumbered."""
+    order = [0]
+    child = np.zeros(len(left), dtype=np.int64)
+    for place in range(len(left)):
+        node = order[place]
+        if left[node] >= 0:
+            child[place] = len(order)
+            order += [int(left[node]), int(right[node])]
+    inner = left[order] >= 0
+    return (
+        np.where(inner, feature[order], -1),
+        np.where(inner, cut[order], 0.0),
+        child,
+        np.where(inner, 0.0, leaf[order]),
+    )
+
+
+def _in_a_row(trees: list[Tree], names: tuple[str, ...], vote: Vote, base: float) -> Trees:
+    """Return trees one after the other."""
+    sizes = [len(tree[0]) for tree in trees]
+    roots = np.concatenate([[0], np.cumsum(sizes[:-1])])
+    moved = [(a, b, left + root, c) for (a, b, left, c), root in zip(trees, roots, strict=True)]
+    columns = [np.concatenate(parts) for parts in zip(*moved, strict=True)]
+    named = dict(zip(COLUMNS, (roots, *columns), strict=True))
+    typed = {name: named[name].astype(dtype) for name, dtype in COLUMNS.items()}
+    return Trees(names, vote, base, **typed)

@@ -342,16 +342,22 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
     out[20] = out[21] = out[22] = 0.0
     out[23] = middles[ring]
     r0, z0 = _mean_point(sums, sector, ring)
-    if ring > 0 and counts[sector, ring - 1] >= _FEW:
-        r1, z1 = _mean_point(sums, sector, ring - 1)
+    before = ring - 1
+    while before >= 0 and counts[sector, before] < _FEW:
+        before -= 1
+    if before >= 0:
+        r1, z1 = _mean_point(sums, sector, before)
         rise = (z0 - z1) / max(r0 - r1, 0.02)
         out[21] = min(max(rise, -_MOST), _MOST)
-        if ring > 1 and counts[sector, ring - 2] >= _FEW:
-            r2, z2 = _mean_point(sums, sector, ring - 2)
+        if before > 0 and counts[sector, before - 1] >= _FEW:
+            r2, z2 = _mean_point(sums, sector, before - 1)
             slope = min(max((z1 - z2) / max(r1 - r2, 0.02), -1.0), 1.0)
             out[20] = z0 - z1 - slope * (r0 - r1)
-    if ring + 1 < counts.shape[1] and counts[sector, ring + 1] >= _FEW:
-        r1, z1 = _mean_point(sums, sector, ring + 1)
+    behind = ring + 1
+    while behind < counts.shape[1] and counts[sector, behind] < _FEW:
+        behind += 1
+    if behind < counts.shape[1]:
+        r1, z1 = _mean_point(sums, sector, behind)
         out[22] = min(max((z1 - z0) / max(r1 - r0, 0.02), -_MOST), _MOST)
 
 

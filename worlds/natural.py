@@ -48,7 +48,7 @@ class NaturalConfig(BaseModel):
         ditches: Number of ditches.
         pits: Number of pits.
         traps: Number of dead ends: rows of rocks in the shape of a U.
-        terraces: Number of plateaus and basins whose edges are steps of 3 to 50 cm.
+        terraces: Number of plateaus and basins whose edges are steps or banks of 3 to 75 cm.
         stones: Density of stones that a wheel rolls over.
         lamps: Density of lamps.
         benches: Density of benches.
@@ -136,8 +136,8 @@ def _ground(
         start = rng.uniform(-size / 2, size / 2, 2)
         line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(2, 12), 0.4, rng)
         gap = distance_to_line(lines, lines, line, reach=8.0)
-        height = rng.choice([-1.0, 1.0]) * 0.03 * 16.0 ** rng.uniform(0, 1)
-        heights += terrace(gap, rng.uniform(1.5, 5.0), height, cell * rng.uniform(1.0, 6.0))
+        height = rng.choice([-1.0, 1.0]) * 0.03 * 25.0 ** rng.uniform(0, 1)
+        heights += terrace(gap, rng.uniform(1.5, 5.0), height, rng.uniform(cell, 1.5))
     surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
     for _ in range(config.paths):
         heights = _lay_path(heights, surface, lines, rng)

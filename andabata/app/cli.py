@@ -7,7 +7,18 @@ from typing import Any
 
 import typer
 
-from andabata.app.verbs import classifier, clouds, demo, doctor, drive, evaluate, scan, train, world
+from andabata.app.verbs import (
+    bench,
+    classifier,
+    clouds,
+    demo,
+    doctor,
+    drive,
+    evaluate,
+    scan,
+    train,
+    world,
+)
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -29,6 +40,7 @@ app.command()(scan.scan)
 app.command()(train.train)
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)
+app.add_typer(bench.app, name="bench")
 app.command()(demo.demo)
 
 

@@ -40,6 +40,8 @@ class CloudsConfig(BaseModel):
         still: Share of clouds that are taken at a standstill.
         room: Clouds are taken where the nearest forbidden ground is this far at least [m].
         reach: And this far at most, so that there is something to see [m].
+        close: Share of the clouds that are taken closer than ``close_reach``, where misses hurt.
+        close_reach: See ``close`` [m].
         carry_time: After the cloud is complete the robot drives on for up to this long and the
             cloud is carried along, as it is between two clouds [s].
     """
@@ -61,6 +63,8 @@ class CloudsConfig(BaseModel):
     still: float = Field(default=0.25, ge=0, le=1)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
+    close: float = Field(default=0.4, ge=0, le=1)
+    close_reach: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
     @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma")
@@ -88,13 +92,16 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
     return Scene(world, RayScene(world))
 
 
-def labelled_cloud(scene: Scene, config: CloudsConfig, rng: np.random.Generator) -> PointCloud:
-    """Drive from a random place until a cloud is complete, carry it on, and label its points.
+def labelled_cloud(
+    scene: Scene, config: CloudsConfig, rng: np.random.Generator, start: Start | None = None
+) -> PointCloud:
+    """Drive from a place until a cloud is complete, carry it on, and label its points.
 
     Args:
         scene: Where to drive.
         config: How.
         rng: Place, heading, steering and every noise.
+        start: Where to begin; None for a random place.
 
     Returns:
         The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
@@ -114,7 +121,7 @@ def labelled_cloud(scene: Scene, config: CloudsConfig, rng: np.random.Generator)
     speed = 0.0 if rng.random() < config.still else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
     wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
-    senses = simulator.reset(_random_start(scene, config, rng))
+    senses = simulator.reset(start or _random_start(scene, config, rng))
     if senses.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
     for localizer in localizers:
@@ -151,9 +158,10 @@ def _random_start(scene: Scene, config: CloudsConfig, rng: np.random.Generator) 
     """
     ground, truth = scene.world.ground, scene.world.truth
     half_x, half_y = ground.width / 2 - 5.0, ground.depth / 2 - 5.0
+    reach = min(config.close_reach, config.reach) if rng.random() < config.close else config.reach
     for _ in range(10_000):
         x, y = rng.uniform(-half_x, half_x), rng.uniform(-half_y, half_y)
-        if config.room <= float(truth.clearance_at(x, y)) <= config.reach:
+        if config.room <= float(truth.clearance_at(x, y)) <= reach:
             return Start(x, y, rng.uniform(-np.pi, np.pi))
     raise ValueError(
         f"room, reach: expected a place {config.room} to {config.reach} m from forbidden ground in "

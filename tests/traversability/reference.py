@@ -183,15 +183,17 @@ def _outwards(quarters, counts, s, r, grid):
 
     r0, z0 = mean(r)
     bend = rise_before = rise_after = 0.0
-    if r > 0 and counts[s, r - 1] >= 3:
-        r1, z1 = mean(r - 1)
+    earlier = np.flatnonzero(counts[s, :r] >= 3)
+    later = np.flatnonzero(counts[s, r + 1 :] >= 3)
+    if len(earlier):
+        r1, z1 = mean(earlier[-1])
         rise_before = np.clip((z0 - z1) / max(r0 - r1, 0.02), -3, 3)
-        if r > 1 and counts[s, r - 2] >= 3:
-            r2, z2 = mean(r - 2)
+        if earlier[-1] > 0 and counts[s, earlier[-1] - 1] >= 3:
+            r2, z2 = mean(earlier[-1] - 1)
             slope = np.clip((z1 - z2) / max(r1 - r2, 0.02), -1, 1)
             bend = z0 - z1 - slope * (r0 - r1)
-    if r + 1 < grid.n_rings and counts[s, r + 1] >= 3:
-        r1, z1 = mean(r + 1)
+    if len(later):
+        r1, z1 = mean(r + 1 + later[0])
         rise_after = np.clip((z1 - z0) / max(r1 - r0, 0.02), -3, 3)
     return (
         max(*after, 0.0),

@@ -157,9 +157,75 @@ def test_no_returns_of_an_organised_cloud_are_left_out(tmp_path):
         read_cloud(tmp_path / "all.bin")
 
 
+def labelled():
+    severity = np.where(np.arange(40) % 3 == 0, np.float32(np.inf), np.float32(-2.5))
+    return PointCloud(
+        POINTS,
+        "base_footprint",
+        np.arange(40) * 0.125,
+        (np.arange(40) % 16).astype(np.uint8),
+        severity > 0,
+        severity,
+    )
+
+
+@pytest.mark.parametrize("kind", ["npz", "ply", "pcd", "las", "laz"])
+def test_labels_and_stamps_are_kept(tmp_path, kind):
+    if kind in ("las", "laz"):
+        pytest.importorskip("laspy", reason="laspy is not installed (extra `las`)")
+    cloud, path = labelled(), tmp_path / f"cloud.{kind}"
+    path.write_bytes(cloud_to_bytes(cloud, kind))
+    again = read_cloud(path)
+    np.testing.assert_allclose(again.points, cloud.points, atol=1e-4 if kind[0] == "l" else 0)
+    np.testing.assert_allclose(again.stamps, cloud.stamps, atol=1e-9)
+    np.testing.assert_array_equal(again.classes, cloud.classes)
+    if kind[0] != "l":
+        np.testing.assert_array_equal(again.nontraversable, cloud.nontraversable)
+        np.testing.assert_array_equal(again.severity, cloud.severity)
+
+
+def kitti(folder, labels, traversable=None):
+    for name in ("velodyne", "labels"):
+        (folder / name).mkdir()
+    path = folder / "velodyne" / "000007.bin"
+    path.write_bytes(cloud_to_bytes(PointCloud(POINTS, "sensor"), "bin"))
+    (folder / "labels" / "000007.label").write_bytes(np.asarray(labels, dtype="<u4").tobytes())
+    if traversable is not None:
+        (folder / "traversable.txt").write_text(traversable)
+    return path
+
+
+def test_labels_beside_a_kitti_file_are_semantic_kittis(tmp_path):
+    terrain, trunk, unlabelled = 72, 71 | (5 << 16), 0  # The upper half is the instance.
+    cloud = read_cloud(kitti(tmp_path, [terrain] * 20 + [trunk] * 15 + [unlabelled] * 5))
+    assert len(cloud) == 35
+    np.testing.assert_array_equal(cloud.nontraversable, np.arange(35) >= 20)
+    np.testing.assert_array_equal(cloud.classes[:1], [72])
+
+
+def test_a_sequence_may_name_its_own_traversable_classes(tmp_path):
+    cloud = read_cloud(kitti(tmp_path, [0, 1, 2, 3] * 10, "0 1\n"))
+    np.testing.assert_array_equal(cloud.nontraversable, np.arange(40) % 4 > 1)
+
+
+@pytest.mark.parametrize(("labels", "words"), [([72] * 39, None), ([72] * 40, "grass")])
+def test_labels_that_do_not_fit_are_refused(tmp_path, labels, words):
+    with pytest.raises(CloudFileError, match=r"expected (40 labels, got 39|class numbers)"):
+        read_cloud(kitti(tmp_path, labels, words))
+
+
+def test_zeros_of_a_foreign_sensor_are_no_returns(tmp_path):
+    slots = np.zeros((130_000, 4), dtype="<f4")
+    slots[1::2, :3] = np.resize(POINTS, (65_000, 3))
+    (tmp_path / "slots.bin").write_bytes(slots.tobytes())
+    assert len(read_cloud(tmp_path / "slots.bin")) == 65_000
+
+
 def test_an_unknown_kind_and_a_missing_file_are_errors(tmp_path):
     (tmp_path / "cloud.docx").write_bytes(b"x")
-    with pytest.raises(CloudFileError, match=r"expected a file of kind npz, ply, pcd, bin, vtk"):
+    with pytest.raises(
+        CloudFileError, match=r"expected a file of kind npz, ply, pcd, vtk, las, laz, bin"
+    ):
         read_cloud(tmp_path / "cloud.docx")
     with pytest.raises(FileNotFoundError):
         read_cloud(tmp_path / "missing.npz")

@@ -5,18 +5,19 @@ from numpy.typing import NDArray
 
 from traversability.formats.error import FormatError
 from traversability.formats.table import (
-    COORDINATES,
+    Columns,
     check_count,
-    coordinates,
     header_lines,
-    packed_rows,
+    packed_columns,
+    packed_records,
+    record_columns,
     record_type,
-    text_rows,
+    text_columns,
 )
 
 
-def parse(data: bytes) -> NDArray[np.float32]:
-    """Return the points [m], shape (n, 3).
+def parse(data: bytes) -> Columns:
+    """Return the fields by name.
 
     Raises:
         FormatError: If the bytes are no such file.
@@ -34,19 +35,38 @@ def parse(data: bytes) -> NDArray[np.float32]:
         raise FormatError("expected FIELDS, SIZE, TYPE and COUNT of one length")
     form = (entries["DATA"] or [""])[0]
     if form == "ascii":
-        missing = [name for name in COORDINATES if name not in fields]
-        if missing:
-            raise FormatError(f"expected fields x, y, z, got {', '.join(fields)}")
-        begins = np.concatenate([[0], np.cumsum(repeats)])
-        columns = [int(begins[fields.index(name)]) for name in COORDINATES]
-        return text_rows(body, points, columns, int(begins[-1]))
+        begins = [int(begin) for begin in np.concatenate([[0], np.cumsum(repeats)])]
+        single = zip(fields, begins, repeats, strict=False)
+        places = {name: begin for name, begin, repeat in single if repeat == 1}
+        return text_columns(body, points, places, begins[-1])
     names, formats = _records(fields, kinds, sizes, repeats)
     dtype = record_type(names, formats)
     if form == "binary":
-        return packed_rows(body, points, dtype)
+        return packed_columns(body, points, dtype)
     if form == "binary_compressed":
-        return coordinates(_columns(body, points, dtype))
+        return record_columns(_columns(body, points, dtype))
     raise FormatError(f"expected DATA ascii, binary or binary_compressed, got {form!r}")
+
+
+def render(columns: Columns) -> bytes:
+    """Return the binary file of these fields."""
+    kinds = {"f": "F", "i": "I", "u": "U"}
+    types = [column.dtype for column in columns.values()]
+    count = len(next(iter(columns.values())))
+    head = [
+        "# .PCD v0.7 - Point Cloud Data file format",
+        "VERSION 0.7",
+        "FIELDS " + " ".join(columns),
+        "SIZE " + " ".join(str(kind.itemsize) for kind in types),
+        "TYPE " + " ".join(kinds[kind.kind] for kind in types),
+        "COUNT " + " ".join("1" for _ in types),
+        f"WIDTH {count}",
+        "HEIGHT 1",
+        "VIEWPOINT 0 0 0 1 0 0 0",
+        f"POINTS {count}",
+        "DATA binary\n",
+    ]
+    return "\n".join(head).encode() + packed_records(columns)
 
 
 def _records(

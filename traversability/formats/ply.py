@@ -1,16 +1,16 @@
 """PLY: ASCII and binary, whatever properties the vertices have."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from traversability.formats.error import FormatError
 from traversability.formats.table import (
-    COORDINATES,
+    Columns,
     check_count,
     header_lines,
-    packed_rows,
+    packed_columns,
+    packed_records,
     record_type,
-    text_rows,
+    text_columns,
 )
 
 _TYPES = {
@@ -33,8 +33,8 @@ _TYPES = {
 }
 
 
-def parse(data: bytes) -> NDArray[np.float32]:
-    """Return the vertices [m], shape (n, 3). The vertices have to be the first element.
+def parse(data: bytes) -> Columns:
+    """Return the vertices' properties by name. The vertices have to be the first element.
 
     Raises:
         FormatError: If the bytes are no such file.
@@ -44,14 +44,21 @@ def parse(data: bytes) -> NDArray[np.float32]:
     lines, body = header_lines(data, b"end_header")
     form, count, names, types = _header(lines)
     if form == "ascii":
-        missing = [name for name in COORDINATES if name not in names]
-        if missing:
-            raise FormatError(f"expected properties x, y, z, got {', '.join(names) or 'none'}")
-        return text_rows(body, count, [names.index(name) for name in COORDINATES], len(names))
+        places = {name: place for place, name in enumerate(names)}
+        return text_columns(body, count, places, len(names))
     order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(form)
     if order is None:
         raise FormatError(f"expected format ascii or binary, got {form!r}")
-    return packed_rows(body, count, record_type(names, [order + kind for kind in types]))
+    return packed_columns(body, count, record_type(names, [order + kind for kind in types]))
+
+
+def render(columns: Columns) -> bytes:
+    """Return the binary file of vertices with these properties, whose types PLY has to know."""
+    types = {np.dtype(code): name for name, code in _TYPES.items() if not name[-1].isdigit()}
+    count = len(next(iter(columns.values())))
+    head = ["ply", "format binary_little_endian 1.0", f"element vertex {count}"]
+    head += [f"property {types[column.dtype]} {name}" for name, column in columns.items()]
+    return "\n".join([*head, "end_header\n"]).encode() + packed_records(columns)
 
 
 def _header(lines: list[list[str]]) -> tuple[str, int, list[str], list[str]]:

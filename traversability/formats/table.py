@@ -1,6 +1,7 @@
 """Rows of numbers, as text or as packed records."""
 
 import io
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ MAX_POINTS = 100_000_000
 
 COORDINATES = ("x", "y", "z")
 
+Columns = dict[str, NDArray[Any]]
+"""What is known of each point, by name: arrays of equal length."""
+
 
 def check_count(count: int) -> int:
     """Return a number of points that is possible."""
@@ -20,13 +24,13 @@ def check_count(count: int) -> int:
     return count
 
 
-def text_rows(body: bytes, count: int, columns: list[int], width: int) -> NDArray[np.float32]:
+def text_columns(body: bytes, count: int, places: dict[str, int], width: int) -> Columns:
     """Return some columns of a text table with a number a word.
 
     Args:
         body: The text after the header.
         count: Number of rows.
-        columns: Wanted columns.
+        places: Wanted columns by name.
         width: Numbers of a row.
     """
     wanted = check_count(count) * width
@@ -36,26 +40,43 @@ def text_rows(body: bytes, count: int, columns: list[int], width: int) -> NDArra
         raise FormatError(f"expected numbers, got {error}") from error
     if len(numbers) < wanted:
         raise FormatError(f"expected {count} rows of {width} numbers, got {len(numbers)} numbers")
-    return numbers.reshape(count, width)[:, columns].astype(np.float32)
+    rows = numbers.reshape(count, width)
+    return {name: rows[:, place] for name, place in places.items()}
 
 
-def packed_rows(body: bytes, count: int, dtype: np.dtype[np.void]) -> NDArray[np.float32]:
-    """Return x, y, z of packed records."""
+def packed_columns(body: bytes, count: int, dtype: np.dtype[np.void]) -> Columns:
+    """Return the columns of packed records."""
     wanted = check_count(count) * dtype.itemsize
     if len(body) < wanted:
         raise FormatError(f"expected {wanted} bytes of {count} points, got {len(body)}")
-    return coordinates(np.frombuffer(body, dtype=dtype, count=count))
+    return record_columns(np.frombuffer(body, dtype=dtype, count=count))
 
 
-def coordinates(records: NDArray[np.void]) -> NDArray[np.float32]:
-    """Return x, y, z of structured records, shape (n, 3)."""
-    names = records.dtype.names or ()
-    missing = [name for name in COORDINATES if name not in names]
-    if missing:
-        raise FormatError(f"expected fields x, y, z, got {', '.join(names) or 'none'}")
+def record_columns(records: NDArray[np.void]) -> Columns:
+    """Return the columns of structured records that hold one number each."""
+    records = records.ravel()
+    return {name: records[name] for name in records.dtype.names or () if records[name].ndim == 1}
+
+
+def coordinates(columns: Columns) -> NDArray[np.float32]:
+    """Return x, y, z as points, shape (n, 3).
+
+    Raises:
+        FormatError: If one is missing.
+    """
+    if not set(COORDINATES) <= set(columns):
+        raise FormatError(f"expected fields x, y, z, got {', '.join(columns) or 'none'}")
     with np.errstate(over="ignore", invalid="ignore"):
-        columns = [records[name].ravel().astype(np.float32) for name in COORDINATES]
-    return np.stack(columns, axis=1)
+        return np.stack([columns[name].astype(np.float32) for name in COORDINATES], axis=1)
+
+
+def packed_records(columns: Columns) -> bytes:
+    """Return columns as little-endian records without padding."""
+    kinds = [(name, column.dtype.newbyteorder("<")) for name, column in columns.items()]
+    records = np.empty(len(next(iter(columns.values()))), dtype=kinds)
+    for name, column in columns.items():
+        records[name] = column
+    return records.tobytes()
 
 
 def record_type(names: list[str], formats: list[str]) -> np.dtype[np.void]:

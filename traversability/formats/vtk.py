@@ -1,14 +1,11 @@
 """Legacy ASCII VTK, as libpointmatcher writes it."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from traversability.formats.error import FormatError
-from traversability.formats.table import header_lines, text_rows
+from traversability.formats.table import Columns, header_lines, text_columns
 
 
-def parse(data: bytes) -> NDArray[np.float32]:
-    """Return the points [m], shape (n, 3).
+def parse(data: bytes) -> Columns:
+    """Return the points' coordinates.
 
     Raises:
         FormatError: If the bytes are no such file.
@@ -21,4 +18,4 @@ def parse(data: bytes) -> NDArray[np.float32]:
     words = lines[-1]
     if len(words) < 2 or not words[1].isdigit():
         raise FormatError(f"expected 'POINTS n type', got {' '.join(words)!r}")
-    return text_rows(body, int(words[1]), [0, 1, 2], 3)
+    return text_columns(body, int(words[1]), {"x": 0, "y": 1, "z": 2}, 3)

@@ -19,7 +19,7 @@ from andabata.app.pictures import (
 )
 from andabata.app.report import Report
 from andabata.app.runs import make_folder, write_json
-from andabata.app.scanning import Mounting, scan_cloud
+from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.models import shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
@@ -126,9 +126,9 @@ def _look(driven: Driven, forest: Forest, report: Report) -> None:
     """Show the last cloud of the drive with its cells, judged by the shipped forest."""
     if driven.cloud is None:
         return
-    scanned = scan_cloud(driven.cloud, Mounting(), shipped_forest())
+    scanned = scan_cloud(driven.cloud, ScanConfig(), shipped_forest())
     report.section("What the robot saw", "The last cloud of the drive, its cells and virtual scan.")
-    report.picture(scan_picture(scanned, forest.grid, "last cloud"), "Points, cells, ranges")
+    report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
 
 def _judgement(

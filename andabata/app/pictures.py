@@ -96,11 +96,11 @@ def drive_picture(
     return _png(figure)
 
 
-def scan_picture(scanned: Scanned, grid: PolarGrid, title: str) -> bytes:
+def scan_picture(scanned: Scanned, title: str) -> bytes:
     """Return a cloud from above, its cells by state and the virtual scan on it."""
     figure = Figure(figsize=(14, 7.4), layout="constrained")
     left, right = figure.subplots(1, 2)
-    points = scanned.cloud.points
+    points, grid = scanned.cloud.points, scanned.grid
     near = (np.hypot(points[:, 0], points[:, 1]) < 1.05 * grid.outer_radius) & (
         points[:, 2] < grid.max_height
     )

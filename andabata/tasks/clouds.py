@@ -38,6 +38,10 @@ class CloudsConfig(BaseModel):
         drift_sigma: Span of the standard deviation of the estimated position [m], which wanders
             with a correlation time of a minute.
         still: Share of clouds that are taken at a standstill.
+        varied: Share of clouds that another sensor might have taken: mounted at another height and
+            with fewer points. A classifier that learns from them does not lean on either.
+        heights: Span of the optical centre's height in varied clouds [m].
+        kept: Span of the share of points kept in varied clouds.
         room: Clouds are taken where the nearest forbidden ground is this far at least [m].
         reach: And this far at most, so that there is something to see [m].
         close: Share of the clouds that are taken closer than ``close_reach``, where misses hurt.
@@ -61,13 +65,18 @@ class CloudsConfig(BaseModel):
     tilt_sigma: Span = (0.0, 0.008)
     drift_sigma: Span = (0.0, 0.1)
     still: float = Field(default=0.25, ge=0, le=1)
+    varied: float = Field(default=0.0, ge=0, le=1)
+    heights: Span = (0.45, 1.0)
+    kept: Span = (0.25, 1.0)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     close: float = Field(default=0.4, ge=0, le=1)
     close_reach: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
-    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma")
+    @field_validator(
+        "difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "heights", "kept"
+    )
     @classmethod
     def _check_span(cls, span: Span) -> Span:
         if not 0 <= span[0] <= span[1] <= 1:
@@ -115,9 +124,13 @@ def labelled_cloud(
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
-    simulator = Simulator(scene.world, scene.rays, config.robot, "kinematic", sensing, rng)
+    robot, kept = config.robot, 1.0
+    if rng.random() < config.varied:
+        robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
+        kept = rng.uniform(*config.kept)
+    simulator = Simulator(scene.world, scene.rays, robot, "kinematic", sensing, rng)
     localizers = [NoisyTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
-    assemblers = [CloudAssembler(config.assembly, config.robot.lidar_height) for _ in localizers]
+    assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
     speed = 0.0 if rng.random() < config.still else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
     wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
@@ -143,7 +156,8 @@ def labelled_cloud(
         raise ValueError("classes: expected the simulator's true classes, got none")
     severity = scene.world.truth.severity_of(surveyed.points, surveyed.classes)
     cloud = assemblers[0].relative(localizers[0].pose)
-    return replace(cloud, severity=severity, nontraversable=severity > 0)
+    cloud = replace(cloud, severity=severity, nontraversable=severity > 0)
+    return cloud if kept == 1.0 else cloud.select(rng.random(len(cloud)) < kept)
 
 
 # The beams' true places: labels come from them, whatever the robot believes.

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.kitti import begin_sequence, end_sequence, write_scan
 from andabata.app.runs import make_folder
 from andabata.app.workers import run_tasks
+from andabata.machine.pose import Pose
 from andabata.records.storage import write_atomically
-from andabata.tasks.clouds import CloudsConfig, cloud_scene, labelled_cloud
+from andabata.tasks.clouds import CloudsConfig, cloud_scene, take_cloud
 from andabata.tasks.seeds import dataset_world
 from traversability.dataset import (
     MANIFEST,
@@ -34,6 +36,7 @@ def generate_dataset(
     seed: int,
     workers: int,
     on_cloud: Callable[[], None],
+    kitti: bool = False,
 ) -> Manifest:
     """Write labelled clouds, then the manifest that makes them a data set.
 
@@ -44,6 +47,8 @@ def generate_dataset(
         seed: The data set's.
         workers: Processes.
         on_cloud: Called after each cloud.
+        kitti: Whether to write them in the layout of SemanticKITTI, too; ``kitti/00`` is the
+            training split, ``01`` the validation split.
 
     Raises:
         ValueError: If there are more clouds than one seed has worlds.
@@ -53,11 +58,16 @@ def generate_dataset(
     parties = plan(config, counts)
     entries = []
     cells = {split: np.zeros(3, dtype=np.int64) for split, count in counts.items() if count}
-    work = partial(make_clouds, config, seed, folder)
+    poses: dict[Split, dict[int, Pose]] = {"train": {}, "validation": {}}
+    if kitti:
+        for sequence in _SEQUENCES.values():
+            begin_sequence(folder / "kitti" / sequence)
+    work = partial(make_clouds, config, seed, folder, kitti)
     for party, made in run_tasks(work, parties, workers):
         preset, world_seed = world_of(config, seed, party.world)
-        for number, (sha256, points, colours) in zip(party.clouds, made, strict=True):
+        for number, (sha256, points, colours, pose) in zip(party.clouds, made, strict=True):
             cells[party.split] += colours
+            poses[party.split][number] = pose
             entries.append(
                 CloudEntry(
                     file=file_name(number),
@@ -70,6 +80,10 @@ def generate_dataset(
             )
             on_cloud()
     entries.sort(key=lambda entry: entry.file)
+    if kitti:
+        for split, sequence in _SEQUENCES.items():
+            ordered = [poses[split][number] for number in sorted(poses[split])]
+            end_sequence(folder / "kitti" / sequence, ordered, config.robot.lidar_height)
     resolved = config.model_dump(mode="json")
     manifest = Manifest(
         seed=seed, config=resolved, config_sha256=config_hash(resolved), clouds=tuple(entries)
@@ -77,6 +91,9 @@ def generate_dataset(
     write_atomically(folder / "README.md", dataset_card(manifest, cells).encode())
     write_atomically(folder / MANIFEST, manifest.to_bytes())
     return manifest
+
+
+_SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
 
 
 @dataclass(frozen=True)
@@ -87,11 +104,13 @@ class Party:
         world: Number of the world.
         split: What the clouds are for.
         clouds: Their numbers.
+        first: Number of the split's first cloud.
     """
 
     world: int
     split: Split
     clouds: tuple[int, ...]
+    first: int
 
 
 def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[Party]:
@@ -104,7 +123,7 @@ def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[Party]:
     for split, count in counts.items():
         worlds = max(-(-count // config.clouds_per_world), min(count, len(config.presets)))
         parties += [
-            Party(len(parties) + k, split, tuple(range(first + k, first + count, worlds)))
+            Party(len(parties) + k, split, tuple(range(first + k, first + count, worlds)), first)
             for k in range(worlds)
         ]
         first += count
@@ -122,20 +141,24 @@ def file_name(number: int) -> str:
 
 
 def make_clouds(
-    config: CloudsConfig, seed: int, folder: Path, party: Party
-) -> list[tuple[str, int, NDArray[np.int64]]]:
+    config: CloudsConfig, seed: int, folder: Path, kitti: bool, party: Party
+) -> list[tuple[str, int, NDArray[np.int64], Pose]]:
     """Write the clouds of one world.
 
     Returns:
-        For each cloud its SHA-256, its points and its white, green and red cells, shape (3,).
+        For each cloud its SHA-256, its points, its white, green and red cells, shape (3,), and the
+        robot's pose.
     """
     scene = cloud_scene(config, *world_of(config, seed, party.world))
     made = []
     for number in party.clouds:
-        cloud = labelled_cloud(scene, config, np.random.default_rng([seed, number]))
+        cloud, pose = take_cloud(scene, config, np.random.default_rng([seed, number]))
         data = cloud_to_bytes(cloud)
         write_atomically(folder / file_name(number), data)
         states = label_cells(cloud.points, nontraversable(cloud), PolarGrid())
         colours = np.bincount(states.ravel(), minlength=3)
-        made.append((hashlib.sha256(data).hexdigest(), len(cloud), colours))
+        if kitti:
+            sequence = folder / "kitti" / _SEQUENCES[party.split]
+            write_scan(sequence, number - party.first, cloud, config.robot.lidar_height)
+        made.append((hashlib.sha256(data).hexdigest(), len(cloud), colours, pose))
     return made

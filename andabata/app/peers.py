@@ -137,16 +137,20 @@ PEERS = (
         "cloth (CSF)",
         cloth,
         {
-            "resolution": (0.3, 0.5, 1.0),
+            "resolution": (0.2, 0.3, 0.5, 1.0),
             "rigidness": (1, 2, 3),
-            "distance": (0.1, 0.2, 0.3),
+            "distance": (0.05, 0.1, 0.2, 0.3),
             "smooth": (True, False),
         },
     ),
     Peer(
         "patchwork++",
         patchwork,
-        {"distance": (0.08, 0.125, 0.2), "uprightness": (0.5, 0.707, 0.9), "seeds": (0.125, 0.3)},
+        {
+            "distance": (0.05, 0.08, 0.125, 0.2),
+            "uprightness": (0.5, 0.707, 0.9, 0.95),
+            "seeds": (0.06, 0.125, 0.3),
+        },
     ),
 )
 """The peers."""

@@ -100,7 +100,7 @@ def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
     scanner.scan(cloud.points)
     looks = [Look(OURS, cells, None, time.perf_counter() - began)]
     methods: dict[str, Callable[[Any], NDArray[np.bool_]]] = {
-        peer.name: _method(peer, settings) for peer, settings in _settings(bench)
+        name: _method(name, settings) for name, settings in bench.peers
     }
     if bench.points is not None:
         methods[POINTS] = bench.points.obstacles
@@ -115,12 +115,6 @@ def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
     return looks
 
 
-def _settings(bench: Bench) -> list[tuple[Peer, tuple[tuple[str, Any], ...]]]:
-    """Return the peers with their settings."""
-    peers = {peer.name: peer for peer in PEERS}
-    return [(peers[name], settings) for name, settings in bench.peers]
-
-
 @lru_cache(maxsize=4)
 def _scanner(forest: bytes) -> TraversabilityScanner:
     """Return a process's scanner."""
@@ -128,8 +122,9 @@ def _scanner(forest: bytes) -> TraversabilityScanner:
 
 
 @lru_cache(maxsize=16)
-def _method(peer: Peer, settings: tuple[tuple[str, Any], ...]) -> Callable[..., Any]:
+def _method(name: str, settings: tuple[tuple[str, Any], ...]) -> Callable[..., Any]:
     """Return a process's peer."""
+    (peer,) = (peer for peer in PEERS if peer.name == name)
     return peer.make(**dict(settings), grid=PolarGrid())
 
 

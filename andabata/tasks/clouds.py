@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.localization.localizer import NoisyTruthConfig, NoisyTruthLocalizer
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
@@ -104,6 +105,13 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
 def labelled_cloud(
     scene: Scene, config: CloudsConfig, rng: np.random.Generator, start: Start | None = None
 ) -> PointCloud:
+    """Return the cloud of ``take_cloud``."""
+    return take_cloud(scene, config, rng, start)[0]
+
+
+def take_cloud(
+    scene: Scene, config: CloudsConfig, rng: np.random.Generator, start: Start | None = None
+) -> tuple[PointCloud, Pose]:
     """Drive from a place until a cloud is complete, carry it on, and label its points.
 
     Args:
@@ -114,7 +122,8 @@ def labelled_cloud(
 
     Returns:
         The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
-        ``severity`` and ``nontraversable`` of the places that the beams really met.
+        ``severity`` and ``nontraversable`` of the places that the beams really met; and the pose in
+        the map that the robot believes it has.
     """
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
@@ -155,9 +164,10 @@ def labelled_cloud(
     if surveyed is None or surveyed.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
     severity = scene.world.truth.severity_of(surveyed.points, surveyed.classes)
-    cloud = assemblers[0].relative(localizers[0].pose)
+    pose = localizers[0].pose
+    cloud = assemblers[0].relative(pose)
     cloud = replace(cloud, severity=severity, nontraversable=severity > 0)
-    return cloud if kept == 1.0 else cloud.select(rng.random(len(cloud)) < kept)
+    return (cloud if kept == 1.0 else cloud.select(rng.random(len(cloud)) < kept)), pose
 
 
 # The beams' true places: labels come from them, whatever the robot believes.

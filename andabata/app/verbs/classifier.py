@@ -96,3 +96,22 @@ def evaluate(
     scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
     Voice(as_json=as_json).result(data, tables(data))
+
+
+@app.command()
+def export(
+    out: Annotated[Path, typer.Option(help="ONNX file to write.")],
+    forest: ForestFile = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a forest as ONNX: features of cells in, probability of red out."""
+    from andabata.app.console import Voice
+    from andabata.models import shipped_forest
+    from andabata.records.storage import write_atomically
+    from traversability.export import forest_to_onnx
+    from traversability.forest import Forest
+
+    data = forest_to_onnx(Forest.load(forest) if forest else shipped_forest())
+    write_atomically(out, data)
+    Voice(quiet, as_json).result({"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes")

@@ -15,6 +15,9 @@ def generate(
     out: Annotated[Path, typer.Option(help="Folder to write.")],
     train: Annotated[int, typer.Option(min=0, help="Clouds for training.")] = 10,
     validation: Annotated[int, typer.Option(min=0, help="Clouds for validation.")] = 5,
+    kitti: Annotated[
+        bool, typer.Option("--kitti", help="Write SemanticKITTI's layout beside the npz files.")
+    ] = False,
     seed: Seed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
@@ -32,7 +35,7 @@ def generate(
     resolved = resolve(CloudsConfig, config, settings or ())
     with voice.progress("clouds", train + validation) as step:
         manifest = generate_dataset(
-            out, resolved, {"train": train, "validation": validation}, seed, workers, step
+            out, resolved, {"train": train, "validation": validation}, seed, workers, step, kitti
         )
     points = sum(entry.points for entry in manifest.clouds) / len(manifest.clouds)
     data = {
@@ -43,3 +46,22 @@ def generate(
         "sha256": {entry.file: entry.sha256 for entry in manifest.clouds},
     }
     voice.result(data, f"{len(manifest.clouds)} clouds of {points:.0f} points on average in {out}")
+
+
+@app.command()
+def convert(
+    file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin, las, laz or vtk.")],
+    out: Annotated[Path, typer.Argument(help="Cloud to write: npz, ply, pcd, bin, las or laz.")],
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a cloud in another format, with its labels and stamps."""
+    from andabata.app.console import Voice
+    from andabata.records.storage import write_atomically
+    from traversability.files import cloud_to_bytes, read_cloud
+
+    cloud = read_cloud(file)
+    write_atomically(out, cloud_to_bytes(cloud, out.suffix[1:].lower()))
+    Voice(quiet, as_json).result(
+        {"out": str(out), "points": len(cloud)}, f"{len(cloud)} points in {out}"
+    )

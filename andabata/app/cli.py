@@ -80,9 +80,11 @@ def _code(error: Exception) -> int:
     """Return 2 for what the user typed, 1 for everything else."""
     from andabata.app.settings import SettingsError
     from andabata.app.usage import UsageError
+    from andabata.machine.sensors import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
 
-    return USAGE if isinstance(error, SettingsError | UsageError | UnknownWorldError) else FAILED
+    usage = SettingsError | UsageError | UnknownWorldError | UnknownSensorError
+    return USAGE if isinstance(error, usage) else FAILED
 
 
 def _one_line(error: Exception) -> str:

@@ -18,6 +18,9 @@ Set = Annotated[
 Workers = Annotated[
     int, typer.Option(min=1, max=256, help="Processes; the result does not depend on them.")
 ]
+Sensor = Annotated[
+    str, typer.Option(help="Laser: utm-30lx (the paper's, turning), os1-64, os0-128 or vlp-16.")
+]
 ForestFile = Annotated[
     Path | None,
     typer.Option("--forest", metavar="FILE", help="Cell classifier instead of the shipped one."),

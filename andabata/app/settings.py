@@ -51,6 +51,17 @@ def resolve(
         raise SettingsError(explain(error)) from error
 
 
+def with_sensor(kind: type[Model], sensor: str) -> Model:
+    """Return a configuration whose laser is the one of that name.
+
+    Raises:
+        UnknownSensorError: If there is none.
+    """
+    from andabata.machine.sensors import sensor_settings
+
+    return kind.model_validate(sensor_settings(sensor))
+
+
 def explain(error: ValidationError) -> str:
     """Return the first error on one line: the field, what was expected, what came."""
     first = error.errors()[0]

@@ -20,8 +20,13 @@ for _semantic, _traits in TRAITS.items():
 class LidarConfig(BaseModel):
     """A 2D laser of the UTM-30LX class in a vertical plane on a turning head.
 
+    A spinning laser of several beams is the same thing: each column is a vertical sweep whose beams
+    leave at once.
+
     Attributes:
         beams: Beams of a sweep (paper's sensor: 1081).
+        span_deg: Lowest and highest beam over the horizon [deg], all on one side, all at the same
+            time, for a laser of several beams; None for a 2D laser that sees both sides.
         field_of_view: Angle that a sweep covers; the gap faces down [rad].
         sweep_hz: Sweeps per second [Hz].
         head_rate: Turning speed of the head [rad/s]; half a turn makes a cloud. The default needs
@@ -38,9 +43,10 @@ class LidarConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     beams: int = Field(default=1081, ge=11, le=10_000)
+    span_deg: tuple[float, float] | None = None
     field_of_view: float = Field(default=np.deg2rad(270.0), gt=0, le=2 * np.pi)
-    sweep_hz: float = Field(default=40.0, gt=0, le=200)
-    head_rate: float = Field(default=np.pi * 40.0 / 133.0, gt=0, le=20)
+    sweep_hz: float = Field(default=40.0, gt=0, le=100_000)
+    head_rate: float = Field(default=np.pi * 40.0 / 133.0, gt=0, le=200)
     min_range: float = Field(default=0.1, ge=0)
     max_range: float = Field(default=30.0, gt=0)
     noise: float = Field(default=0.03, ge=0, le=1)
@@ -50,8 +56,18 @@ class LidarConfig(BaseModel):
 
     @property
     def beam_period(self) -> float:
-        """Time from beam to beam [s]: a turn of the mirror is a sweep period."""
+        """Time from beam to beam [s]: a turn of a 2D laser's mirror is a sweep period."""
+        if self.span_deg is not None:
+            return 0.0
         return self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1)
+
+    @property
+    def elevations(self) -> NDArray[np.float32]:
+        """Angle of each beam from straight up, negative on the other side [rad], shape (b,)."""
+        if self.span_deg is not None:
+            return np.deg2rad(90.0 - np.linspace(*self.span_deg, self.beams)).astype(np.float32)
+        half = self.field_of_view / 2
+        return np.linspace(-half, half, self.beams).astype(np.float32)
 
 
 class RotatingLidar:
@@ -76,8 +92,7 @@ class RotatingLidar:
         self._config = config
         self._height = robot.lidar_height
         self._rng = rng
-        half = config.field_of_view / 2
-        self._elevations = np.linspace(-half, half, config.beams).astype(np.float32)
+        self._elevations = config.elevations
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.

@@ -14,6 +14,8 @@ class CloudAssemblyConfig(BaseModel):
     """What is kept of the sweeps.
 
     Attributes:
+        turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
+            both sides; a whole one for a laser that sees one.
         max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
             until the next cloud.
         dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
@@ -24,6 +26,7 @@ class CloudAssemblyConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    turn: float = Field(default=np.pi, gt=0, le=2 * np.pi)
     max_range: float = Field(default=11.5, gt=0)
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=3, ge=1)
@@ -31,7 +34,7 @@ class CloudAssemblyConfig(BaseModel):
 
 
 class CloudAssembler:
-    """Gathers placed beams for half a turn of the head; the complete cloud replaces the last one.
+    """Gathers placed beams for a (half) turn of the head; the complete cloud replaces the last one.
 
     There is no cloud before the first half turn is complete: the robot stands still until then.
     """
@@ -62,13 +65,13 @@ class CloudAssembler:
             track: Where the robot believes it was when.
         """
         for k in range(len(sweeps.stamps)):
-            turn = int(np.floor(sweeps.head_angles[k] / np.pi + 1e-9))
+            turn = int(np.floor(sweeps.head_angles[k] / self._config.turn + 1e-9))
             if self._turn is None:
                 self._turn, self._begin = turn, float(sweeps.head_angles[k])
             elif turn != self._turn:
                 self._gather(_slice(sweeps, 0, k), track)
                 self._complete()
-                self._turn, self._begin = turn, turn * np.pi
+                self._turn, self._begin = turn, turn * self._config.turn
                 self._gather(_slice(sweeps, k, len(sweeps.stamps)), track)
                 return
         self._gather(sweeps, track)
@@ -100,7 +103,7 @@ class CloudAssembler:
 
     def _complete(self) -> None:
         """Turn what was gathered into the cloud, unless it began in the middle of a half turn."""
-        began_whole = self._turn is not None and self._begin - self._turn * np.pi < 0.05
+        began_whole = self._turn is not None and self._begin - self._turn * self._config.turn < 0.05
         if self._parts and began_whole:
             columns = zip(*self._parts, strict=True)
             points, times, classes = (np.concatenate(column) for column in columns)

@@ -148,7 +148,7 @@ def take_cloud(
         raise ValueError("truth: expected the simulator's true state, got none")
     for localizer in localizers:
         localizer.reset(senses.truth.pose, senses.stamp)
-    half_turn = np.pi / lidar.head_rate
+    half_turn = config.assembly.turn / lidar.head_rate
     carried = rng.uniform(0, config.carry_time)
     while senses.stamp < half_turn + 2 / lidar.sweep_hz + carried:
         senses = simulator.step(wheels, blind=True)

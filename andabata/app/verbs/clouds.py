@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, Json, Quiet, Seed, Set, Workers
+from andabata.app.options import ConfigFile, Json, Quiet, Seed, Sensor, Set, Workers
 
 app = typer.Typer(help="Synthetic labelled clouds.", no_args_is_help=True)
 
@@ -18,6 +18,7 @@ def generate(
     kitti: Annotated[
         bool, typer.Option("--kitti", help="Write SemanticKITTI's layout beside the npz files.")
     ] = False,
+    sensor: Sensor = "utm-30lx",
     seed: Seed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
@@ -28,11 +29,12 @@ def generate(
     """Write labelled clouds, each from a world of its own, with a manifest and a card."""
     from andabata.app.console import Voice
     from andabata.app.datasets import generate_dataset
-    from andabata.app.settings import resolve
+    from andabata.app.settings import resolve, with_sensor
     from andabata.tasks.clouds import CloudsConfig
 
     voice = Voice(quiet, as_json)
-    resolved = resolve(CloudsConfig, config, settings or ())
+    base = with_sensor(CloudsConfig, sensor)
+    resolved = resolve(CloudsConfig, config, settings or (), base)
     with voice.progress("clouds", train + validation) as step:
         manifest = generate_dataset(
             out, resolved, {"train": train, "validation": validation}, seed, workers, step, kitti

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Set
+from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Sensor, Set
 
 
 def drive(
@@ -16,6 +16,7 @@ def drive(
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),
+    sensor: Sensor = "utm-30lx",
     forest: ForestFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
@@ -29,7 +30,7 @@ def drive(
     from andabata.app.driving import drive_once
     from andabata.app.pictures import drive_picture
     from andabata.app.runs import describe, make_folder, write_json
-    from andabata.app.settings import resolve
+    from andabata.app.settings import resolve, with_sensor
     from andabata.app.usage import words
     from andabata.records.storage import write_atomically
     from andabata.tasks.controllers import CONTROLLERS
@@ -39,7 +40,7 @@ def drive(
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)
-    resolved = resolve(RigConfig, config, settings or ())
+    resolved = resolve(RigConfig, config, settings or (), with_sensor(RigConfig, sensor))
     with voice.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,

@@ -5,7 +5,17 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Set, Workers
+from andabata.app.options import (
+    ConfigFile,
+    ForestFile,
+    Json,
+    PolicyFile,
+    Quiet,
+    Seed,
+    Sensor,
+    Set,
+    Workers,
+)
 
 _SHOWN = (
     "controller",
@@ -33,6 +43,7 @@ def evaluate(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
     ] = None,
+    sensor: Sensor = "utm-30lx",
     forest: ForestFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
@@ -47,9 +58,10 @@ def evaluate(
     from andabata.app.evaluation import EvaluationConfig, Models, summarise
     from andabata.app.evaluation import evaluate as run_evaluation
     from andabata.app.runs import describe, make_folder, write_json
-    from andabata.app.settings import resolve
+    from andabata.app.settings import resolve, with_sensor
     from andabata.app.usage import words
     from andabata.tasks.controllers import CONTROLLERS
+    from andabata.tasks.rig import RigConfig
     from rl.policy import Policy
     from traversability.forest import Forest
     from worlds.catalogue import UnknownWorldError, preset_names
@@ -63,6 +75,7 @@ def evaluate(
         controllers=words(controllers, CONTROLLERS, "--controllers"),
         trials=trials,
         seed=seed,
+        rig=with_sensor(RigConfig, sensor),
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
     models = Models(

@@ -1,0 +1,38 @@
+"""Lasers by name: their beam patterns are data."""
+
+import tomllib
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+DEFAULT_SENSOR = "utm-30lx"
+"""The paper's."""
+
+
+class UnknownSensorError(ValueError):
+    """A name that no beam pattern has."""
+
+
+@cache
+def sensor_names() -> tuple[str, ...]:
+    """Return the names of the known lasers, sorted."""
+    folder = files("andabata.machine").joinpath("lidars")
+    names = (entry.name for entry in folder.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+def sensor_settings(name: str) -> dict[str, Any]:
+    """Return the settings of a laser: ``sensing.lidar`` and ``assembly``, for any configuration.
+
+    Args:
+        name: One of ``sensor_names``.
+
+    Raises:
+        UnknownSensorError: If there is no such laser.
+    """
+    if name not in sensor_names():
+        known = ", ".join(sensor_names())
+        raise UnknownSensorError(f"--sensor: expected one of {known}, got {name!r}")
+    text = files("andabata.machine").joinpath("lidars", f"{name}.toml").read_text()
+    data = tomllib.loads(text)
+    return {"sensing": {"lidar": data["lidar"]}, "assembly": data["assembly"]}

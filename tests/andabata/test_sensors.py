@@ -1,0 +1,56 @@
+"""Any laser: the same assembler, grid and forest on beam patterns that are data."""
+
+import json
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.app.settings import with_sensor
+from andabata.machine.sensors import UnknownSensorError, sensor_names, sensor_settings
+from andabata.models import shipped_forest
+from andabata.tasks.clouds import CloudsConfig, labelled_cloud
+from terrain.classes import SemanticClass
+from terrain.objects import frustum
+from traversability.scanner import TraversabilityScanner
+from worlds.world import Start
+
+BEAMS = {"utm-30lx": 1081, "os1-64": 64, "os0-128": 128, "vlp-16": 16}
+
+
+def test_the_known_lasers():
+    assert set(sensor_names()) == set(BEAMS)
+    with pytest.raises(UnknownSensorError, match="expected one of os0-128, os1-64"):
+        sensor_settings("mid-999")
+
+
+@pytest.mark.parametrize("name", BEAMS)
+def test_a_trunk_stands_where_it_is_in_every_lasers_cloud(name, make_scene):
+    trunk = frustum(SemanticClass.TRUNK, (3.0, 1.0, 0.0), (0.15, 0.15), 3.0)
+    scene = make_scene(objects=[trunk], size=30.0)
+    config = with_sensor(CloudsConfig, name).model_copy(update={"carry_time": 0.0})
+    assert config.sensing.lidar.beams == BEAMS[name]
+    cloud = labelled_cloud(scene, config, np.random.default_rng(0), Start(0.0, 0.0, 0.3))
+    bearing = np.arctan2(cloud.points[:, 1], cloud.points[:, 0])
+    hits = cloud.classes == SemanticClass.TRUNK
+    assert hits.sum() > 20
+    moved = 0.3 * 3.4  # At most, while the turning head completes its cloud.
+    assert np.hypot(*cloud.points[hits, :2].mean(axis=0)) == pytest.approx(3.0, abs=moved)
+    scan = TraversabilityScanner(shipped_forest()).scan(cloud.points)
+    sector = int((np.median(bearing[hits]) + np.pi) / (2 * np.pi) * 32)
+    assert 1.0 < scan.ranges[sector] < 3.3
+    full_turn = np.histogram(bearing, 16, (-np.pi, np.pi))[0]
+    assert (full_turn > 0.3 * full_turn.mean()).all()
+
+
+def test_an_unknown_sensor_is_a_usage_error(tmp_path, capsys):
+    code = main(["clouds", "generate", "--out", str(tmp_path), "--sensor", "sonar"])
+    assert code == 2
+    assert "--sensor: expected one of" in capsys.readouterr().err
+
+
+def test_clouds_of_another_laser_are_generated(tmp_path, capsys):
+    options = ["--train", "1", "--validation", "0", "--workers", "1", "--json"]
+    out = str(tmp_path)
+    assert main(["clouds", "generate", "--out", out, "--sensor", "vlp-16", *options]) == 0
+    assert json.loads(capsys.readouterr().out)["clouds"] == 1

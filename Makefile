@@ -23,6 +23,9 @@ check: install
 bench: install
 	$(BIN)/python tests/benchmarks/bench_vehicle.py
 	$(BIN)/python tests/benchmarks/bench_maze.py andabata/models/policy.safetensors
+	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
+	$(BIN)/andabata bench perception --clouds data/clouds/bench
+	$(BIN)/python tests/benchmarks/bench_scan.py data/clouds/bench
 
 install: $(STAMP)
 

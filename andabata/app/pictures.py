@@ -138,6 +138,16 @@ def confusion_picture(scores: Mapping[str, Any]) -> bytes:
     return _png(figure)
 
 
+def importance_picture(worth: Mapping[str, float], most: int = 25) -> bytes:
+    """Return the features that a forest leans on most; see ``growing.importances``."""
+    names = list(worth)[:most][::-1]
+    figure = Figure(figsize=(7, 0.25 * len(names) + 1.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.barh(names, [worth[name] for name in names], color="#58a55c")
+    axes.set_xlabel("cross-entropy lost when the feature is shuffled [nats a cell]")
+    return _png(figure)
+
+
 def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
     """Return success over episodes, stage after stage, and its mean over eight generations.
 

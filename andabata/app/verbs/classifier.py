@@ -45,13 +45,19 @@ def train(
     """Grow a forest on the training clouds and judge it on the validation clouds."""
     from andabata.app.classifying import judge_forest, tables
     from andabata.app.console import Voice
-    from andabata.app.pictures import confusion_picture
+    from andabata.app.pictures import confusion_picture, importance_picture
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve
     from andabata.records.storage import write_atomically
     from traversability.dataset import read_manifest, split_samples
     from traversability.grid import PolarGrid
-    from traversability.growing import PAPER_GRID, PAPER_RECIPE, ForestConfig, grow_forest
+    from traversability.growing import (
+        PAPER_GRID,
+        PAPER_RECIPE,
+        ForestConfig,
+        grow_forest,
+        importances,
+    )
 
     voice = Voice(quiet, as_json)
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
@@ -72,7 +78,14 @@ def train(
     make_folder(out)
     write_atomically(out / "forest.npz", forest.to_bytes())
     write_atomically(out / "confusion.png", confusion_picture(scores))
-    data: dict[str, Any] = {**scores, "thresholds": forest.thresholds.model_dump(), "out": str(out)}
+    worth = importances(forest, samples, seed)
+    write_atomically(out / "importances.png", importance_picture(worth))
+    data: dict[str, Any] = {
+        **scores,
+        "importances": worth,
+        "thresholds": forest.thresholds.model_dump(),
+        "out": str(out),
+    }
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier train", resolved.model_dump(), seed))
     voice.result(data, tables(data, samples))

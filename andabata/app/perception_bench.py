@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,16 @@ from traversability.binning import fill_quarters
 from traversability.cloud import PointCloud
 from traversability.dataset import Manifest, read_clouds
 from traversability.files import read_cloud
-from traversability.forest import Forest
+from traversability.forest import Forest, Thresholds
 from traversability.grid import PolarGrid
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 from traversability.points import PointClassifier, grow_point_classifier, point_features
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import CellScores, range_errors
 
-OURS, POINTS = "andabata", "point classifier"
+OURS, EVEN, POINTS = "andabata", "andabata, even costs", "point classifier"
+"""The cell classifier as it is shipped, the same with a threshold of one half, which asks for the
+best F1 as the peers' settings do, and the point classifier."""
 
 _POINTS_A_CLOUD = 400
 
@@ -99,6 +101,8 @@ def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
     began = time.perf_counter()
     scanner.scan(cloud.points)
     looks = [Look(OURS, cells, None, time.perf_counter() - began)]
+    even = _scanner(bench.forest, even=True)
+    looks.append(Look(EVEN, even.cells(cloud.points), None, looks[0].seconds))
     methods: dict[str, Callable[[Any], NDArray[np.bool_]]] = {
         name: _method(name, settings) for name, settings in bench.peers
     }
@@ -116,9 +120,10 @@ def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
 
 
 @lru_cache(maxsize=4)
-def _scanner(forest: bytes) -> TraversabilityScanner:
+def _scanner(forest: bytes, even: bool = False) -> TraversabilityScanner:
     """Return a process's scanner."""
-    return TraversabilityScanner(Forest.from_bytes(forest))
+    loaded = Forest.from_bytes(forest)
+    return TraversabilityScanner(replace(loaded, thresholds=Thresholds()) if even else loaded)
 
 
 @lru_cache(maxsize=16)

@@ -1,0 +1,100 @@
+"""Any cloud to a virtual scan: levelling, the robot's own body, labels, more sectors."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from andabata.app.cli import main
+from traversability.cloud import PointCloud
+from traversability.files import cloud_to_bytes
+
+
+def sensor_cloud(pitch_deg=0.0, seed=0):
+    """Flat ground 0.72 m under the sensor, a wall 4 m ahead and a mast of the robot's own."""
+    rng = np.random.default_rng(seed)
+    r, bearing = rng.uniform(0.75, 10, 30_000), rng.uniform(-np.pi, np.pi, 30_000)
+    ground = np.column_stack([r * np.cos(bearing), r * np.sin(bearing), np.full(30_000, -0.72)])
+    ground = ground[ground[:, 0] < 4.0]
+    wall = np.column_stack(
+        [np.full(4000, 4.0), rng.uniform(-3, 3, 4000), rng.uniform(-0.72, 1.0, 4000)]
+    )
+    mast = np.column_stack([rng.uniform(-1.0, -0.8, (500, 2)), rng.uniform(-0.7, 0.5, 500)])
+    points = np.concatenate([ground, wall, mast]) + rng.normal(0, 0.01, (len(ground) + 4500, 3))
+    return Rotation.from_euler("y", pitch_deg, degrees=True).apply(points).astype(np.float32)
+
+
+def scan(capsys, tmp_path, points, *options, **columns):
+    path = tmp_path / "cloud.npz"
+    path.write_bytes(cloud_to_bytes(PointCloud(points, "sensor", **columns)))
+    code = main(["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json", *options])
+    return code, json.loads(capsys.readouterr().out) if code == 0 else None
+
+
+def ahead(data):
+    n = len(data["ranges"])
+    return data["ranges"][n // 2]
+
+
+def test_the_wall_ends_the_sectors_ahead(capsys, tmp_path):
+    code, data = scan(capsys, tmp_path, sensor_cloud())
+    assert code == 0
+    assert 2.0 < ahead(data) < 4.0
+    assert data["notes"] == []
+    assert data["ground_tilt_deg"] == pytest.approx(0.0, abs=0.5)
+    assert "scores" not in data
+
+
+def test_the_robots_own_mast_is_left_out_when_asked(capsys, tmp_path):
+    behind = 4  # The sector of bearing -129 degrees.
+    _, seen = scan(capsys, tmp_path, sensor_cloud())
+    _, spared = scan(capsys, tmp_path, sensor_cloud(), "--own-body", "1.6")
+    assert seen["ranges"][behind] < 1.5
+    assert spared["ranges"][behind] is None or spared["ranges"][behind] > 5.0
+    assert 2.0 < ahead(spared) < 4.0
+
+
+def test_a_pitched_sensor_is_noticed_and_can_be_levelled(capsys, tmp_path):
+    pitched = sensor_cloud(16.0)
+    _, crooked = scan(capsys, tmp_path, pitched)
+    assert "tilts 16 degrees" in " ".join(crooked["notes"])
+    _, straight = scan(capsys, tmp_path, pitched, "--level")
+    assert straight["notes"] == []
+    assert 2.0 < ahead(straight) < 4.0
+    _, mounted = scan(capsys, tmp_path, pitched, "--mounting", "0,0,0,-16,0")
+    assert mounted["notes"] == []
+    assert 2.0 < ahead(mounted) < 4.0
+
+
+@pytest.mark.parametrize("sectors", [64, 128])
+def test_more_ranges(capsys, tmp_path, sectors):
+    _, data = scan(capsys, tmp_path, sensor_cloud(), "--sectors", str(sectors))
+    assert len(data["ranges"]) == len(data["cell_states"]) == sectors
+    assert 2.0 < ahead(data) < 4.0
+
+
+def test_a_labelled_cloud_is_scored(capsys, tmp_path):
+    points = sensor_cloud()
+    bad = points[:, 2] > -0.6
+    _, data = scan(capsys, tmp_path, points, nontraversable=bad)
+    assert data["scores"]["recall"] > 0.9
+    assert data["scores"]["balanced_accuracy"] > 0.9
+
+
+def test_one_place_and_far_points_are_unknown_and_never_free(capsys, tmp_path):
+    for points in (np.full((200, 3), 2.0), np.full((200, 3), 1e30)):
+        code, data = scan(capsys, tmp_path, points.astype(np.float32))
+        assert code == 0
+        assert sum(r is None for r in data["ranges"]) >= 31
+        assert data["notes"]
+
+
+@pytest.mark.parametrize(
+    "options", [("--own-body", "9"), ("--sectors", "3"), ("--own-body", "4.9", "--level")]
+)
+def test_options_out_of_bounds_are_errors(capsys, tmp_path, options):
+    near = sensor_cloud()
+    near = near[np.linalg.norm(near, axis=1) < 4.0]
+    code, _ = scan(capsys, tmp_path, near, *options)
+    assert code in (1, 2)

@@ -381,37 +381,37 @@ def ask_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def
     sectors, rings = counts.shape
     left = sector + 1 if sector + 1 < sectors else 0
     right = sector - 1 if sector > 0 else sectors - 1
-    out = values[sector, ring, _OWN:]
-    place = 0
+    place = _OWN
     for offset in (-2, -1, 1, 2):
         here = ring + offset
         known = 0 <= here < rings and counts[sector, here] >= _FEW
-        for k in range(len(SHARED)):
-            out[place + k] = values[sector, here, SHARED[k]] if known else NOTHING
-        place += len(SHARED)
+        for k in range(_SHARED):
+            values[sector, ring, place + k] = values[sector, here, SHARED[k]] if known else NOTHING
+        place += _SHARED
     for offset in (0, -1, 1):
-        _of_two(left, right, ring + offset, counts, values, out[place:], True)
-        place += 2 * len(SHARED)
+        _of_two(left, right, ring + offset, counts, values, sector, ring, place, True)
+        place += 2 * _SHARED
     left, right = (sector + 2) % sectors, (sector - 2) % sectors
-    _of_two(left, right, ring, counts, values, out[place:], False)
+    _of_two(left, right, ring, counts, values, sector, ring, place, False)
 
 
 _OWN = len(OWN_FEATURES)
+_SHARED = len(SHARED)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _of_two(left, right, ring, counts, values, out, both):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the lower (if ``both``) and the higher of two cells' features."""
-    inside = 0 <= ring < counts.shape[1]
-    on_left = inside and counts[left, ring] >= _FEW
-    on_right = inside and counts[right, ring] >= _FEW
-    skip = len(SHARED) if both else 0
-    for k in range(len(SHARED)):
-        a = values[left, ring, SHARED[k]] if on_left else NOTHING
-        b = values[right, ring, SHARED[k]] if on_right else NOTHING
+def _of_two(left, right, there, counts, values, sector, ring, place, both):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the lower (if ``both``) and the higher of two cells' features from ``place`` on."""
+    inside = 0 <= there < counts.shape[1]
+    on_left = inside and counts[left, there] >= _FEW
+    on_right = inside and counts[right, there] >= _FEW
+    skip = _SHARED if both else 0
+    for k in range(_SHARED):
+        a = values[left, there, SHARED[k]] if on_left else NOTHING
+        b = values[right, there, SHARED[k]] if on_right else NOTHING
         if both:
-            out[k] = min(a, b) if on_left and on_right else max(a, b)
-        out[skip + k] = max(a, b)
+            values[sector, ring, place + k] = min(a, b) if on_left and on_right else max(a, b)
+        values[sector, ring, place + skip + k] = max(a, b)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -13,7 +13,7 @@ from traversability.forest import Forest, Screen, Thresholds
 from traversability.grid import PolarGrid
 from traversability.trees import COLUMNS, Trees, Vote, add_leaves
 
-_SCREEN_RATE = 0.3
+_SCREEN_RATE = 0.5
 """Learning rate of a screen, whose few trees have to get far."""
 
 FeatureSet = Literal["paper", "own", "all"]
@@ -58,10 +58,10 @@ class ForestConfig(BaseModel):
     min_leaf: int = Field(default=40, ge=1)
     rate: float = Field(default=0.2, gt=0, le=1)
     shrink: float = Field(default=5.0, ge=0)
-    near_miss: float = Field(default=6.0, gt=0)
+    near_miss: float = Field(default=5.0, gt=0)
     far_miss: float = Field(default=3.0, gt=0)
     near_range: float = Field(default=5.0, ge=0)
-    screen_trees: int = Field(default=20, ge=0, le=1000)
+    screen_trees: int = Field(default=12, ge=0, le=1000)
     screen_loss: float = Field(default=0.004, ge=0, lt=1)
     held_out: float = Field(default=0.2, gt=0, lt=1)
     thresholds: Thresholds | None = None

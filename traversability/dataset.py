@@ -211,7 +211,8 @@ def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -
 
     Args:
         manifest: What the set is made of.
-        cells: White, green and red cells of each split, shape (3,).
+        cells: White, green and red cells of each split, and hits, false alarms and misses of the
+            one-line rule on them, shape (6,).
     """
     lines = [
         "# Labelled clouds",
@@ -221,14 +222,17 @@ def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -
         "",
         f"* Seed {manifest.seed}, configuration `{manifest.config_sha256[:12]}` (in `{MANIFEST}`).",
         "* A world is on one side of the split only.",
+        "* How hard they are: F1 (red) of a one-line rule, by which a point is an obstacle when",
+        "  it stands 0.2 m over the lower quartile of its cell.",
         "",
-        "| split | clouds | worlds | points | green cells | red cells | white cells |",
-        "|---|---|---|---|---|---|---|",
+        "| split | clouds | worlds | points | green cells | red cells | white cells | rule's F1 |",
+        "|---|---|---|---|---|---|---|---|",
     ]
-    for split, (white, green, red) in cells.items():
+    for split, (white, green, red, tp, fp, fn) in cells.items():
         entries = [entry for entry in manifest.clouds if entry.split == split]
         worlds = len({(entry.world, entry.world_seed) for entry in entries})
         points = sum(entry.points for entry in entries)
-        row = (split, len(entries), worlds, points, green, red, white)
+        rule = round(2 * tp / max(2 * tp + fp + fn, 1), 3)
+        row = (split, len(entries), worlds, points, green, red, white, rule)
         lines.append(f"| {' | '.join(str(cell) for cell in row)} |")
     return "\n".join(lines) + "\n"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.app.kitti import begin_sequence, end_sequence, write_scan
+from andabata.app.peers import RULE_HEIGHT, RULE_QUANTILE, quantile_rule
 from andabata.app.runs import make_folder
 from andabata.app.workers import run_tasks
 from andabata.machine.pose import Pose
@@ -27,6 +28,7 @@ from traversability.dataset import (
 from traversability.files import cloud_to_bytes
 from traversability.grid import PolarGrid
 from traversability.labels import label_cells, nontraversable
+from traversability.scores import CellScores
 
 
 def generate_dataset(
@@ -57,7 +59,7 @@ def generate_dataset(
     (folder / MANIFEST).unlink(missing_ok=True)  # Half a set is no set.
     parties = plan(config, counts)
     entries = []
-    cells = {split: np.zeros(3, dtype=np.int64) for split, count in counts.items() if count}
+    cells = {split: np.zeros(6, dtype=np.int64) for split, count in counts.items() if count}
     poses: dict[Split, dict[int, Pose]] = {"train": {}, "validation": {}}
     if kitti:
         for sequence in _SEQUENCES.values():
@@ -65,17 +67,17 @@ def generate_dataset(
     work = partial(make_clouds, config, seed, folder, kitti)
     for party, made in run_tasks(work, parties, workers):
         preset, world_seed = world_of(config, seed, party.world)
-        for number, (sha256, points, colours, pose) in zip(party.clouds, made, strict=True):
-            cells[party.split] += colours
-            poses[party.split][number] = pose
+        for number, one in zip(party.clouds, made, strict=True):
+            cells[party.split] += one.cells
+            poses[party.split][number] = one.pose
             entries.append(
                 CloudEntry(
                     file=file_name(number),
-                    sha256=sha256,
+                    sha256=one.sha256,
                     split=party.split,
                     world=preset,
                     world_seed=world_seed,
-                    points=points,
+                    points=one.points,
                 )
             )
             on_cloud()
@@ -140,25 +142,42 @@ def file_name(number: int) -> str:
     return f"cloud_{number:05d}.npz"
 
 
+@dataclass(frozen=True)
+class Made:
+    """What is known of a cloud once it is written.
+
+    Attributes:
+        sha256: Of its file.
+        points: Their number.
+        pose: Where the robot believed to be.
+        cells: White, green and red ones, and the hits, false alarms and misses of the one-line rule
+            on them, shape (6,).
+    """
+
+    sha256: str
+    points: int
+    pose: Pose
+    cells: NDArray[np.int64]
+
+
 def make_clouds(
     config: CloudsConfig, seed: int, folder: Path, kitti: bool, party: Party
-) -> list[tuple[str, int, NDArray[np.int64], Pose]]:
-    """Write the clouds of one world.
-
-    Returns:
-        For each cloud its SHA-256, its points, its white, green and red cells, shape (3,), and the
-        robot's pose.
-    """
+) -> list[Made]:
+    """Write the clouds of one world."""
     scene = cloud_scene(config, *world_of(config, seed, party.world))
+    grid = PolarGrid()
+    rule = quantile_rule(RULE_HEIGHT, RULE_QUANTILE, grid)
     made = []
     for number in party.clouds:
         cloud, pose = take_cloud(scene, config, np.random.default_rng([seed, number]))
         data = cloud_to_bytes(cloud)
         write_atomically(folder / file_name(number), data)
-        states = label_cells(cloud.points, nontraversable(cloud), PolarGrid())
-        colours = np.bincount(states.ravel(), minlength=3)
         if kitti:
             sequence = folder / "kitti" / _SEQUENCES[party.split]
             write_scan(sequence, number - party.first, cloud, config.robot.lidar_height)
-        made.append((hashlib.sha256(data).hexdigest(), len(cloud), colours, pose))
+        states = label_cells(cloud.points, nontraversable(cloud), grid)
+        scores = CellScores.of(states, label_cells(cloud.points, rule(cloud.points), grid))
+        colours = np.bincount(states.ravel(), minlength=3)
+        cells = np.array([*colours, scores.tp, scores.fp, scores.fn])
+        made.append(Made(hashlib.sha256(data).hexdigest(), len(cloud), pose, cells))
     return made

@@ -22,6 +22,10 @@ Settings = Mapping[str, Any]
 Points = NDArray[np.float32]
 
 
+RULE_HEIGHT, RULE_QUANTILE = 0.2, 0.25
+"""Settings of the rule that data set cards quote, the best on clouds like these [m]."""
+
+
 @dataclass(frozen=True)
 class Peer:
     """A method with the settings among which the best is chosen.

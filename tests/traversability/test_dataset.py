@@ -60,8 +60,8 @@ def test_what_was_written_is_read(tmp_path):
     assert len(samples.features) == len(samples.red) == len(samples.cloud)
     assert len(samples.red) + samples.white == 2 * 320
     assert 0.1 < samples.red.mean() < 0.5
-    card = dataset_card(manifest, {"train": np.array([7, 8, 9])})
-    assert "| train | 2 | 2 | 12000 | 8 | 9 | 7 |" in card
+    card = dataset_card(manifest, {"train": np.array([7, 8, 9, 6, 1, 3])})
+    assert "| train | 2 | 2 | 12000 | 8 | 9 | 7 | 0.75 |" in card
 
 
 def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):

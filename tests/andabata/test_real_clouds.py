@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.app.scanning import Mounting
+from andabata.models import shipped_forest
+from traversability.files import read_cloud
+from traversability.scanner import TraversabilityScanner
 
 ROOT = os.environ.get("ANDABATA_REAL_DATA")
 FILES = {
@@ -53,3 +57,26 @@ def test_the_street_is_free_and_its_wall_is_not(capsys, tmp_path):
     open_ground = (bearings > -100) & (bearings < -60)
     assert ranges[wall].max() < 5.0
     assert ranges[open_ground].max() > 5.0
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_ranges_are_stable_under_noise_and_thinning(name):
+    """At most one ring of change in nearly all sectors; the figures are in the benchmarks."""
+    options = dict(zip(FILES[name][::2], FILES[name][1::2], strict=True))
+    x, y, roll, pitch, yaw = map(float, options.get("--mounting", "0,0,0,0,0").split(","))
+    height = float(options["--sensor-height"])
+    mounting = Mounting(x=x, y=y, z=height, roll=roll, pitch=pitch, yaw=np.deg2rad(yaw))
+    points = mounting.place(read_cloud(Path(ROOT) / name).points)
+    scanner = TraversabilityScanner(shipped_forest())
+    edges = scanner.grid.ring_edges
+
+    def rings(cloud):
+        ranges = scanner.scan(cloud.astype(np.float32)).ranges
+        found = np.searchsorted(edges, ranges - 1e-3)
+        return np.where(np.isnan(ranges), -10, np.where(np.isinf(ranges), len(edges), found))
+
+    before, rng = rings(points), np.random.default_rng(0)
+    noisy = [rings(points + rng.normal(0, 0.01, points.shape)) for _ in range(10)]
+    thinned = [rings(points[rng.random(len(points)) < 0.5]) for _ in range(10)]
+    assert np.mean([np.abs(after - before) <= 1 for after in noisy]) > 0.93
+    assert np.mean([np.abs(after - before) <= 1 for after in thinned]) > 0.88

@@ -11,7 +11,8 @@ from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
 from traversability.forest import Forest, Screen, Thresholds
 from traversability.grid import PolarGrid
-from traversability.trees import COLUMNS, Trees, Vote, add_leaves
+from traversability.planting import flatten_boosted, flatten_random
+from traversability.trees import Trees, add_leaves
 
 _SCREEN_RATE = 0.5
 """Learning rate of a screen, whose few trees have to get far."""
@@ -271,67 +272,3 @@ def cheapest_threshold(
     missed = np.searchsorted(np.sort(probability[red]), thresholds)
     alarms = (~red).sum() - np.searchsorted(np.sort(probability[~red]), thresholds)
     return float(thresholds[np.argmin(miss * missed + alarms)])
-
-
-Tree = tuple[NDArray[Any], ...]
-
-
-def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
-    """Return a fitted scikit-learn random forest as flat arrays."""
-    trees = []
-    for estimator in model.estimators_:
-        tree = estimator.tree_
-        share = tree.value[:, 0, :]
-        leaf = share[:, 1] / share.sum(axis=1)
-        sides = tree.children_left, tree.children_right
-        trees.append(_siblings_together(*sides, tree.feature, tree.threshold, leaf))
-    return _in_a_row(trees, names, "mean", 0.0)
-
-
-def flatten_boosted(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
-    """Return fitted scikit-learn boosted trees as flat arrays."""
-    trees = []
-    for (predictor,) in model._predictors:
-        nodes = predictor.nodes
-        is_leaf = nodes["is_leaf"].astype(bool)
-        left, right = (
-            np.where(is_leaf, -1, nodes[side].astype(np.int64)) for side in ("left", "right")
-        )
-        cut, leaf = nodes["num_threshold"], nodes["value"]
-        trees.append(_siblings_together(left, right, nodes["feature_idx"], cut, leaf))
-    return _in_a_row(trees, names, "logistic", float(model._baseline_prediction.ravel()[0]))
-
-
-def _siblings_together(
-    left: NDArray[Any],
-    right: NDArray[Any],
-    feature: NDArray[Any],
-    cut: NDArray[Any],
-    leaf: NDArray[Any],
-) -> Tree:
-    """Return feature, cut, left child and leaf of a tree, its nodes renumbered."""
-    order = [0]
-    child = np.zeros(len(left), dtype=np.int64)
-    for place in range(len(left)):
-        node = order[place]
-        if left[node] >= 0:
-            child[place] = len(order)
-            order += [int(left[node]), int(right[node])]
-    inner = left[order] >= 0
-    return (
-        np.where(inner, feature[order], -1),
-        np.where(inner, cut[order], 0.0),
-        child,
-        np.where(inner, 0.0, leaf[order]),
-    )
-
-
-def _in_a_row(trees: list[Tree], names: tuple[str, ...], vote: Vote, base: float) -> Trees:
-    """Return trees one after the other."""
-    sizes = [len(tree[0]) for tree in trees]
-    roots = np.concatenate([[0], np.cumsum(sizes[:-1])])
-    moved = [(a, b, left + root, c) for (a, b, left, c), root in zip(trees, roots, strict=True)]
-    columns = [np.concatenate(parts) for parts in zip(*moved, strict=True)]
-    named = dict(zip(COLUMNS, (roots, *columns), strict=True))
-    typed = {name: named[name].astype(dtype) for name, dtype in COLUMNS.items()}
-    return Trees(names, vote, base, **typed)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from traversability.binning import LOWEST, fill_quarters
-from traversability.features import eigenvalues, normal_z_squared
+from traversability.cell_shape import eigenvalues, normal_z_squared
 from traversability.grid import PolarGrid
+from traversability.planting import flatten_random
 from traversability.trees import Trees, add_leaves
 
 POINT_FEATURES = (
@@ -140,8 +141,6 @@ def grow_point_classifier(
         depth: Deepest split.
     """
     from sklearn.ensemble import RandomForestClassifier
-
-    from traversability.growing import flatten_random
 
     model = RandomForestClassifier(
         trees, max_depth=depth, min_samples_leaf=5, oob_score=True, random_state=seed, n_jobs=1

@@ -5,10 +5,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from traversability.binning import fill_quarters, make_quarters, polar_tables
+from traversability.cell_shape import describe_cells
 from traversability.features import (
     ALL_FEATURES,
     ask_neighbours,
-    describe_cells,
 )
 from traversability.forest import Forest
 from traversability.grid import PolarGrid

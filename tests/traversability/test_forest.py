@@ -13,11 +13,10 @@ from traversability.growing import (
     PAPER_RECIPE,
     ForestConfig,
     cheapest_threshold,
-    flatten_boosted,
-    flatten_random,
     grow_forest,
 )
 from traversability.labels import CellState
+from traversability.planting import flatten_boosted, flatten_random
 
 GRID = PolarGrid()
 SMALL = ForestConfig(trees=12, screen_trees=20, screen_loss=0.02)

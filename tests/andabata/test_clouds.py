@@ -1,0 +1,69 @@
+"""Labelled clouds: the truth is where the beams really were, whatever the robot believes."""
+
+import numpy as np
+import pytest
+
+from andabata.app.datasets import plan
+from andabata.tasks.clouds import CloudsConfig, cloud_scene, labelled_cloud
+from terrain.classes import SemanticClass
+
+SMALL = CloudsConfig(patch_size=40.0, patch_cell=0.25)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return cloud_scene(SMALL, "forest", 12)
+
+
+def take(scene, **changes):
+    config = SMALL.model_copy(update=changes)
+    return labelled_cloud(scene, config, np.random.default_rng(4))
+
+
+def test_labels_do_not_follow_the_robots_errors(scene):
+    sure = take(scene, drift_sigma=(0.0, 0.0), tilt_sigma=(0.0, 0.0))
+    lost = take(scene, drift_sigma=(0.5, 0.5), tilt_sigma=(0.02, 0.02))
+    np.testing.assert_array_equal(sure.severity, lost.severity)
+    np.testing.assert_array_equal(sure.classes, lost.classes)
+    assert np.abs(sure.points - lost.points).max() > 0.05
+
+
+def test_things_are_forbidden_and_level_ground_is_not(scene):
+    cloud = take(scene)
+    trunks = cloud.classes == SemanticClass.TRUNK
+    ground = cloud.classes == SemanticClass.GROUND
+    assert np.isposinf(cloud.severity[trunks]).all()
+    assert np.isfinite(cloud.severity[ground]).all()
+    np.testing.assert_array_equal(cloud.nontraversable, cloud.severity > 0)
+
+
+def test_varied_clouds_are_thinner_and_from_other_heights(scene):
+    plain, varied = take(scene), take(scene, varied=1.0, kept=(0.3, 0.3), heights=(1.0, 1.0))
+    assert 0.2 * len(plain) < len(varied) < 0.45 * len(plain)
+    nearest = [np.hypot(*cloud.points[:, :2].T).min() for cloud in (plain, varied)]
+    assert nearest[1] > nearest[0]  # The blind cone grows with the height.
+
+
+def test_water_sends_few_beams_back():
+    scene = cloud_scene(SMALL, "lake", 3)
+    clouds = [
+        labelled_cloud(scene, SMALL, np.random.default_rng(seed)).classes for seed in range(4)
+    ]
+    wet = np.concatenate(clouds) == SemanticClass.WATER
+    assert 0 < wet.mean() < 0.05
+
+
+def test_each_split_has_its_own_worlds_and_every_kind():
+    parties = plan(CloudsConfig(clouds_per_world=10), {"train": 100, "validation": 30})
+    clouds = [number for party in parties for number in party.clouds]
+    assert sorted(clouds) == list(range(130))
+    assert len({party.world for party in parties}) == len(parties)
+    for split in ("train", "validation"):
+        kinds = {party.world % 7 for party in parties if party.split == split}
+        assert len(kinds) == 7
+        assert max(len(party.clouds) for party in parties if party.split == split) <= 10
+
+
+def test_a_span_has_to_grow():
+    with pytest.raises(ValueError, match="expected 0 <= least <= most <= 1"):
+        CloudsConfig(noise=(0.03, 0.01))

@@ -19,7 +19,10 @@ Workers = Annotated[
     int, typer.Option(min=1, max=256, help="Processes; the result does not depend on them.")
 ]
 Sensor = Annotated[
-    str, typer.Option(help="Laser: utm-30lx (the paper's, turning), os1-64, os0-128 or vlp-16.")
+    str,
+    typer.Option(
+        help="Laser: utm-30lx (the paper's, turning), os1-64, os0-128, vlp-16, livox-rosette."
+    ),
 ]
 ForestFile = Annotated[
     Path | None,

@@ -10,7 +10,7 @@ from andabata.machine.senses import Sweeps
 
 def beam_times(sweeps: Sweeps) -> NDArray[np.float64]:
     """Return when each beam leaves [s], float64, shape (s * b,)."""
-    offsets = np.arange(len(sweeps.elevations)) * sweeps.beam_period
+    offsets = np.arange(sweeps.elevations.shape[-1]) * sweeps.beam_period
     return (sweeps.stamps[:, None] + offsets).ravel()
 
 
@@ -32,7 +32,7 @@ def beam_rays(
         poses,
         sweeps.head_angles,
         sweeps.head_rate * sweeps.beam_period,
-        sweeps.elevations.astype(np.float64),
+        np.atleast_2d(sweeps.elevations).astype(np.float64),
         lidar_height,
     )
 
@@ -63,10 +63,13 @@ def _places(rows, poses, head_angles, head_step, elevations, height, ranges):  #
 @njit(cache=True, nogil=True, inline="always")
 def _ray(k, poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where beam ``k`` leaves and where it points, in the map."""
-    sweep, beam = divmod(k, len(elevations))
-    angle = head_angles[sweep] + head_step * beam
-    outward = np.sin(elevations[beam])
-    a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevations[beam])
+    sweep, beam = divmod(k, elevations.shape[1])
+    angle, elevation = (
+        head_angles[sweep] + head_step * beam,
+        elevations[sweep % len(elevations), beam],
+    )
+    outward = np.sin(elevation)
+    a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevation)
     x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
@@ -104,7 +107,7 @@ def place_beams(
         track.at(times),
         sweeps.head_angles,
         sweeps.head_rate * sweeps.beam_period,
-        sweeps.elevations.astype(np.float64),
+        np.atleast_2d(sweeps.elevations).astype(np.float64),
         lidar_height,
         sweeps.ranges.ravel(),
     )

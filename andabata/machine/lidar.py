@@ -27,6 +27,8 @@ class LidarConfig(BaseModel):
         beams: Beams of a sweep (paper's sensor: 1081).
         span_deg: Lowest and highest beam over the horizon [deg], all on one side, all at the same
             time, for a laser of several beams; None for a 2D laser that sees both sides.
+        weave: For a rosette: cycles down and up through ``span_deg`` from shot to shot; the shots
+            of a sweep then leave one after the other. 0 for fixed rows.
         field_of_view: Angle that a sweep covers; the gap faces down [rad].
         sweep_hz: Sweeps per second [Hz].
         head_rate: Turning speed of the head [rad/s]; half a turn makes a cloud. The default needs
@@ -44,9 +46,10 @@ class LidarConfig(BaseModel):
 
     beams: int = Field(default=1081, ge=11, le=10_000)
     span_deg: tuple[float, float] | None = None
+    weave: float = Field(default=0.0, ge=0, lt=0.5)
     field_of_view: float = Field(default=np.deg2rad(270.0), gt=0, le=2 * np.pi)
     sweep_hz: float = Field(default=40.0, gt=0, le=100_000)
-    head_rate: float = Field(default=np.pi * 40.0 / 133.0, gt=0, le=200)
+    head_rate: float = Field(default=np.pi * 40.0 / 133.0, gt=0, le=1000)
     min_range: float = Field(default=0.1, ge=0)
     max_range: float = Field(default=30.0, gt=0)
     noise: float = Field(default=0.03, ge=0, le=1)
@@ -58,12 +61,25 @@ class LidarConfig(BaseModel):
     def beam_period(self) -> float:
         """Time from beam to beam [s]: a turn of a 2D laser's mirror is a sweep period."""
         if self.span_deg is not None:
-            return 0.0
+            return 1 / (self.sweep_hz * self.beams) if self.weave else 0.0
         return self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1)
 
-    @property
-    def elevations(self) -> NDArray[np.float32]:
-        """Angle of each beam from straight up, negative on the other side [rad], shape (b,)."""
+    def elevations(self, first: int, last: int) -> NDArray[np.float32]:
+        """Return the angle of beams from straight up, negative on the other side [rad].
+
+        Args:
+            first: Number of the first sweep since the start.
+            last: Number after the last one.
+
+        Returns:
+            float32, shape (b,), or (last - first, b) for a rosette.
+        """
+        if self.span_deg is not None and self.weave:
+            low, high = self.span_deg
+            shots = np.arange(first * self.beams, last * self.beams, dtype=np.float64)
+            share = np.abs(2 * (shots * self.weave % 1) - 1)
+            angles = np.deg2rad(90.0 - (low + share * (high - low)))
+            return angles.reshape(-1, self.beams).astype(np.float32)
         if self.span_deg is not None:
             return np.deg2rad(90.0 - np.linspace(*self.span_deg, self.beams)).astype(np.float32)
         half = self.field_of_view / 2
@@ -92,7 +108,6 @@ class RotatingLidar:
         self._config = config
         self._height = robot.lidar_height
         self._rng = rng
-        self._elevations = config.elevations
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -106,12 +121,13 @@ class RotatingLidar:
         first = int(np.ceil(start * config.sweep_hz - 1e-6))
         last = int(np.ceil(end * config.sweep_hz - 1e-6))
         stamps = np.arange(first, last) / config.sweep_hz
+        elevations = config.elevations(first, last)
         empty = Sweeps(
             stamps=stamps,
             head_angles=stamps * config.head_rate,
             head_rate=config.head_rate,
             beam_period=config.beam_period,
-            elevations=self._elevations,
+            elevations=elevations,
             ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
         )
         origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
@@ -124,7 +140,7 @@ class RotatingLidar:
             head_angles=empty.head_angles,
             head_rate=config.head_rate,
             beam_period=config.beam_period,
-            elevations=self._elevations,
+            elevations=elevations,
             ranges=ranges,
             classes=classes.astype(np.uint8),
         )

@@ -30,7 +30,7 @@ class Sweeps:
         head_rate: Turning speed of the head [rad/s].
         beam_period: Time from beam to beam [s].
         elevations: Angle of each beam from the head's zenith, positive towards the head's front
-            [rad], float32, shape (b,).
+            [rad], float32, shape (b,), or (s, b) where they differ from sweep to sweep.
         ranges: Distances [m], float32, shape (s, b); ``inf`` is no return.
         classes: True semantic class of each return (simulation only), uint8, shape (s, b), or None.
     """

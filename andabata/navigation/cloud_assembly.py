@@ -26,7 +26,7 @@ class CloudAssemblyConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    turn: float = Field(default=np.pi, gt=0, le=2 * np.pi)
+    turn: float = Field(default=np.pi, gt=0, le=200)
     max_range: float = Field(default=11.5, gt=0)
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=3, ge=1)
@@ -81,7 +81,7 @@ class CloudAssembler:
         if not len(sweeps.stamps):
             return
         config = self._config
-        stride = np.arange(len(sweeps.elevations)) % config.dense_stride == 0
+        stride = np.arange(sweeps.elevations.shape[-1]) % config.dense_stride == 0
         with np.errstate(invalid="ignore"):
             outward = sweeps.ranges * np.abs(np.sin(sweeps.elevations))
         keep = (sweeps.ranges < config.max_range) & (outward > config.body_radius)
@@ -139,7 +139,7 @@ def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:
         sweeps.head_angles[start:stop],
         sweeps.head_rate,
         sweeps.beam_period,
-        sweeps.elevations,
+        sweeps.elevations if sweeps.elevations.ndim == 1 else sweeps.elevations[start:stop],
         sweeps.ranges[start:stop],
         None if sweeps.classes is None else sweeps.classes[start:stop],
     )

@@ -15,12 +15,12 @@ from terrain.objects import frustum
 from traversability.scanner import TraversabilityScanner
 from worlds.world import Start
 
-BEAMS = {"utm-30lx": 1081, "os1-64": 64, "os0-128": 128, "vlp-16": 16}
+BEAMS = {"utm-30lx": 1081, "os1-64": 64, "os0-128": 128, "vlp-16": 16, "livox-rosette": 100}
 
 
 def test_the_known_lasers():
     assert set(sensor_names()) == set(BEAMS)
-    with pytest.raises(UnknownSensorError, match="expected one of os0-128, os1-64"):
+    with pytest.raises(UnknownSensorError, match="expected one of livox-rosette, os0-128, os1-64"):
         sensor_settings("mid-999")
 
 

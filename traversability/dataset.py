@@ -200,6 +200,19 @@ def cell_samples(
     return CellSamples(features, red, clear, white, ring, cloud_, world)
 
 
+def join_samples(parts: Sequence[CellSamples]) -> CellSamples:
+    """Return the cells of several data sets; their clouds are counted on."""
+    first, *rest = parts
+    for part in rest:
+        columns = ("features", "red", "clear", "ring", "world")
+        joined = {
+            name: np.concatenate([getattr(first, name), getattr(part, name)]) for name in columns
+        }
+        joined["cloud"] = np.concatenate([first.cloud, part.cloud + first.cloud.max() + 1])
+        first = replace(first, white=first.white + part.white, **joined)
+    return first
+
+
 def split_samples(folder: Path, manifest: Manifest, split: Split, grid: PolarGrid) -> CellSamples:
     """Return the judged cells of a split of a data set."""
     worlds = [entry.world_seed for entry in manifest.clouds if entry.split == split]

@@ -13,8 +13,10 @@ from traversability.dataset import (
     cell_samples,
     config_hash,
     dataset_card,
+    join_samples,
     read_clouds,
     read_manifest,
+    split_samples,
 )
 from traversability.files import cloud_to_bytes
 from traversability.grid import PolarGrid
@@ -62,6 +64,20 @@ def test_what_was_written_is_read(tmp_path):
     assert 0.1 < samples.red.mean() < 0.5
     card = dataset_card(manifest, {"train": np.array([7, 8, 9, 6, 1, 3])})
     assert "| train | 2 | 2 | 12000 | 8 | 9 | 7 | 0.75 |" in card
+
+
+def test_data_sets_are_joined(tmp_path):
+    parts = []
+    for name, worlds in (("a", (1, 2)), ("b", (3,))):
+        (tmp_path / name).mkdir()
+        manifest = write(tmp_path / name, [("train", world) for world in worlds])
+        parts.append(split_samples(tmp_path / name, manifest, "train", PolarGrid()))
+    both = join_samples(parts)
+    assert len(both.red) == len(parts[0].red) + len(parts[1].red)
+    assert set(both.cloud) == {0, 1, 2}
+    assert set(both.world) == {1, 2, 3}
+    assert both.white == parts[0].white + parts[1].white
+    assert join_samples(parts[:1]) is parts[0]
 
 
 def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):

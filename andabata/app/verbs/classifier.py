@@ -36,6 +36,10 @@ def train(
         Recipe,
         typer.Option(help="All features and boosted trees, or the paper's five and random forest."),
     ] = Recipe.BEST,
+    more: Annotated[
+        list[Path] | None,
+        typer.Option("--and", help="Train on this folder's clouds, too; may be repeated."),
+    ] = None,
     seed: Seed = 0,
     config: ConfigFile = None,
     settings: Set = None,
@@ -49,7 +53,7 @@ def train(
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve
     from andabata.records.storage import write_atomically
-    from traversability.dataset import read_manifest, split_samples
+    from traversability.dataset import join_samples, read_manifest, split_samples
     from traversability.grid import PolarGrid
     from traversability.growing import (
         PAPER_GRID,
@@ -63,7 +67,12 @@ def train(
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     resolved = resolve(ForestConfig, config, settings or (), base)
     manifest = read_manifest(clouds)
-    samples = split_samples(clouds, manifest, "train", grid)
+    samples = join_samples(
+        [
+            split_samples(folder, read_manifest(folder), "train", grid)
+            for folder in (clouds, *(more or ()))
+        ]
+    )
     voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
     summary = {
         "clouds_sha256": manifest.config_sha256,

@@ -43,7 +43,6 @@ VARIANTS = {
     "without distance": ForestConfig(without=("distance",)),
     "the paper's five, boosted": ForestConfig(features="paper"),
     "the paper's five, random forest": PAPER_RECIPE,
-    "all, random forest": PAPER_RECIPE.model_copy(update={"features": "all"}),
 }
 
 

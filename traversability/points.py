@@ -53,7 +53,7 @@ def point_features(points: NDArray[np.float32], grid: PolarGrid) -> NDArray[np.f
     quarters = fill_quarters(points, grid)
     _describe(points, near, gaps, out, 0)
     _describe(every, wide, gaps, out, 5)
-    lowest = np.where(np.isfinite(quarters.sums[..., LOWEST]), quarters.sums[..., LOWEST], np.inf)
+    lowest = quarters.sums[..., LOWEST]
     around = _lowest_around(lowest)
     bins = quarters.bins[:n]
     known = bins >= 0

@@ -6,10 +6,7 @@ from numpy.typing import NDArray
 
 from traversability.binning import fill_quarters, make_quarters, polar_tables
 from traversability.cell_shape import describe_cells
-from traversability.features import (
-    ALL_FEATURES,
-    ask_neighbours,
-)
+from traversability.features import ALL_FEATURES, ask_neighbours
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState

@@ -11,8 +11,8 @@ from traversability.labels import CellState, beyond_doubt, label_cells, nontrave
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
 
-NEAR_RANGE = 5.7
-"""Cells up to the end of the ring that holds 5 m count as within 5 m [m]."""
+NEAR_RANGE = 5.0
+"""Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
 
 
 def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         raise DatasetError(f"{folder}: expected clouds of the {split} split, got none")
     states, found, sure, kind = (np.stack(rows) for rows in (truth, called, clear, worlds))
     scores = CellScores.of(states, found).as_dict()
-    near = np.where(grid.ring_edges[1:] <= NEAR_RANGE, states, CellState.EMPTY)
+    near = np.where(grid.ring_edges[:-1] < NEAR_RANGE, states, CellState.EMPTY)
     scores["beyond_doubt"] = CellScores.of(np.where(sure, states, CellState.EMPTY), found).as_dict()
     scores["within_5_m"] = CellScores.of(near.astype(np.uint8), found).as_dict()
     scores["worlds"] = {

@@ -45,7 +45,7 @@ def generate_dataset(
     Args:
         folder: Where; made when it is not there.
         config: How clouds are made.
-        counts: Clouds of each split; each cloud has a world of its own.
+        counts: Clouds of each split; worlds are shared within a split, never between two.
         seed: The data set's.
         workers: Processes.
         on_cloud: Called after each cloud.

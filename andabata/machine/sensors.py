@@ -5,9 +5,6 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-DEFAULT_SENSOR = "utm-30lx"
-"""The paper's."""
-
 
 class UnknownSensorError(ValueError):
     """A name that no beam pattern has."""

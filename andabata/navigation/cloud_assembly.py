@@ -72,7 +72,7 @@ class CloudAssembler:
                 self._gather(_slice(sweeps, 0, k), track)
                 self._complete()
                 self._turn, self._begin = turn, turn * self._config.turn
-                self._gather(_slice(sweeps, k, len(sweeps.stamps)), track)
+                self.add(_slice(sweeps, k, len(sweeps.stamps)), track)
                 return
         self._gather(sweeps, track)
 

@@ -51,7 +51,7 @@ def scores(config: ForestConfig, train: CellSamples, test: CellSamples) -> dict[
     forest = grow_forest(train, GRID, config, seed=0)
     probability = forest.predict_proba(test.features)
     best: dict[str, float] = {"f1_red": 0.0}
-    near = GRID.ring_edges[1:][test.ring] <= 5.8
+    near = GRID.ring_edges[:-1][test.ring] < 5.0
     for threshold in np.arange(0.05, 0.7, 0.02):
         called = probability >= threshold
         hits = (called & test.red).sum()

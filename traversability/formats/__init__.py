@@ -1,5 +1,5 @@
-"""Readers of point cloud formats that trust no header: bytes in, coordinates out.
+"""Readers of point cloud formats that trust no header: bytes in, columns out.
 
-Each module has one function ``parse(data) -> float32 array of shape (n, 3)`` that raises
-``FormatError``. ``traversability.files`` chooses among them.
+Each module has ``parse(data)``, which returns the points' columns by name or raises
+``FormatError``; those that we write have ``render``. ``traversability.files`` chooses among them.
 """

@@ -40,7 +40,8 @@ def perception(
     from andabata.app.perception_bench import OURS, Bench, compare, judge_hazards, tune
     from andabata.app.perception_bench import train_point_classifier as train_points
     from andabata.models import shipped_forest
-    from traversability.dataset import read_clouds, read_manifest
+    from andabata.tasks.hazards import hazard_cases
+    from traversability.dataset import DatasetError, read_clouds, read_manifest
     from traversability.forest import Forest
 
     voice = Voice(quiet, as_json)
@@ -50,6 +51,10 @@ def perception(
     source_manifest = read_manifest(source)
     tuned: list[tuple[str, tuple[tuple[str, Any], ...]]] = []
     tuning_clouds = list(read_clouds(source, source_manifest, split))  # type: ignore[arg-type]
+    if not tuning_clouds:
+        raise DatasetError(
+            f"{source}: expected clouds of the {split} split to tune on, got none; see --tune-on"
+        )
     tuning_clouds = tuning_clouds[:: max(1, len(tuning_clouds) // tuning)][:tuning]
     for peer in PEERS:
         try:
@@ -69,7 +74,7 @@ def perception(
         scores = compare(bench, clouds, manifest, workers, step)
     hazards = []
     if sides:
-        with voice.progress("hazards", None) as step:
+        with voice.progress("hazards", len(list(hazard_cases(sides)))) as step:
             hazards = judge_hazards(bench.forest, sides, 0, workers, step)
     rows = _rows(scores, scores[OURS])
     data = {

@@ -83,9 +83,9 @@ def train(
         "config": resolved.model_dump(),
     }
     forest = grow_forest(samples, grid, resolved, seed, summary)
-    scores = judge_forest(forest, clouds, manifest, "validation")
     make_folder(out)
-    write_atomically(out / "forest.npz", forest.to_bytes())
+    write_atomically(out / "forest.npz", forest.to_bytes())  # Before judging: it took minutes.
+    scores = judge_forest(forest, clouds, manifest, "validation")
     write_atomically(out / "confusion.png", confusion_picture(scores))
     worth = importances(forest, samples, seed)
     write_atomically(out / "importances.png", importance_picture(worth))

@@ -26,12 +26,15 @@ def generate(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write labelled clouds, each from a world of its own, with a manifest and a card."""
+    """Write labelled clouds of many worlds, with a manifest and a card."""
     from andabata.app.console import Voice
     from andabata.app.datasets import generate_dataset
     from andabata.app.settings import resolve, with_sensor
+    from andabata.app.usage import UsageError
     from andabata.tasks.clouds import CloudsConfig
 
+    if train + validation == 0:
+        raise UsageError("--train, --validation: expected at least one cloud, got none")
     voice = Voice(quiet, as_json)
     base = with_sensor(CloudsConfig, sensor)
     resolved = resolve(CloudsConfig, config, settings or (), base)

@@ -75,13 +75,18 @@ class CloudsConfig(BaseModel):
     close_reach: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
-    @field_validator(
-        "difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "heights", "kept"
-    )
+    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "kept")
     @classmethod
     def _check_span(cls, span: Span) -> Span:
         if not 0 <= span[0] <= span[1] <= 1:
             raise ValueError(f"expected 0 <= least <= most <= 1, got {span}")
+        return span
+
+    @field_validator("heights")
+    @classmethod
+    def _check_heights(cls, span: Span) -> Span:
+        if not 0 < span[0] <= span[1] <= 5:
+            raise ValueError(f"expected 0 < least <= most <= 5 m, got {span}")
         return span
 
 

@@ -66,17 +66,14 @@ def train(
     voice = Voice(quiet, as_json)
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     resolved = resolve(ForestConfig, config, settings or (), base)
-    manifest = read_manifest(clouds)
-    samples = join_samples(
-        [
-            split_samples(folder, read_manifest(folder), "train", grid)
-            for folder in (clouds, *(more or ()))
-        ]
-    )
+    folders = (clouds, *(more or ()))
+    manifests = [read_manifest(folder) for folder in folders]
+    pairs = zip(folders, manifests, strict=True)
+    samples = join_samples([split_samples(*pair, "train", grid) for pair in pairs])
     voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
     summary = {
-        "clouds_sha256": manifest.config_sha256,
-        "clouds_seed": manifest.seed,
+        "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
+        "clouds_seeds": [manifest.seed for manifest in manifests],
         "clouds": int(samples.cloud.max()) + 1,
         "cells": len(samples.red),
         "seed": seed,
@@ -85,7 +82,7 @@ def train(
     forest = grow_forest(samples, grid, resolved, seed, summary)
     make_folder(out)
     write_atomically(out / "forest.npz", forest.to_bytes())  # Before judging: it took minutes.
-    scores = judge_forest(forest, clouds, manifest, "validation")
+    scores = judge_forest(forest, clouds, manifests[0], "validation")
     write_atomically(out / "confusion.png", confusion_picture(scores))
     worth = importances(forest, samples, seed)
     write_atomically(out / "importances.png", importance_picture(worth))

@@ -9,7 +9,7 @@ from andabata.app.console import Voice
 from andabata.app.datasets import generate_dataset
 from andabata.app.driving import Driven, drive_once
 from andabata.app.evaluation import EvaluationConfig, Models, evaluate, summarise
-from andabata.app.learning import HISTORY, LearningConfig, learn, read_history
+from andabata.app.learning import HISTORY, learn, learning_with, read_history
 from andabata.app.pictures import (
     confusion_picture,
     drive_picture,
@@ -20,12 +20,12 @@ from andabata.app.pictures import (
 from andabata.app.report import Report
 from andabata.app.runs import make_folder, write_json
 from andabata.app.scanning import ScanConfig, scan_cloud
+from andabata.app.settings import with_sensor
 from andabata.models import shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
 from andabata.tasks.rig import RigConfig
 from traversability.dataset import Split, read_manifest, split_samples
-from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.growing import ForestConfig, grow_forest
 
@@ -34,114 +34,134 @@ _EPISODES = 64
 _TRIALS = 2
 
 
-def demonstrate(folder: Path, seed: int, workers: int, voice: Voice) -> dict[str, Any]:
-    """Run the demo and return its figures and where its report lies.
+class Demonstration:
+    """The demo: each part adds to the figures and to the report."""
 
-    Args:
-        folder: Where everything goes; an earlier demo there is replaced.
-        seed: Of everything.
-        workers: Processes.
-        voice: Tells people what happens.
-    """
-    began = time.perf_counter()
-    make_folder(folder)
-    report = Report("andabata: from nothing to a driven path")
-    figures: dict[str, Any] = {}
-    forest = _classifier(folder, seed, workers, voice, report, figures)
-    _learning(folder, seed, workers, voice, report, figures)
-    driven = _drive(folder, seed, voice, report, figures)
-    _look(driven, forest, report)
-    _judgement(seed, workers, voice, report, figures)
-    figures["wall_s"] = time.perf_counter() - began
-    path = folder / "report.html"
-    write_atomically(path, report.to_bytes())
-    write_json(folder / "demo.json", figures)
-    return {**figures, "report": str(path)}
+    def __init__(self, folder: Path, seed: int, workers: int, voice: Voice, sensor: str) -> None:
+        """Say what to run.
 
+        Args:
+            folder: Where everything goes; an earlier demo there is replaced.
+            seed: Of everything.
+            workers: Processes.
+            voice: Tells people what happens.
+            sensor: The laser's name.
+        """
+        self._folder, self._seed, self._workers = folder, seed, workers
+        self._voice, self._sensor = voice, sensor
+        self._report = Report("andabata: from nothing to a driven path")
+        self._figures: dict[str, Any] = {"sensor": sensor}
 
-def _classifier(
-    folder: Path, seed: int, workers: int, voice: Voice, report: Report, figures: dict[str, Any]
-) -> Forest:
-    """Make labelled clouds and grow a forest on them."""
-    clouds = folder / "clouds"
-    counts: dict[Split, int] = {"train": 140, "validation": 42}
-    with voice.progress("labelled clouds", sum(counts.values())) as step:
-        generate_dataset(clouds, CloudsConfig(), counts, seed, workers, step)
-    manifest = read_manifest(clouds)
-    samples = split_samples(clouds, manifest, "train", PolarGrid())
-    forest = grow_forest(samples, PolarGrid(), ForestConfig(), seed)
-    scores = judge_forest(forest, clouds, manifest, "validation")
-    figures["classifier"] = scores
-    voice.say(f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds")
-    report.section(
-        "A classifier of cells",
-        f"{counts['train']} labelled clouds for training and {counts['validation']} for judging, "
-        f"from other worlds; {len(samples.red)} training cells.",
-    )
-    report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
-    report.picture(confusion_picture(scores), "Judged cells of the validation clouds")
-    return forest
+    def run(self) -> dict[str, Any]:
+        """Run all of it and return its figures and where its report lies."""
+        began = time.perf_counter()
+        make_folder(self._folder)
+        self._classifier()
+        self._learning()
+        self._look(self._drive())
+        self._judgement()
+        self._figures["wall_s"] = time.perf_counter() - began
+        path = self._folder / "report.html"
+        write_atomically(path, self._report.to_bytes())
+        write_json(self._folder / "demo.json", self._figures)
+        return {**self._figures, "report": str(path)}
 
+    def _classifier(self) -> None:
+        """Make labelled clouds and grow a forest on them."""
+        clouds = self._folder / "clouds"
+        counts: dict[Split, int] = {"train": 140, "validation": 42}
+        with self._voice.progress("labelled clouds", sum(counts.values())) as step:
+            generate_dataset(
+                clouds,
+                with_sensor(CloudsConfig, self._sensor),
+                counts,
+                self._seed,
+                self._workers,
+                step,
+            )
+        manifest = read_manifest(clouds)
+        samples = split_samples(clouds, manifest, "train", PolarGrid())
+        forest = grow_forest(samples, PolarGrid(), ForestConfig(), self._seed)
+        scores = judge_forest(forest, clouds, manifest, "validation")
+        self._figures["classifier"] = scores
+        self._voice.say(
+            f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds"
+        )
+        self._report.section(
+            "A classifier of cells",
+            f"{counts['train']} labelled clouds for training and {counts['validation']} for "
+            f"judging, from other worlds; {len(samples.red)} training cells.",
+        )
+        self._report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
+        self._report.picture(confusion_picture(scores), "Judged cells of the validation clouds")
 
-def _learning(
-    folder: Path, seed: int, workers: int, voice: Voice, report: Report, figures: dict[str, Any]
-) -> None:
-    """Begin the curriculum: enough to see it learn, not enough to drive."""
-    run = folder / "run"
-    for file in run.glob("*"):
-        file.unlink()
-    config = LearningConfig(episodes=(_EPISODES, 1, 1))
-    with voice.progress("episodes in the maze", _EPISODES) as step:
-        result = learn(run, config, range(1), seed, workers, on_generation=lambda g: step(g.played))
-    figures["learning"] = result
-    report.section(
-        "Learning to steer",
-        f"The first {_EPISODES} episodes of stage 1, {result['steps']} control steps at "
-        f"{result['steps_per_s']:.0f} a second. The shipped policy comes from the full budget.",
-    )
-    report.picture(learning_picture(read_history(run / HISTORY)), "Goals reached while exploring")
+    def _learning(self) -> None:
+        """Begin the curriculum: enough to see it learn, not enough to drive."""
+        run = self._folder / "run"
+        for file in run.glob("*"):
+            file.unlink()
+        config = learning_with(self._sensor).model_copy(update={"episodes": (_EPISODES, 1, 1)})
+        with self._voice.progress("episodes in the maze", _EPISODES) as step:
+            result = learn(
+                run,
+                config,
+                range(1),
+                self._seed,
+                self._workers,
+                on_generation=lambda g: step(g.played),
+            )
+        self._figures["learning"] = result
+        self._report.section(
+            "Learning to steer",
+            f"The first {_EPISODES} episodes of stage 1, {result['steps']} control steps at "
+            f"{result['steps_per_s']:.0f} a second. The shipped policy comes from the full budget.",
+        )
+        self._report.picture(
+            learning_picture(read_history(run / HISTORY)), "Goals reached while exploring"
+        )
 
+    def _drive(self) -> Driven:
+        """Drive the shipped policy through a natural world that nothing was trained on."""
+        config = with_sensor(RigConfig, self._sensor)
+        with self._voice.progress("simulated seconds", None) as step:
+            driven = drive_once(_WORLD, self._seed, "learned", config, on_second=step)
+        oracle = drive_once(_WORLD, self._seed, "oracle", config)
+        others = {"oracle": oracle.path}
+        self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k != "path"}
+        self._voice.say(driven.title)
+        self._report.section(
+            "A drive", driven.title + ", in bullet, with the shipped forest and policy."
+        )
+        picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
+        write_atomically(self._folder / "drive.png", picture)
+        self._report.picture(picture, "The driven path and the oracle's, on the true map")
+        self._report.table(self._figures["drive"]["legs"])
+        self._report.picture(world_picture(driven.world), "The world")
+        return driven
 
-def _drive(
-    folder: Path, seed: int, voice: Voice, report: Report, figures: dict[str, Any]
-) -> Driven:
-    """Drive the shipped policy through a natural world that nothing was trained on."""
-    config = RigConfig()
-    with voice.progress("simulated seconds", None) as step:
-        driven = drive_once(_WORLD, seed, "learned", config, on_second=step)
-    oracle = drive_once(_WORLD, seed, "oracle", config)
-    others = {"oracle": oracle.path}
-    figures["drive"] = {k: v for k, v in driven.as_dict().items() if k != "path"}
-    voice.say(driven.title)
-    report.section("A drive", driven.title + ", in bullet, with the shipped forest and policy.")
-    picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
-    write_atomically(folder / "drive.png", picture)
-    report.picture(picture, "The driven path and the oracle's, on the true map")
-    report.table(figures["drive"]["legs"])
-    report.picture(world_picture(driven.world), "The world")
-    return driven
+    def _look(self, driven: Driven) -> None:
+        """Show the last cloud of the drive with its cells, judged by the shipped forest."""
+        if driven.cloud is None:
+            return
+        scanned = scan_cloud(driven.cloud, ScanConfig(), shipped_forest())
+        self._report.section(
+            "What the robot saw", "The last cloud of the drive, its cells and virtual scan."
+        )
+        self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
-
-def _look(driven: Driven, forest: Forest, report: Report) -> None:
-    """Show the last cloud of the drive with its cells, judged by the shipped forest."""
-    if driven.cloud is None:
-        return
-    scanned = scan_cloud(driven.cloud, ScanConfig(), shipped_forest())
-    report.section("What the robot saw", "The last cloud of the drive, its cells and virtual scan.")
-    report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
-
-
-def _judgement(
-    seed: int, workers: int, voice: Voice, report: Report, figures: dict[str, Any]
-) -> None:
-    """Judge the four controllers in a few trials."""
-    config = EvaluationConfig(world=_WORLD, trials=_TRIALS, seed=seed)
-    with voice.progress("trials of four controllers", _TRIALS) as step:
-        rows = evaluate(config, Models(), workers=workers, on_trial=lambda trial, rows: step())
-    table = summarise(rows, config)
-    figures["evaluation"] = table
-    report.section(
-        "Four controllers side by side",
-        f"{_TRIALS} trials show the form of the table, not the truth: see the Wilson intervals.",
-    )
-    report.table(table)
+    def _judgement(self) -> None:
+        """Judge the four controllers in a few trials."""
+        config = EvaluationConfig(
+            world=_WORLD, trials=_TRIALS, seed=self._seed, rig=with_sensor(RigConfig, self._sensor)
+        )
+        with self._voice.progress("trials of four controllers", _TRIALS) as step:
+            rows = evaluate(
+                config, Models(), workers=self._workers, on_trial=lambda trial, rows: step()
+            )
+        table = summarise(rows, config)
+        self._figures["evaluation"] = table
+        self._report.section(
+            "Four controllers side by side",
+            f"{_TRIALS} trials show the form of the table, not the truth: see the intervals.",
+        )
+        self._report.table(table)

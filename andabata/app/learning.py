@@ -11,8 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
+from andabata.machine.sensors import sensor_settings
 from andabata.records.storage import write_atomically
 from andabata.tasks.offroad import OffroadConfig, stage_config
+from andabata.tasks.rig import RigConfig
 from rl.curriculum import Curriculum, CurriculumConfig, Generation, Stage
 from rl.sac import SacConfig
 
@@ -43,6 +45,23 @@ class LearningConfig(BaseModel):
             stage_config("Natural"),
         )
     )
+
+
+def learning_with(sensor: str) -> LearningConfig:
+    """Return the default run with another laser; stage 1 keeps its horizontal beams.
+
+    Raises:
+        UnknownSensorError: If there is no laser of that name.
+    """
+    default, settings = LearningConfig(), sensor_settings(sensor)
+    stages = []
+    for stage in default.stages:
+        if stage.rig.sensing.scanner == "rotating":
+            rig = RigConfig.model_validate({**stage.rig.model_dump(), **settings})
+            stages.append(stage.model_copy(update={"rig": rig}))
+        else:
+            stages.append(stage)
+    return default.model_copy(update={"stages": tuple(stages)})
 
 
 def learn(

@@ -98,3 +98,19 @@ def test_options_out_of_bounds_are_errors(capsys, tmp_path, options):
     near = near[np.linalg.norm(near, axis=1) < 4.0]
     code, _ = scan(capsys, tmp_path, near, *options)
     assert code in (1, 2)
+
+
+def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, pitch in (("level", 0.0), ("pitched", 16.0)):
+        (tmp_path / f"{name}.npz").write_bytes(
+            cloud_to_bytes(PointCloud(sensor_cloud(pitch), "sensor"))
+        )
+    assert main(["scan", "level.npz", "pitched.npz", "--report", "page.html", "--json"]) == 0
+    scans = json.loads(capsys.readouterr().out)["scans"]
+    assert [each["file"] for each in scans] == ["level.npz", "pitched.npz"]
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("data:image/png;base64,") == 2
+    assert "tilts 16 degrees" in page
+    assert all((tmp_path / each["picture"]).exists() for each in scans)
+    assert main(["scan", "level.npz", "pitched.npz", "--picture", "one.png"]) == 2

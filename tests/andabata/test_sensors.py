@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.app.learning import learning_with
 from andabata.app.settings import with_sensor
 from andabata.machine.sensors import UnknownSensorError, sensor_names, sensor_settings
 from andabata.models import shipped_forest
@@ -54,3 +55,11 @@ def test_clouds_of_another_laser_are_generated(tmp_path, capsys):
     out = str(tmp_path)
     assert main(["clouds", "generate", "--out", out, "--sensor", "vlp-16", *options]) == 0
     assert json.loads(capsys.readouterr().out)["clouds"] == 1
+
+
+def test_a_run_learns_with_another_laser():
+    stages = learning_with("os1-64").stages
+    assert stages[0].rig.sensing.scanner == "horizontal"
+    assert [stage.rig.sensing.lidar.beams for stage in stages[1:]] == [64, 64]
+    assert stages[2].rig.plant == "kinematic"
+    assert stages[2].rig.assembly.turn == pytest.approx(2 * np.pi)

@@ -5,11 +5,12 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import Json, Quiet, Seed, Workers
+from andabata.app.options import Json, Quiet, Seed, Sensor, Workers
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
+    sensor: Sensor = "utm-30lx",
     seed: Seed = 0,
     workers: Workers = 2,
     as_json: Json = False,
@@ -17,8 +18,8 @@ def demo(
 ) -> None:
     """Make clouds, grow a forest, learn a little, drive a natural world, and report it."""
     from andabata.app.console import Voice
-    from andabata.app.demonstration import demonstrate
+    from andabata.app.demonstration import Demonstration
 
     voice = Voice(quiet, as_json)
-    result = demonstrate(out, seed, workers, voice)
+    result = Demonstration(out, seed, workers, voice, sensor).run()
     voice.result(result, f"report: {result['report']}")

@@ -1,17 +1,23 @@
-"""``andabata scan``: any cloud to cells, virtual scan and a picture."""
+"""``andabata scan``: any clouds to cells, virtual scans and pictures."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from andabata.app.options import ForestFile, Json, Quiet
 
+if TYPE_CHECKING:
+    from andabata.app.scanning import Mounting, ScanConfig
+    from traversability.forest import Forest
+
 _MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
 
 
 def scan(
-    file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin, las, laz or vtk.")],
+    files: Annotated[
+        list[Path], typer.Argument(help="Clouds: npz, ply, pcd, bin, las, laz or vtk.")
+    ],
     sensor_height: Annotated[
         float, typer.Option(help="Sensor above the robot's base plane, in metres.")
     ] = 0.72,
@@ -25,48 +31,76 @@ def scan(
     sectors: Annotated[int, typer.Option(help="Sectors of the virtual scan.")] = 32,
     forest: ForestFile = None,
     picture: Annotated[
-        Path | None, typer.Option(help="PNG file; beside the present folder by default.")
+        Path | None, typer.Option(help="PNG file of a single cloud; in this folder by default.")
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="HTML page with the pictures of all clouds.")
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge the cells around the robot in one cloud.
+    """Judge the cells around the robot in clouds.
 
     The sensor is taken to be level unless `--mounting` or `--level` says otherwise. A cloud with
     labels is scored against them.
     """
     from andabata.app.console import Voice
-    from andabata.app.pictures import scan_picture
-    from andabata.app.scanning import ScanConfig, doubts, scan_cloud, scan_result
+    from andabata.app.report import Report
+    from andabata.app.scanning import ScanConfig
     from andabata.app.settings import resolve
+    from andabata.app.usage import UsageError
     from andabata.models import shipped_forest
     from andabata.records.storage import write_atomically
-    from traversability.files import read_cloud
     from traversability.forest import Forest
 
+    if picture is not None and len(files) > 1:
+        raise UsageError(f"--picture: expected one cloud, got {len(files)}; use --report")
     voice = Voice(quiet, as_json)
     options = {"own_body": own_body, "level": level, "n_sectors": sectors}
     overrides = [f"{name}={str(value).lower()}" for name, value in options.items()]
     base = ScanConfig(mounting=_mounting(mounting, sensor_height))
     config = resolve(ScanConfig, None, overrides, base)
     loaded = Forest.load(forest) if forest else shipped_forest()
-    scanned = scan_cloud(read_cloud(file), config, loaded)
-    warnings = doubts(scanned, config)
-    for warning in warnings:
-        voice.say(f"note: {warning}")
-    where = picture or Path(f"{file.stem}_scan.png")
-    write_atomically(where, scan_picture(scanned, file.name))
-    data = {**scan_result(scanned), "picture": str(where), "notes": warnings}
+    page = Report("Clouds and what the robot makes of them")
+    found = []
+    for file in files:
+        where = picture or Path(f"{file.stem}_scan.png")
+        data, drawn = _look(file, config, loaded)
+        write_atomically(where, drawn)
+        found.append({"file": str(file), **data, "picture": str(where)})
+        for note in data["notes"]:
+            voice.say(f"note: {file.name}: {note}")
+        page.section(file.name, " ".join([_in_words(data), *data["notes"]]))
+        page.picture(drawn, "Points, cells and ranges")
+    if report is not None:
+        write_atomically(report, page.to_bytes())
+    lines = [f"{each['file']}: {_in_words(each)}\npicture: {each['picture']}" for each in found]
+    lines += [f"report: {report}"] if report else []
+    voice.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
+
+
+def _look(file: Path, config: "ScanConfig", forest: "Forest") -> tuple[dict[str, Any], bytes]:
+    """Return what is seen in a cloud, ready for JSON, and its picture."""
+    from andabata.app.pictures import scan_picture
+    from andabata.app.scanning import doubts, scan_cloud, scan_result
+    from traversability.files import read_cloud
+
+    scanned = scan_cloud(read_cloud(file), config, forest)
+    data = scan_result(scanned) | {"notes": doubts(scanned, config)}
+    return data, scan_picture(scanned, file.name)
+
+
+def _in_words(data: dict[str, Any]) -> str:
+    """Return a scan's figures as a sentence."""
     cells = data["cells"]
     nearest = min((r for r in data["ranges"] if r is not None), default=float("nan"))
-    text = (
+    return (
         f"{data['points']} points: {cells['green']} green, {cells['red']} red, {cells['white']} "
-        f"white cells; nearest obstacle {nearest:.2f} m\npicture: {where}"
+        f"white cells; nearest obstacle {nearest:.2f} m."
     )
-    voice.result(data, text)
 
 
-def _mounting(text: str, height: float):  # type: ignore[no-untyped-def]  # noqa: ANN202 - a heavy type.
+def _mounting(text: str, height: float) -> "Mounting":
     """Return the mounting of the two options."""
     import math
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Set, Workers
+from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Sensor, Set, Workers
 
 if TYPE_CHECKING:
     from rl.curriculum import Generation
@@ -15,6 +15,7 @@ def train(
     out: Annotated[Path, typer.Option(help="The run's folder.")] = Path("data/runs/train"),
     stages: Annotated[str, typer.Option(help="Stages to run, as 1 or 1-3.")] = "1-3",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
+    sensor: Sensor = "utm-30lx",
     forest: ForestFile = None,
     seed: Seed = 0,
     workers: Workers = 2,
@@ -25,13 +26,13 @@ def train(
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds."""
     from andabata.app.console import Voice
-    from andabata.app.learning import LearningConfig, learn
+    from andabata.app.learning import LearningConfig, learn, learning_with
     from andabata.app.settings import resolve
     from traversability.forest import Forest
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
-    resolved = resolve(LearningConfig, config, settings or ())
+    resolved = resolve(LearningConfig, config, settings or (), learning_with(sensor))
     judge = Forest.load(forest).to_bytes() if forest else None
     total = sum(resolved.episodes[k] for k in chosen)
     with voice.progress("episodes", total) as step:

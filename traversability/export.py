@@ -32,13 +32,12 @@ def forest_to_onnx(forest: Forest) -> bytes:
     except ImportError as error:
         message = "expected the package onnx, got none; install the extra `onnx`"
         raise ExportError(message) from error
-    nodes = _probability(helper, forest.trees, "trees")
-    result = "trees_probability"
-    constants = []
+    constants: list[Any] = []
+    nodes, result = _trees(helper, forest, constants)
     if forest.screen is not None:
         nodes += _probability(helper, forest.screen.trees, "screen")
         limit = float(np.float32(forest.screen.limit))
-        constants.append(helper.make_tensor("limit", TensorProto.FLOAT, [1], [limit]))
+        constants.append(_number(helper, "limit", limit))
         nodes.append(helper.make_node("Less", ["screen_sum", "limit"], ["spared"]))
         nodes.append(
             helper.make_node("Where", ["spared", "screen_probability", result], ["chosen"])
@@ -66,8 +65,51 @@ def forest_to_onnx(forest: Forest) -> bytes:
     return bytes(model.SerializeToString())
 
 
+def _trees(helper: Any, forest: Forest, constants: list[Any]) -> tuple[list[Any], str]:  # noqa: ANN401 - onnx has few types.
+    """Return nodes from ``features`` to the probability after the exits, and its name."""
+    if not forest.exits:
+        return _probability(helper, forest.trees, "trees"), "trees_probability"
+    nodes: list[Any] = []
+    first, total = 0, ""
+    stops = [exit_.trees for exit_ in forest.exits] + [len(forest.trees.roots)]
+    for stage, stop in enumerate(stops):
+        nodes += _ensemble(helper, forest.trees.between(first, stop), f"part{stage}")
+        so_far = f"so_far{stage}"
+        adds = helper.make_node("Add", [total, f"part{stage}_sum"], [so_far])
+        nodes.append(adds if total else helper.make_node("Identity", ["part0_sum"], [so_far]))
+        first, total = stop, so_far
+    for stage, exit_ in reversed(list(enumerate(forest.exits))):
+        low, high = f"low{stage}", f"high{stage}"
+        constants += [_number(helper, low, exit_.low), _number(helper, high, exit_.high)]
+        nodes += [
+            helper.make_node("Less", [f"so_far{stage}", low], [f"under{stage}"]),
+            helper.make_node("Greater", [f"so_far{stage}", high], [f"over{stage}"]),
+            helper.make_node("Or", [f"under{stage}", f"over{stage}"], [f"leaves{stage}"]),
+            helper.make_node(
+                "Where", [f"leaves{stage}", f"so_far{stage}", total], [f"after{stage}"]
+            ),
+        ]
+        total = f"after{stage}"
+    nodes.append(helper.make_node("Sigmoid", [total], ["trees_probability"]))
+    return nodes, "trees_probability"
+
+
+def _number(helper: Any, name: str, value: float) -> Any:  # noqa: ANN401 - onnx has few types.
+    """Return a constant."""
+    from onnx import TensorProto
+
+    return helper.make_tensor(name, TensorProto.FLOAT, [1], [float(np.float32(value))])
+
+
 def _probability(helper: Any, trees: Trees, name: str) -> list[Any]:  # noqa: ANN401 - onnx has few types.
     """Return nodes from ``features`` to ``name_sum`` and ``name_probability``."""
+    link = "Identity" if trees.vote == "mean" else "Sigmoid"
+    after = helper.make_node(link, [f"{name}_sum"], [f"{name}_probability"])
+    return [*_ensemble(helper, trees, name), after]
+
+
+def _ensemble(helper: Any, trees: Trees, name: str) -> list[Any]:  # noqa: ANN401 - onnx has few types.
+    """Return the node from ``features`` to ``name_sum``."""
     columns = np.array([ALL_FEATURES.index(feature) for feature in trees.features])
     tree, number = _numbers(trees)
     inner = trees.feature >= 0
@@ -96,8 +138,7 @@ def _probability(helper: Any, trees: Trees, name: str) -> list[Any]:  # noqa: AN
         target_ids=[0] * len(leaf),
         target_weights=trees.leaf[leaf].tolist(),
     )
-    link = "Identity" if mean else "Sigmoid"
-    return [ensemble, helper.make_node(link, [f"{name}_sum"], [f"{name}_probability"])]
+    return [ensemble]
 
 
 def _numbers(trees: Trees) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -1,8 +1,9 @@
 """The cell classifier: trees, a screen that spares most cells, and the thresholds of red."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,8 @@ from traversability.labels import CellState
 from traversability.trees import Trees, add_leaves
 
 _FORMAT = "andabata-forest"
-_VERSION = 2
+_VERSION = 3
+_READABLE = (2, 3)  # 2 knew no exits.
 _MAX_BYTES = 1 << 26
 
 
@@ -54,6 +56,20 @@ class Screen:
     limit: float
 
 
+class Exit(NamedTuple):
+    """Where clear cells leave: a soft cascade (Bourdev and Brandt 2005).
+
+    Attributes:
+        trees: After so many trees,
+        low: a cell whose sum of leaves lies below this,
+        high: or above this, is decided.
+    """
+
+    trees: int
+    low: float
+    high: float
+
+
 @dataclass(frozen=True)
 class Forest:
     """What tells red cells from green ones.
@@ -63,6 +79,7 @@ class Forest:
         thresholds: From which probability on a cell is red.
         grid: The grid that the forest was trained for.
         screen: What spares the trees the plain cells, or None.
+        exits: Where clear cells leave the trees, by growing number of trees.
         summary: What the forest was trained on, ready for JSON.
     """
 
@@ -70,7 +87,22 @@ class Forest:
     thresholds: Thresholds
     grid: PolarGrid
     screen: Screen | None = None
+    exits: tuple[Exit, ...] = ()
     summary: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the exits.
+
+        Raises:
+            ValueError: If they are out of order, or hold no numbers.
+        """
+        after = [0, *(exit_.trees for exit_ in self.exits), len(self.trees.roots)]
+        if any(here >= there for here, there in pairwise(after)):
+            raise ValueError(f"exits after {after[1:-1]} of {after[-1]} trees")
+        if self.exits and self.trees.vote != "logistic":
+            raise ValueError("exits from trees whose leaves are averaged")
+        if any(not exit_.low <= exit_.high for exit_ in self.exits):
+            raise ValueError("an exit whose low is not below its high")
 
     def predict_proba(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the probability of red of cells.
@@ -88,13 +120,25 @@ class Forest:
             expected = f"(n, {len(ALL_FEATURES)})"
             raise ValueError(f"features: expected shape {expected}, got {features.shape}")
         flat = np.ascontiguousarray(features, dtype=np.float32)
+        rows = np.arange(len(flat))
         if self.screen is None:
-            return self.trees.probability(_sums(self.trees, flat, np.arange(len(flat))))
-        sums = _sums(self.screen.trees, flat, np.arange(len(flat)))
+            return self.trees.probability(self._sums(flat, rows))
+        sums = sums_of(self.screen.trees, flat, rows)
         probability = self.screen.trees.probability(sums)
         rest = np.flatnonzero(sums >= self.screen.limit)
-        probability[rest] = self.trees.probability(_sums(self.trees, flat, rest))
+        probability[rest] = self.trees.probability(self._sums(flat, rest))
         return probability
+
+    def _sums(self, features: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the sums of leaves of some rows, up to the exit that each one takes."""
+        sums, open_, first = np.full(len(rows), self.trees.base), np.arange(len(rows)), 0
+        nodes = self.trees.laid_out(ALL_FEATURES)
+        for trees, low, high in (*self.exits, Exit(len(self.trees.roots), np.inf, -np.inf)):
+            part = sums[open_]
+            add_leaves(features, rows[open_], len(open_), nodes, first, trees, part)
+            sums[open_], first = part, trees
+            open_ = open_[(part >= low) & (part <= high)]
+        return sums
 
     def classify(self, cells: CellFeatures, grid: PolarGrid) -> NDArray[np.uint8]:
         """Return the ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
@@ -134,6 +178,8 @@ class Forest:
             "grid": self.grid.model_dump(),
             "summary": self.summary,
         }
+        if self.exits:
+            header["exits"] = [list(exit_) for exit_ in self.exits]
         if self.screen is not None:
             more, about = self.screen.trees.packed("screen_")
             arrays |= more
@@ -172,18 +218,27 @@ class Forest:
         return cls.from_bytes(path.read_bytes(), str(path))
 
 
-def _sums(
-    trees: Trees, features: NDArray[np.float32], rows: NDArray[np.int64]
+def sums_of(
+    trees: Trees, features: NDArray[np.float32], rows: NDArray[np.int64] | None = None
 ) -> NDArray[np.float64]:
-    """Return the sum of leaves of some rows, ``base`` included."""
+    """Return the sums of all leaves, ``base`` included.
+
+    Args:
+        trees: To walk.
+        features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
+        rows: Which of them; None for all.
+    """
+    rows = np.arange(len(features)) if rows is None else rows
     sums = np.full(len(rows), trees.base)
-    add_leaves(features, rows, len(rows), trees.laid_out(ALL_FEATURES), sums)
+    nodes = trees.laid_out(ALL_FEATURES)
+    flat = np.ascontiguousarray(features)
+    add_leaves(flat, rows, len(rows), nodes, 0, len(trees.roots), sums)
     return sums
 
 
 def _parts(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[str, Any]:
     """Return the parts of a forest's file."""
-    if header.get("format") != _FORMAT or header.get("version") != _VERSION:
+    if header.get("format") != _FORMAT or header.get("version") not in _READABLE:
         raise ValueError(f"format {header.get('format')!r} version {header.get('version')!r}")
     known = set(ALL_FEATURES)
     screen = None
@@ -192,7 +247,9 @@ def _parts(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[str,
         if not np.isfinite(limit):
             raise ValueError(f"screen limit {limit}")
         screen = Screen(Trees.unpacked(arrays, about, "screen_", known), limit)
+    exits = tuple(Exit(int(n), float(low), float(high)) for n, low, high in header.get("exits", ()))
     return {
+        "exits": exits,
         "trees": Trees.unpacked(arrays, header["trees"], "", known),
         "thresholds": Thresholds.model_validate(header["thresholds"]),
         "grid": PolarGrid.model_validate(header["grid"]),

@@ -9,10 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
-from traversability.forest import Forest, Screen, Thresholds
+from traversability.forest import Exit, Forest, Screen, Thresholds, sums_of
 from traversability.grid import PolarGrid
 from traversability.planting import flatten_boosted, flatten_random
-from traversability.trees import Trees, add_leaves
+from traversability.trees import Trees
 
 _SCREEN_RATE = 0.5
 """Learning rate of a screen, whose few trees have to get far."""
@@ -44,6 +44,9 @@ class ForestConfig(BaseModel):
         near_range: See ``near_miss`` [m].
         screen_trees: Number of boosted trees on a cell's own features that look first; 0 for none.
         screen_loss: Share of the red cells that they may take for green.
+        exits: After how many trees clear cells leave.
+        exit_loss: Share of the cells called red, and of those called green, that each exit may
+            change over.
         held_out: Share of the worlds on which the thresholds are chosen, before the trees are grown
             afresh on all of them.
         thresholds: Instead of choosing.
@@ -54,16 +57,18 @@ class ForestConfig(BaseModel):
     kind: Literal["boosted", "random"] = "boosted"
     features: FeatureSet = "all"
     without: tuple[str, ...] = ()
-    trees: int = Field(default=150, ge=1, le=2000)
-    max_depth: int = Field(default=6, ge=1, le=64)
+    trees: int = Field(default=300, ge=1, le=2000)
+    max_depth: int = Field(default=7, ge=1, le=64)
     min_leaf: int = Field(default=40, ge=1)
-    rate: float = Field(default=0.2, gt=0, le=1)
+    rate: float = Field(default=0.12, gt=0, le=1)
     shrink: float = Field(default=5.0, ge=0)
-    near_miss: float = Field(default=5.0, gt=0)
-    far_miss: float = Field(default=3.0, gt=0)
+    near_miss: float = Field(default=7.0, gt=0)
+    far_miss: float = Field(default=5.0, gt=0)
     near_range: float = Field(default=5.0, ge=0)
     screen_trees: int = Field(default=12, ge=0, le=1000)
-    screen_loss: float = Field(default=0.004, ge=0, lt=1)
+    screen_loss: float = Field(default=0.002, ge=0, lt=1)
+    exits: tuple[int, ...] = (30, 60, 120)
+    exit_loss: float = Field(default=0.0001, ge=0, lt=0.5)
     held_out: float = Field(default=0.2, gt=0, lt=1)
     thresholds: Thresholds | None = None
 
@@ -76,9 +81,11 @@ class ForestConfig(BaseModel):
 PAPER_RECIPE = ForestConfig(
     kind="random",
     features="paper",
+    trees=100,
     max_depth=12,
     min_leaf=3,
     screen_trees=0,
+    exits=(),
     near_miss=2.0,
     far_miss=2.0,
     near_range=0.0,
@@ -116,15 +123,18 @@ def grow_forest(
     shuffled = np.random.default_rng(seed).permutation(worlds)
     judges = np.isin(samples.world, shuffled[: max(1, round(config.held_out * len(worlds)))])
     thresholds = {"near": 1 / (1 + config.near_miss), "far": 1 / (1 + config.far_miss)}
-    limit = None
+    limit: float | None = None
+    exits: tuple[Exit, ...] = ()
     if len(worlds) > 1 and _both_kinds(samples.red[~judges]) and _both_kinds(samples.red[judges]):
         first, held = samples.select(~judges), samples.select(judges)
         limit = _screen_limit(first, held, config, seed)
         trial = _planted(first, grid, config, seed, limit)
         thresholds |= _cheapest_thresholds(trial, held, config)
+        if config.kind == "boosted":
+            exits = _exits(trial, held, tuple(thresholds.values()), config)
     forest = _planted(samples, grid, config, seed, limit)
     chosen = config.thresholds or Thresholds(**thresholds, near_range=config.near_range)
-    return replace(forest, thresholds=chosen, summary=summary or {})
+    return replace(forest, thresholds=chosen, exits=exits, summary=summary or {})
 
 
 def _both_kinds(red: NDArray[np.bool_]) -> bool:
@@ -142,7 +152,7 @@ def _planted(
     screen = None
     if limit is not None:
         screen = Screen(_grow_screen(samples, config, seed), limit)
-        samples = samples.select(_sums(screen.trees, samples.features) >= limit)
+        samples = samples.select(sums_of(screen.trees, samples.features) >= limit)
     trees = _grow(samples, config, config.names, config.trees, seed)
     return Forest(trees, Thresholds(), grid, screen)
 
@@ -161,21 +171,8 @@ def _screen_limit(
     if config.screen_trees == 0:
         return None
     screen = _grow_screen(samples, config, seed)
-    sums = _sums(screen, held.features[held.red])
+    sums = sums_of(screen, held.features[held.red])
     return float(np.quantile(sums, config.screen_loss))
-
-
-def _sums(trees: Trees, features: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the sums of leaves, ``base`` included."""
-    sums = np.full(len(features), trees.base)
-    add_leaves(
-        np.ascontiguousarray(features),
-        np.arange(len(features)),
-        len(features),
-        trees.laid_out(ALL_FEATURES),
-        sums,
-    )
-    return sums
 
 
 def _grow(
@@ -224,6 +221,28 @@ def _cheapest_thresholds(
         )
         if held.red[inside].any()
     }
+
+
+def _exits(
+    forest: Forest, held: CellSamples, thresholds: tuple[float, ...], config: ForestConfig
+) -> tuple[Exit, ...]:
+    """Return exits that change few held-out cells over, whichever of the thresholds counts."""
+    features = held.features
+    if forest.screen is not None:
+        features = features[sums_of(forest.screen.trees, features) >= forest.screen.limit]
+    trees, limits = forest.trees, forest.trees.sum_at(np.array(thresholds))
+    final = sums_of(trees, features)
+    # At the lower limit a cell called red must not leave as green, at the higher one the reverse.
+    red, green = final >= limits.min(), final < limits.max()
+    found = []
+    for after in config.exits:
+        if after >= len(trees.roots) or not (red.any() and green.any()):
+            break
+        part = sums_of(trees.between(0, after), features)
+        low = min(float(np.quantile(part[red], config.exit_loss)), limits.min())
+        high = max(float(np.quantile(part[green], 1 - config.exit_loss)), limits.max())
+        found.append(Exit(after, low, high))
+    return tuple(found)
 
 
 def importances(forest: Forest, samples: CellSamples, seed: int) -> dict[str, float]:

@@ -118,7 +118,15 @@ class PointClassifier:
         features = point_features(points, self.grid)
         sums = np.full(len(points), self.trees.base)
         rows = np.arange(len(points))
-        add_leaves(features, rows, len(rows), self.trees.laid_out(POINT_FEATURES), sums)
+        add_leaves(
+            features,
+            rows,
+            len(rows),
+            self.trees.laid_out(POINT_FEATURES),
+            0,
+            len(self.trees.roots),
+            sums,
+        )
         return self.trees.probability(sums) >= self.threshold
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from traversability.binning import fill_quarters, make_quarters, polar_tables
 from traversability.cell_shape import describe_cells
 from traversability.features import ALL_FEATURES, ask_neighbours
-from traversability.forest import Forest
+from traversability.forest import Exit, Forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 from traversability.trees import add_leaves
@@ -37,6 +37,10 @@ class TraversabilityScanner:
         forest.check_grid(self.grid)
         trees, screen = forest.trees, forest.screen
         self._nodes, self._base = trees.laid_out(ALL_FEATURES), trees.base
+        stops = (*forest.exits, Exit(len(trees.roots), np.inf, -np.inf))
+        self._stops = np.array([stop.trees for stop in stops])
+        self._lows = np.array([stop.low for stop in stops])
+        self._highs = np.array([stop.high for stop in stops])
         self._limits = trees.sum_at(forest.thresholds.of_rings(self.grid))
         first = trees if screen is None else screen.trees
         self._screen, self._screen_base = first.laid_out(ALL_FEATURES), first.base
@@ -81,6 +85,9 @@ class TraversabilityScanner:
             self._screen_limit,
             self._nodes,
             self._base,
+            self._stops,
+            self._lows,
+            self._highs,
             self._limits,
             self.grid.ring_edges,
             self.grid.min_points,
@@ -100,6 +107,9 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     screen_limit,  # noqa: ANN001
     nodes,  # noqa: ANN001
     base,  # noqa: ANN001
+    stops,  # noqa: ANN001
+    lows,  # noqa: ANN001
+    highs,  # noqa: ANN001
     limits,  # noqa: ANN001
     edges,  # noqa: ANN001
     min_points,  # noqa: ANN001
@@ -124,17 +134,24 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
                 if not closed[sector]:
                     ranges[sector] = np.inf
         if screen_limit > -np.inf:
-            add_leaves(flat, rows, n, screen, votes)
-        doubtful = 0
+            add_leaves(flat, rows, n, screen, 0, len(screen[1]), votes)
+        open_ = 0
         for k in range(n):
             if votes[k] >= screen_limit:
                 ask_neighbours(rows[k] // rings, ring, counts, values)
-                rows[doubtful], votes[doubtful] = rows[k], base
-                doubtful += 1
-        add_leaves(flat, rows, doubtful, nodes, votes)
-        for k in range(doubtful):
-            if votes[k] >= limits[ring]:
-                sector = rows[k] // rings
-                states[sector, ring] = _RED
-                if not closed[sector]:
-                    ranges[sector], closed[sector] = edges[ring], True
+                rows[open_], votes[open_] = rows[k], base
+                open_ += 1
+        first = 0
+        for stop in range(len(stops)):
+            add_leaves(flat, rows, open_, nodes, first, stops[stop], votes)
+            first, still = stops[stop], 0
+            for k in range(open_):
+                if lows[stop] <= votes[k] <= highs[stop]:
+                    rows[still], votes[still] = rows[k], votes[k]
+                    still += 1
+                elif votes[k] >= limits[ring]:
+                    sector = rows[k] // rings
+                    states[sector, ring] = _RED
+                    if not closed[sector]:
+                        ranges[sector], closed[sector] = edges[ring], True
+            open_ = still

@@ -118,6 +118,21 @@ class Trees:
             depth[self.left[node] : self.left[node] + 2] = depth[node] + 1
         return int(depth.max())
 
+    def between(self, first: int, last: int) -> "Trees":
+        """Return some of the trees; ``base`` stays with the first."""
+        ends = np.append(self.roots, len(self.feature))
+        begin, end = int(ends[first]), int(ends[last])
+        return Trees(
+            self.features,
+            self.vote,
+            self.base if first == 0 else 0.0,
+            self.roots[first:last] - np.int32(begin),
+            self.feature[begin:end],
+            self.cut[begin:end],
+            np.where(self.feature >= 0, self.left - begin, 0)[begin:end].astype(np.int32),
+            self.leaf[begin:end],
+        )
+
     def probability(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the probability of red from the sums of leaves, ``base`` included."""
         return 1 / (1 + np.exp(-sums)) if self.vote == "logistic" else sums / len(self.roots)
@@ -157,8 +172,8 @@ class Trees:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_leaves(features, rows, n_rows, nodes, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Add to ``sums[k]`` what ``features[rows[k]]`` meets in each tree, for k below ``n_rows``.
+def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Add to ``sums[k]`` what ``features[rows[k]]`` meets in trees, for k below ``n_rows``.
 
     Tree by tree, so that a tree is read once for all rows.
 
@@ -167,27 +182,29 @@ def add_leaves(features, rows, n_rows, nodes, sums):  # type: ignore[no-untyped-
         rows: Rows to look at, int64.
         n_rows: How many of them.
         nodes: Of ``Trees.laid_out``.
+        first: The first tree to walk.
+        last: The tree before which to stop.
         sums: float64, as long as ``rows``.
     """
     depth, splits, cuts, leaves, links = nodes
     if depth == 0:
-        _walk_links(features, rows, n_rows, cuts[0], leaves[0], links, sums)
+        _walk_links(features, rows, n_rows, cuts[0], leaves[0], links, first, last, sums)
         return
-    one, first = np.uint64(1), np.uint64(1 << depth)
-    for tree in range(len(splits)):
+    one, bottom = np.uint64(1), np.uint64(1 << depth)
+    for tree in range(first, last):
         for k in range(n_rows):
             row = rows[k]
             i = one
             for _ in range(depth):
                 i = (i << one) | np.uint64(features[row, splits[tree, i]] > cuts[tree, i])
-            sums[k] += leaves[tree, i - first]
+            sums[k] += leaves[tree, i - bottom]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _walk_links(features, rows, n_rows, value, roots, links, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _walk_links(features, rows, n_rows, value, roots, links, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Walk deep trees: a link is the left child and, in its lowest bits, the feature."""
     mask = np.int32((1 << _FEATURE_BITS) - 1)
-    for root in roots:
+    for root in roots[first:last]:
         for k in range(n_rows):
             node = np.int32(root)
             way = links[node]

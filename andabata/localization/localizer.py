@@ -1,17 +1,27 @@
 """Where am I: the seam between senses and everything that needs a pose."""
 
+from enum import StrEnum
 from typing import Protocol
-
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
-from scipy.spatial.transform import Rotation
 
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.senses import Senses
 
 
+class Health(StrEnum):
+    """How far a localizer can be trusted."""
+
+    OK = "ok"
+    DEGRADED = "degraded"
+    LOST = "lost"
+
+
 class Localizer(Protocol):
-    """Whatever turns senses into poses."""
+    """Whatever turns senses into poses.
+
+    Poses come in two frames (REP-105): ``map``, in which goals stand and where a satellite fix may
+    shift the robot, and ``odom``, which drifts but never jumps, and in which clouds are put
+    together.
+    """
 
     def reset(self, pose: Pose, stamp: float) -> None:
         """Start afresh at a known pose in the map at ``stamp`` [s]."""
@@ -24,96 +34,13 @@ class Localizer(Protocol):
         """The latest estimated pose of ``base_footprint`` in the map."""
 
     @property
-    def track(self) -> PoseTrack:
-        """Estimated poses by time, for placing each beam with the pose of its own instant."""
-
-
-class NoisyTruthConfig(BaseModel):
-    """Errors of a localizer that knows the truth but for GNSS and compass.
-
-    Each error is a first-order Gauss-Markov process, since a filtered receiver's error wanders
-    instead of jumping.
-    Assumption: half the paper's 1 m of horizontal resolution remains after filtering.
-
-    Attributes:
-        position_sigma: Standard deviation of each horizontal coordinate [m].
-        position_time: Correlation time of the position error [s].
-        yaw_sigma: Standard deviation of the heading [rad].
-        yaw_time: Correlation time of the heading error [s].
-        tilt_sigma: Standard deviation of roll and of pitch [rad].
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    position_sigma: float = Field(default=0.35, ge=0, le=10)
-    position_time: float = Field(default=60.0, gt=0)
-    yaw_sigma: float = Field(default=0.03, ge=0, le=1)
-    yaw_time: float = Field(default=30.0, gt=0)
-    tilt_sigma: float = Field(default=0.004, ge=0, le=0.2)
-
-
-class NoisyTruthLocalizer:
-    """The true pose plus wandering GNSS, compass and inclinometer errors."""
-
-    def __init__(self, config: NoisyTruthConfig, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self._sigma = np.array(
-            [config.position_sigma] * 2 + [config.yaw_sigma] + [config.tilt_sigma] * 2
-        )
-        self._time = np.array([config.position_time] * 2 + [config.yaw_time] * 3)
-        self._error = np.zeros(5)
-        self._track = PoseTrack()
-
-    def reset(self, pose: Pose, stamp: float) -> None:
-        """Draw fresh errors and start at ``pose``, the true one."""
-        self._error = self._sigma * self._rng.standard_normal(5)
-        self._track.clear()
-        position, quaternion = self._disturb(pose.position[None], pose.quaternion[None])
-        self._pose = Pose(position[0], quaternion[0])
-        self._track.append(stamp, self._pose.position, self._pose.quaternion)
-
-    def update(self, senses: Senses) -> None:
-        """Let the errors wander for one period and add them to the true poses in it.
-
-        Raises:
-            ValueError: If the senses hold no truth (they come from a record, not from a
-                simulation).
-        """
-        if senses.true_track is None:
-            raise ValueError("true_track: expected the true poses of the period, got none")
-        rows = senses.true_track
-        if not len(rows):  # Before the first period.
-            return
-        keep = np.exp(-(senses.stamp - self._track.latest) / self._time)
-        wander = self._sigma * np.sqrt(1 - keep * keep) * self._rng.standard_normal(5)
-        before, self._error = self._error, keep * self._error + wander
-        share = np.linspace(0, 1, len(rows) + 1)[1:, None]
-        errors = (1 - share) * before + share * self._error
-        positions, quaternions = self._disturb(rows[:, 1:4], rows[:, 4:8], errors)
-        self._track.extend(rows[:, 0], positions, quaternions)
-        self._pose = Pose(positions[-1], quaternions[-1])
-
-    def _disturb(
-        self,
-        positions: np.ndarray,
-        quaternions: np.ndarray,
-        errors: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return poses moved by errors x, y, yaw, roll, pitch, shape (k, 5)."""
-        if not self._sigma.any():
-            return positions, quaternions
-        errors = np.broadcast_to(self._error, (len(positions), 5)) if errors is None else errors
-        positions = positions.copy()
-        positions[:, :2] += errors[:, :2]
-        tilt = Rotation.from_euler("ZYX", errors[:, [2, 4, 3]])
-        return positions, (tilt * Rotation.from_quat(quaternions)).as_quat()
-
-    @property
-    def pose(self) -> Pose:
-        """The latest pose, with its error."""
-        return self._pose
+    def odometry(self) -> Pose:
+        """The latest pose of ``base_footprint`` in ``odom``."""
 
     @property
     def track(self) -> PoseTrack:
-        """The poses by time, with their errors."""
-        return self._track
+        """Poses in ``odom`` by time, for placing each beam with the pose of its own instant."""
+
+    @property
+    def health(self) -> Health:
+        """Whether to drive by it."""

@@ -76,11 +76,14 @@ class Senses:
         sweeps: Sweeps that began in the period.
         horizontal: Ranges of a horizontal scanner with one beam a sector [m], float32, shape
             (n_sectors,), ``inf`` is no return (stage 1 of the curriculum).
-        bearing: Compass heading converted to yaw [rad].
-        fix: GNSS position in the map [m], shape (2,), when one arrived.
-        imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2], float64, shape (k,
-            7).
+        imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2] in the base frame,
+            float64, shape (k, 7).
         encoders: Rows of stamp [s], left, right wheel speed [rad/s], float64, shape (k, 3).
+        field: Rows of stamp [s], magnetic flux density in the base frame [uT], float64, shape (k,
+            4).
+        fixes: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
+            latitude, longitude [deg], altitude [m], horizontal standard deviation [m], float64,
+            shape (k, 5).
         truth: The true state at ``stamp`` (simulation only).
         true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation
             only), float64, shape (k, 8).
@@ -89,9 +92,9 @@ class Senses:
     stamp: float
     sweeps: Sweeps | None = None
     horizontal: NDArray[np.float32] | None = None
-    bearing: float | None = None
-    fix: NDArray[np.float64] | None = None
     imu: NDArray[np.float64] | None = None
     encoders: NDArray[np.float64] | None = None
+    field: NDArray[np.float64] | None = None
+    fixes: NDArray[np.float64] | None = None
     truth: VehicleState | None = None
     true_track: NDArray[np.float64] | None = None

@@ -9,8 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
+from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
+from andabata.machine.site import Site
 from andabata.machine.vehicle import TICK, Plant, make_vehicle
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
@@ -28,6 +30,8 @@ class SensingConfig(BaseModel):
             32 beams.
         lidar: The rotating laser.
         grid: Where the horizontal beams point.
+        proprioception: IMU, compass, encoders and GNSS; None leaves them out.
+        site: Where on Earth the map lies.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -35,6 +39,8 @@ class SensingConfig(BaseModel):
     scanner: Literal["rotating", "horizontal"] = "rotating"
     lidar: LidarConfig = Field(default_factory=LidarConfig)
     grid: PolarGrid = Field(default_factory=PolarGrid)
+    proprioception: ProprioceptionConfig | None = Field(default_factory=ProprioceptionConfig)
+    site: Site = Field(default_factory=Site)
 
 
 class Simulator:
@@ -60,8 +66,12 @@ class Simulator:
             rng: Every noise of plant and senses comes from here.
         """
         self.vehicle = make_vehicle(plant, world, robot, rng)
+        self._rng = rng
         self._track = PoseTrack()
         self._tick = 0
+        self._feeling: Proprioception | None = None
+        if sensing.proprioception is not None:
+            self._feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
         self._lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
@@ -76,6 +86,9 @@ class Simulator:
         self._track.clear()
         state = self.vehicle.state
         self._track.append(0.0, state.pose.position, state.pose.quaternion)
+        if self._feeling is not None:
+            pose = np.concatenate([state.pose.position, state.pose.quaternion])
+            self._feeling.reset(pose, self._rng)
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
     def step(self, wheels: WheelSpeeds, blind: bool = False) -> Senses:
@@ -103,8 +116,15 @@ class Simulator:
             sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
         if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
+        imu = encoders = field = fixes = None
+        if self._feeling is not None and len(rows):
+            imu, encoders, field, fixes = self._feeling.sample(rows)
         return Senses(
             stamp=state.stamp,
+            imu=imu,
+            encoders=encoders,
+            field=field,
+            fixes=fixes,
             sweeps=sweeps,
             horizontal=horizontal,
             truth=state,

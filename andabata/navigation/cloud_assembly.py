@@ -108,7 +108,7 @@ class CloudAssembler:
             columns = zip(*self._parts, strict=True)
             points, times, classes = (np.concatenate(column) for column in columns)
             known = classes if len(classes) == len(points) else None
-            self.cloud = PointCloud(points, "map", times, known)
+            self.cloud = PointCloud(points, "odom", times, known)
         self._parts = []
 
     def relative(self, pose: Pose) -> PointCloud:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Localizer
+from andabata.localization.localizer import Health, Localizer
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
@@ -93,11 +93,16 @@ class Navigator:
     def command(self, steering: float) -> WheelSpeeds:
         """Return the wheel speeds for a wanted yaw rate [rad/s], after limits and dead zone.
 
+        A robot that is lost holds still.
+
         Raises:
             ValueError: If the steering is not a finite number.
         """
         if not np.isfinite(steering):
             raise ValueError(f"steering: expected a finite yaw rate [rad/s], got {steering}")
+        if self._localizer.health is Health.LOST:
+            self._previous = (0.0, self._previous[0])
+            return STANDSTILL
         limit = self._robot.max_steering
         executed = apply_dead_zone(min(max(steering, -limit), limit), self._robot.dead_zone)
         self._previous = (executed, self._previous[0])

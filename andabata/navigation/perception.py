@@ -38,7 +38,7 @@ class CloudPerception:
             self.assembler.add(senses.sweeps, localizer.track)
         if self.assembler.cloud is None:
             return None
-        return self._scanner.scan(self.assembler.relative(localizer.pose).points)
+        return self._scanner.scan(self.assembler.relative(localizer.odometry).points)
 
 
 class HorizontalPerception:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from andabata.localization.localizer import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.noisy_truth import NoisyTruthConfig, NoisyTruthLocalizer
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -132,7 +132,7 @@ def take_cloud(
     """
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
-    sensing = config.sensing.model_copy(update={"lidar": lidar})
+    sensing = config.sensing.model_copy(update={"lidar": lidar, "proprioception": None})
     believed = NoisyTruthConfig(
         position_sigma=rng.uniform(*config.drift_sigma),
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),

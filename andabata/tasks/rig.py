@@ -1,9 +1,15 @@
 """A robot put together: plant, senses, localisation, perception and navigator in one scene."""
 
+from typing import Literal
+
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial.transform import Rotation
 
-from andabata.localization.localizer import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.localizer import Localizer
+from andabata.localization.noisy_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
+from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses
 from andabata.machine.simulator import SensingConfig, Simulator
@@ -29,7 +35,10 @@ class RigConfig(BaseModel):
         sensing: The scanner.
         assembly: How sweeps become clouds.
         grid: The polar grid.
-        localizer: Errors of the pose.
+        localizer: ``ukf``, the robot's filter, or ``truth``, the true pose with ``errors``, for
+            ablation.
+        filter: The filter's expectations.
+        errors: Of the true pose.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -39,7 +48,9 @@ class RigConfig(BaseModel):
     sensing: SensingConfig = Field(default_factory=SensingConfig)
     assembly: CloudAssemblyConfig = Field(default_factory=CloudAssemblyConfig)
     grid: PolarGrid = Field(default_factory=PolarGrid)
-    localizer: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
+    localizer: Literal["ukf", "truth"] = "ukf"
+    filter: UkfConfig = Field(default_factory=UkfConfig)
+    errors: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
 
 
 class Rig:
@@ -70,8 +81,8 @@ class Rig:
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng
         )
         self.perception = _perception(config, forest)
-        self._localizer = NoisyTruthLocalizer(config.localizer, self._rng)
-        self.navigator = Navigator(config.robot, self._localizer, self.perception, controller)
+        self.localizer = self._make_localizer()
+        self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
         """Put the robot down; every noise comes from a child of ``rng``."""
@@ -79,9 +90,32 @@ class Rig:
         senses = self.simulator.reset(start)
         if senses.truth is None:
             raise ValueError("truth: expected the simulator's true state, got none")
-        self.navigator.reset(senses.truth.pose, senses.stamp)
+        self.navigator.reset(self._believed(senses.truth.pose), senses.stamp)
         self.navigator.set_goal(goal)
         return senses
+
+    def _make_localizer(self) -> Localizer:
+        """Return what tells the robot where it is."""
+        config = self.config
+        if config.localizer == "truth":
+            return NoisyTruthLocalizer(config.errors, self._rng)
+        if config.sensing.proprioception is None:
+            raise ValueError(
+                "proprioception: expected the senses that the filter needs, got none; "
+                "localizer = truth does without"
+            )
+        return UkfLocalizer(config.filter, config.robot, config.sensing.site)
+
+    def _believed(self, pose: Pose) -> Pose:
+        """Return where the robot believes to start: the filter is told no more than it expects."""
+        if self.config.localizer == "truth":
+            return pose
+        tilt, yaw, _, position, height, *_ = self.config.filter.start
+        shift = self._rng.standard_normal(6) * [position, position, height, tilt, tilt, yaw]
+        turn = Rotation.from_quat(pose.quaternion).as_euler("ZYX")
+        return Pose.from_euler(
+            pose.position + shift[:3], turn[2] + shift[3], turn[1] + shift[4], turn[0] + shift[5]
+        )
 
     def last_cloud(self) -> PointCloud | None:
         """Return the latest cloud around the robot, None without the rotating laser."""
@@ -89,7 +123,7 @@ class Rig:
             return None
         if self.perception.assembler.cloud is None:
             return None
-        return self.perception.assembler.relative(self._localizer.pose)
+        return self.perception.assembler.relative(self.localizer.odometry)
 
     def close(self) -> None:
         """Free the plant."""

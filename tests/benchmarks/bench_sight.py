@@ -12,7 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Localizer, NoisyTruthConfig
+from andabata.localization.localizer import Localizer
+from andabata.localization.noisy_truth import NoisyTruthConfig
 from andabata.machine.senses import Senses
 from andabata.models import shipped_forest
 from andabata.navigation.perception import CloudPerception
@@ -27,7 +28,7 @@ from traversability.scanner import TraversabilityScanner
 from traversability.virtual_scan import VirtualScan, virtual_scan
 from worlds.truth import TraversabilityMap
 
-CONFIG = RigConfig(localizer=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0))
+CONFIG = RigConfig(localizer="truth", errors=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0))
 SCANNER = TraversabilityScanner(shipped_forest())
 Cells = NDArray[np.uint8]
 Sight = Callable[[CloudPerception, Localizer, TraversabilityMap, PolarGrid], Cells]

@@ -1,0 +1,363 @@
+"""The robot's one filter: inertial unit, wheels, compass and satellites to a pose."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial.transform import Rotation
+
+from andabata.localization.localizer import Health
+from andabata.localization.model import (
+    COMPASS,
+    FIX,
+    IMU,
+    SENSORS,
+    STATES,
+    Belief,
+    Body,
+    Gates,
+    Noise,
+    Room,
+    Sensed,
+    Weights,
+    run_period,
+)
+from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.robot import RobotModel
+from andabata.machine.senses import Senses
+from andabata.machine.site import Site
+from andabata.machine.vehicle import TICK
+
+MOST_TURN = 50.0
+"""No robot turns faster [rad/s]: such a gyro reading is refused."""
+
+_BRIDGE = 100
+"""Most steps of a prediction without inertial rows."""
+
+_BLIND_TURN = 0.1
+"""Gyro noise of a prediction by wheels [rad/sqrt(s)]."""
+
+
+class UkfConfig(BaseModel):
+    """What the filter expects of its senses, and when it says so.
+
+    Attributes:
+        start: Standard deviations at the start: tilt [rad], yaw [rad], gyro bias [rad/s], position
+            [m], height [m], speed [m/s], own field [uT], accelerometer bias [m/s2].
+        noise: Numbers of the model.
+        gates: Squared Mahalanobis distances beyond which a measurement is not believed.
+        vertical: Noise of a fix's altitude, as a multiple of the horizontal one.
+        memory: How late a measurement may come [s].
+        imu_silence: Without inertial rows for longer, the wheels tell the turning [s].
+        wheel_silence: Longest silence of the encoders that goes unsaid [s].
+        compass_silence: Of the compass, or of believed readings [s].
+        fix_silence: Of the satellites, or of believed fixes [s].
+        doubt: When a sense that speaks has not been believed for so long, the filter doubts itself
+            [s].
+        lost_position: Standard deviation of the position from which the robot is lost [m].
+        lost_yaw: Of the heading [rad].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    start: tuple[float, float, float, float, float, float, float, float] = (
+        0.02,
+        0.05,
+        0.01,
+        0.5,
+        0.1,
+        0.05,
+        1.0,
+        0.04,
+    )
+    noise: Noise = Noise()
+    gates: Gates = Gates()
+    vertical: float = Field(default=2.0, gt=0)
+    memory: float = Field(default=2.0, gt=0, le=30)
+    imu_silence: float = Field(default=0.1, gt=0)
+    wheel_silence: float = Field(default=0.2, gt=0)
+    compass_silence: float = Field(default=1.0, gt=0)
+    fix_silence: float = Field(default=6.0, gt=0)
+    doubt: float = Field(default=6.0, gt=0)
+    lost_position: float = Field(default=3.0, gt=0)
+    lost_yaw: float = Field(default=0.35, gt=0)
+
+
+@dataclass(frozen=True)
+class _Period:
+    """A control period as it began and what was sensed in it, for measurements that come late."""
+
+    x: NDArray[np.float64]
+    P: NDArray[np.float64]
+    now: float
+    counts: NDArray[np.int64]
+    sensed: Sensed
+    noise: Noise
+
+
+class UkfLocalizer:
+    """An unscented Kalman filter of 18 numbers, fed one control period at a time.
+
+    A fix that comes late is put where it belongs: the filter goes back to the period in which the
+    fix was taken and runs on from there. A sense that falls silent, or speaks nonsense, is done
+    without as long as the rest suffices, and ``health`` and ``complaints`` say so.
+    """
+
+    def __init__(self, config: UkfConfig, robot: RobotModel, site: Site) -> None:
+        """Begin without a pose; ``reset`` gives one.
+
+        Args:
+            config: What to expect.
+            robot: Wheel radius and track.
+            site: Where on Earth.
+        """
+        self._config = config
+        self._site = site
+        self._body = Body(robot.wheel_radius, *(float(part) for part in site.flux))
+        self._yaw_rate = robot.wheel_radius / robot.effective_track
+        self._weights, self._room = Weights.make(), Room.make()
+        self._track = PoseTrack()
+        self._rows = np.zeros((64, 8))
+        self._scratch = np.zeros(4)
+        self.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
+
+    def reset(self, pose: Pose, stamp: float) -> None:
+        """Start at a pose that is known as well as ``start`` says."""
+        tilt, yaw, bias, position, height, speed, iron, force = self._config.start
+        noise = self._config.noise
+        sigma = np.array(
+            [tilt, tilt, yaw]
+            + [bias] * 3
+            + [position, position, height]
+            + [speed, max(speed, noise.drift)]
+            + [iron] * 3
+            + [max(noise.wander, 1e-3)] * 2
+            + [force] * 2
+        )
+        self._x, self._P = np.zeros(STATES), np.diag(sigma**2)
+        self._x[:3] = Rotation.from_quat(pose.quaternion).as_euler("ZYX")[::-1]
+        self._x[6:9] = pose.position
+        self._odometry = np.array([*pose.position, self._x[2]])
+        self._now = self._begin = stamp
+        self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
+        self._periods: deque[_Period] = deque()
+        self._heard = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
+        self._believed = dict.fromkeys(("compass", "gnss"), stamp)
+        self._whole = True
+        self._track.clear()
+        self._track.append(stamp, pose.position, pose.quaternion)
+
+    def update(self, senses: Senses) -> None:
+        """Take in one control period of senses, late ones where they belong."""
+        before = self._counts[:, 0].copy()
+        fixes = self._in_map(senses.fixes)
+        for fix in fixes[fixes[:, 0] <= self._now]:
+            self._go_back(fix)
+        imu, noise = self._inertial(senses)
+        fixes = fixes[~(fixes[:, 0] <= self._now)]
+        sensed = Sensed(imu, _rows(senses.encoders, 3), _rows(senses.field, 4), fixes)
+        period = self._begun(sensed, noise)
+        self._keep(period)
+        filled = self._run(period, self._odometry)
+        if filled:
+            rows = self._rows[:filled]
+            self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+        self._listen(senses, before)
+
+    def _in_map(self, fixes: NDArray[np.float64] | None) -> NDArray[np.float64]:
+        """Return fixes as stamp, x, y, z, horizontal and vertical sigma, shape (k, 6)."""
+        given = _rows(fixes, 5)
+        good = np.isfinite(given).all(axis=1) & (np.abs(given[:, 1]) <= 90) & (given[:, 4] > 0)
+        self._counts[FIX, 2] += int((~good).sum())
+        given = given[good]
+        found = np.empty((len(given), 6))
+        found[:, 0], found[:, 1:4] = given[:, 0], self._site.to_map(given[:, 1:4])
+        # What a receiver calls its error holds the wandering part, which is a state here.
+        white = np.sqrt(np.maximum(given[:, 4] ** 2 - self._config.noise.wander**2, 0.01))
+        found[:, 4], found[:, 5] = white, self._config.vertical * given[:, 4]
+        return found
+
+    def _inertial(self, senses: Senses) -> tuple[NDArray[np.float64], Noise]:
+        """Return inertial rows that can be, and the model's noise.
+
+        Where rows are missing for longer than ``imu_silence``, the wheels tell the turning.
+        """
+        given, noise = _rows(senses.imu, 7), self._config.noise
+        good = np.isfinite(given[:, :4]).all(axis=1) & (np.abs(given[:, 1:4]) < MOST_TURN).all(
+            axis=1
+        )
+        self._counts[IMU, 2] += int((~good).sum())
+        given = given[good]
+        if len(given):
+            self._heard["imu"] = senses.stamp
+        until = float(given[0, 0]) if len(given) else senses.stamp + TICK
+        gap = until - self._now
+        if not gap > self._config.imu_silence + TICK:
+            return given, noise
+        step = max(TICK, (gap - TICK) / _BRIDGE)
+        stamps = np.arange(self._now + step, until - TICK / 2, step)
+        bridge = np.full((len(stamps), 7), np.nan)
+        bridge[:, 0], bridge[:, 1:4] = stamps, self._x[3:6]
+        wheels = _rows(senses.encoders, 3)
+        if len(wheels) and np.isfinite(wheels).all():
+            bridge[:, 3] += float((wheels[:, 2] - wheels[:, 1]).mean()) * self._yaw_rate
+        return np.concatenate([bridge, given]), noise._replace(turn=_BLIND_TURN)
+
+    def _begun(self, sensed: Sensed, noise: Noise) -> _Period:
+        """Return a period that begins now."""
+        return _Period(
+            self._x.copy(), self._P.copy(), self._now, self._counts.copy(), sensed, noise
+        )
+
+    def _keep(self, period: _Period) -> None:
+        """Remember a period as long as something may come late."""
+        self._periods.append(period)
+        while self._now - self._periods[0].now > self._config.memory:
+            self._periods.popleft()
+
+    def _run(self, period: _Period, odometry: NDArray[np.float64]) -> int:
+        """Run the filter through a period and return how many rows of the track were filled."""
+        if len(period.sensed.imu) > len(self._rows):  # A long gap was bridged.
+            self._rows = np.zeros((2 * len(period.sensed.imu), 8))
+        self._now, filled, whole = run_period(
+            self._x,
+            self._P,
+            self._now,
+            odometry,
+            period.sensed,
+            Belief(self._body, period.noise, self._config.gates, self._weights),
+            self._room,
+            self._counts,
+            self._rows,
+        )
+        self._whole = bool(whole and np.isfinite(self._x).all())
+        return int(filled)
+
+    def _go_back(self, fix: NDArray[np.float64]) -> None:
+        """Put a late fix into the period that it was taken in, and run on from there."""
+        earlier = [k for k, period in enumerate(self._periods) if period.now < fix[0]]
+        if not earlier:
+            self._counts[FIX, 2] += 1
+            return
+        later = list(self._periods)[earlier[-1] :]
+        first = later[0]
+        at = int(np.searchsorted(first.sensed.fixes[:, 0], fix[0]))
+        fixes = np.insert(first.sensed.fixes, at, fix, axis=0)
+        self._x, self._P, self._now = first.x.copy(), first.P.copy(), first.now
+        self._counts = first.counts.copy()
+        for _ in later:
+            self._periods.pop()
+        for k, old in enumerate(later):
+            sensed = old.sensed if k else old.sensed._replace(fixes=fixes)
+            period = self._begun(sensed, old.noise)
+            self._periods.append(period)
+            self._run(period, self._scratch)
+
+    def _listen(self, senses: Senses, before: NDArray[np.int64]) -> None:
+        """Note which senses spoke and which were believed; doubt the state when none is."""
+        given = {
+            "wheels": senses.encoders,
+            "compass": senses.field,
+            "gnss": senses.fixes,
+        }
+        for name, rows in given.items():
+            if rows is not None and len(rows):
+                self._heard[name] = senses.stamp
+        for name, sensor, states, sigma in (
+            ("compass", COMPASS, slice(2, 3), 1.0),
+            ("gnss", FIX, slice(6, 8), 5.0),
+        ):
+            if self._counts[sensor, 0] > before[sensor]:
+                self._believed[name] = senses.stamp
+            speaks = self._heard[name] == senses.stamp
+            if speaks and senses.stamp - self._believed[name] > self._config.doubt:
+                diagonal = np.arange(STATES)[states]
+                self._P[diagonal, diagonal] += sigma**2
+                self._believed[name] = senses.stamp
+        if not self._whole:
+            self._start_over(senses.stamp)
+
+    def _start_over(self, stamp: float) -> None:
+        """Begin afresh at the last pose that was a number, knowing it badly."""
+        last = self._track.at(np.array([stamp]))[0]
+        self.reset(Pose(last[:3], last[3:]), stamp)
+        diagonal = np.arange(6, 8)
+        self._P[diagonal, diagonal] += 10.0**2
+
+    @property
+    def pose(self) -> Pose:
+        """The latest estimated pose in the map."""
+        roll, pitch, yaw = self._x[:3]
+        return Pose.from_euler(self._x[6:9].copy(), float(roll), float(pitch), float(yaw))
+
+    @property
+    def odometry(self) -> Pose:
+        """The latest pose of dead reckoning."""
+        roll, pitch = self._x[:2]
+        yaw = float(self._odometry[3])
+        return Pose.from_euler(self._odometry[:3].copy(), float(roll), float(pitch), yaw)
+
+    @property
+    def track(self) -> PoseTrack:
+        """Poses of dead reckoning by time."""
+        return self._track
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Of x, y [m] and yaw [rad], shape (3, 3)."""
+        return self._P[np.ix_([6, 7, 2], [6, 7, 2])]
+
+    @property
+    def counts(self) -> dict[str, tuple[int, int, int]]:
+        """Believed, gated and refused measurements of each sensor."""
+        rows = self._counts.tolist()
+        return {name: (row[0], row[1], row[2]) for name, row in zip(SENSORS, rows, strict=True)}
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What is wrong, in words; empty when all is well."""
+        config, now = self._config, self._now
+        found = []
+        for name, since, limit, text in (
+            ("imu", self._heard["imu"], config.imu_silence, "silent"),
+            ("wheels", self._heard["wheels"], config.wheel_silence, "silent"),
+            ("compass", self._believed["compass"], config.compass_silence, "not believed"),
+            ("gnss", self._believed["gnss"], config.fix_silence, "not believed"),
+        ):
+            if now - since > limit + 1e-9:
+                found.append(f"{name}: {text} for {now - since:.1f} s")
+        east, north, both = self._P[6, 6], self._P[7, 7], self._P[6, 7]
+        position = math.sqrt((east + north) / 2 + math.hypot((east - north) / 2, both))
+        if position > config.lost_position:
+            found.append(f"position: uncertain by {position:.1f} m")
+        yaw = math.sqrt(self._P[2, 2])
+        if yaw > config.lost_yaw:
+            found.append(f"heading: uncertain by {np.rad2deg(yaw):.0f} degrees")
+        return tuple(found)
+
+    @property
+    def health(self) -> Health:
+        """Lost without a position, a heading, or both IMU and wheels."""
+        found = self.complaints
+        if not found:
+            return Health.OK
+        silent = {text.split(":")[0] for text in found}
+        if {"position", "heading"} & silent or {"imu", "wheels"} <= silent:
+            return Health.LOST
+        return Health.DEGRADED
+
+
+def _rows(given: NDArray[np.float64] | None, width: int) -> NDArray[np.float64]:
+    """Return rows of a sense as float64, none when it was silent.
+
+    Raises:
+        ValueError: If the rows have another width.
+    """
+    if given is None:
+        return np.empty((0, width))
+    if given.ndim != 2 or given.shape[1] != width:
+        raise ValueError(f"rows: expected shape (k, {width}), got {given.shape}")
+    return np.ascontiguousarray(given, dtype=np.float64)

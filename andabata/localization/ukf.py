@@ -106,22 +106,24 @@ def combine_points(points, weights, weights_c, angular, mean, deviations, P):  #
     p, m = points.shape
     for i in range(m):
         mean[i] = 0.0
-    for k in range(p):
-        for i in range(m):
-            turn = points[k, i] - points[0, i]
-            if angular[i]:
-                turn = turn_of(turn)
-            deviations[k, i] = turn
-            mean[i] += weights[k] * turn
-    for i in range(m):
         for j in range(m):
             P[i, j] = 0.0
+    for k in range(p):
+        for i in range(m):
+            deviations[k, i] = points[k, i] - points[0, i]
+    for i in range(m):  # Apart from the rest: a branch in there would empty the vector unit.
+        if angular[i]:
+            for k in range(p):
+                deviations[k, i] = turn_of(deviations[k, i])
+    for k in range(p):
+        for i in range(m):
+            mean[i] += weights[k] * deviations[k, i]
     for k in range(p):
         for i in range(m):
             deviations[k, i] -= mean[i]
         for i in range(m):
             share = weights_c[k] * deviations[k, i]
-            for j in range(i + 1):
+            for j in range(m):
                 P[i, j] += share * deviations[k, j]
     for i in range(m):
         mean[i] += points[0, i]

@@ -81,7 +81,7 @@ class UkfConfig(BaseModel):
     wheel_silence: float = Field(default=0.2, gt=0)
     compass_silence: float = Field(default=1.0, gt=0)
     fix_silence: float = Field(default=6.0, gt=0)
-    doubt: float = Field(default=6.0, gt=0)
+    doubt: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)
     lost_yaw: float = Field(default=0.35, gt=0)
 
@@ -146,6 +146,8 @@ class UkfLocalizer:
         self._periods: deque[_Period] = deque()
         self._heard = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
         self._believed = dict.fromkeys(("compass", "gnss"), stamp)
+        self._doubted = dict(self._believed)
+        self._doubts = dict.fromkeys(self._believed, 0)
         self._whole = True
         self._track.clear()
         self._track.append(stamp, pose.position, pose.quaternion)
@@ -257,7 +259,11 @@ class UkfLocalizer:
             self._run(period, self._scratch)
 
     def _listen(self, senses: Senses, before: NDArray[np.int64]) -> None:
-        """Note which senses spoke and which were believed; doubt the state when none is."""
+        """Note which senses spoke and which were believed.
+
+        A sense that speaks and is not believed for long makes the filter doubt itself, each time
+        twice as much as before.
+        """
         given = {
             "wheels": senses.encoders,
             "compass": senses.field,
@@ -268,15 +274,17 @@ class UkfLocalizer:
                 self._heard[name] = senses.stamp
         for name, sensor, states, sigma in (
             ("compass", COMPASS, slice(2, 3), 1.0),
-            ("gnss", FIX, slice(6, 8), 5.0),
+            ("gnss", FIX, slice(6, 8), 3.0),
         ):
             if self._counts[sensor, 0] > before[sensor]:
-                self._believed[name] = senses.stamp
+                self._believed[name] = self._doubted[name] = senses.stamp
+                self._doubts[name] = 0
             speaks = self._heard[name] == senses.stamp
-            if speaks and senses.stamp - self._believed[name] > self._config.doubt:
+            if speaks and senses.stamp - self._doubted[name] > self._config.doubt:
                 diagonal = np.arange(STATES)[states]
-                self._P[diagonal, diagonal] += sigma**2
-                self._believed[name] = senses.stamp
+                self._P[diagonal, diagonal] += (sigma * 2 ** self._doubts[name]) ** 2
+                self._doubts[name] += 1
+                self._doubted[name] = senses.stamp
         if not self._whole:
             self._start_over(senses.stamp)
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ForestFile, Json, Quiet, Seed, Workers
+from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Set, Workers
 
 app = typer.Typer(help="Accuracy and speed, ours and the peers'.", no_args_is_help=True)
 
@@ -85,6 +85,90 @@ def perception(
         "clouds": total,
     }
     voice.result(data, _tables(scores, hazards))
+
+
+@app.command()
+def localization(
+    world: Annotated[str, typer.Option(help="World preset of the drives.")] = "natural-test",
+    drives: Annotated[int, typer.Option(min=1, help="Drives, each in a world of its own.")] = 20,
+    rides: Annotated[
+        int, typer.Option(min=0, help="Rides of each row of the error-against-speed curve.")
+    ] = 4,
+    seed: Seed = 0,
+    workers: Workers = 2,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge the filter on whole drives, and what motion does to clouds and virtual scans."""
+    from andabata.app.console import Voice
+    from andabata.app.localization_bench import summarise_tracks, track_drives
+    from andabata.app.motion_bench import GROUNDS, SPEEDS, TURNS, ride_clouds
+    from andabata.app.settings import resolve
+    from andabata.tasks.rig import RigConfig
+
+    voice = Voice(quiet, as_json)
+    resolved = resolve(RigConfig, config, settings or ())
+    with voice.progress("drives", drives) as step:
+        tracked = track_drives(world, drives, seed, resolved, workers, step)
+    figures = summarise_tracks(tracked)
+    rows: list[dict[str, Any]] = []
+    if rides:
+        total = rides * len(GROUNDS) * len(SPEEDS) * len(TURNS)
+        with voice.progress("rides", total) as step:
+            rows = ride_clouds(resolved, rides, seed, workers, step)
+    units = {"m": "m", "deg": "deg"}
+    data = {
+        "rows": [
+            {
+                "name": name,
+                "subject": "andabata" if "alone" not in name else name.split("_", 1)[0],
+                "value": value,
+                "unit": units.get(name.rsplit("_", 1)[-1], "1"),
+                "ratio_to_ours": None,
+                "runs": drives,
+            }
+            for name, value in figures.items()
+            if isinstance(value, float)
+        ],
+        "localization": figures,
+        "motion": rows,
+    }
+    voice.result(data, _localization_text(figures, rows))
+
+
+def _localization_text(figures: dict[str, Any], rows: list[dict[str, Any]]) -> str:
+    """Return the tables as text."""
+    low, high = figures["nees_band"]
+    lines = [
+        f"{figures['drives']} drives, {figures['goals']} goals reached by the oracle",
+        f"position  rms {figures['position_rms_m']:.2f} m, 95 % within "
+        f"{figures['position_95_m']:.2f} m (GNSS alone: rms {figures['gnss_alone_rms_m']:.2f} m)",
+        f"heading   rms {figures['heading_rms_deg']:.2f} deg (compass alone: "
+        f"{figures['compass_alone_rms_deg']:.2f} deg)",
+    ]
+    if figures["nees_mean"] is not None:
+        lines.append(
+            f"NEES      {figures['nees_mean']:.2f} (band {low:.2f} to {high:.2f}; inside at "
+            f"{figures['nees_inside']:.0%} of the instants)"
+        )
+    if rows:
+        lines += [
+            "",
+            "ground         turn  speed  points' error, median and 95 %   scans that agree",
+        ]
+    for row in rows:
+        if not row["clouds"]:
+            continue
+        lines.append(
+            f"{row['ground']:13} {row['turn']:5.1f} {row['speed']:6.1f}"
+            f"  {row['error_median_m']:.3f} {row['error_95_m']:.3f} m"
+            f" (skewed {row['skewed_median_m']:.3f} {row['skewed_95_m']:.3f})"
+            f"   {row['scan_agrees']:.3f} (skewed {row['skewed_scan_agrees']:.3f}, true pose "
+            f"{row['true_scan_agrees']:.3f}, standing twice {row['standing_scan_agrees']:.3f})"
+        )
+    return "\n".join(lines)
 
 
 _FIGURES = ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")

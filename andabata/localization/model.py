@@ -6,7 +6,7 @@ The state, by index:
 0-2    roll, pitch, yaw of ``base_footprint`` in the map [rad], intrinsic z-y-x
 3-5    bias of the gyro [rad/s]
 6-8    position of ``base_footprint`` in the map [m]
-9-10   forward and sideways speed in the base frame [m/s]
+9-10   forward speed, and sideways speed beyond what turning on a slope explains [m/s]
 11-13  magnetic field that the robot itself makes, in the base frame [uT]
 14-15  wandering error of the satellite fixes, east and north [m]
 16-17  bias of the accelerometer, forward and sideways [m/s2]
@@ -61,7 +61,7 @@ class Noise(NamedTuple):
     slip: float = 0.02
     heave: float = 0.03
     push: float = 0.5
-    drift: float = 0.012
+    drift: float = 0.015
     drift_time: float = 5.0
     iron_walk: float = 0.005
     wander: float = 0.25
@@ -78,6 +78,9 @@ class Body(NamedTuple):
 
     Attributes:
         radius: Of the wheels [m].
+        creep: See ``RobotModel``, as the next two.
+        creep_slope: See there.
+        pivot: See there.
         flux_x: Magnetic field to the east [uT].
         flux_y: To the north [uT].
         flux_z: Upwards [uT].
@@ -85,6 +88,9 @@ class Body(NamedTuple):
     """
 
     radius: float
+    creep: float
+    creep_slope: float
+    pivot: float
     flux_x: float
     flux_y: float
     flux_z: float
@@ -150,7 +156,7 @@ class Room(NamedTuple):
             np.zeros((3, 3)),
             np.zeros((n, 3)),
             np.zeros((n, 3)),
-            np.zeros((p, 6)),
+            np.zeros((p, 7)),
             ANGULAR.copy(),
             np.zeros(3, dtype=np.bool_),
         )
@@ -180,8 +186,11 @@ class Belief(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _turns(room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill sine and cosine of roll, pitch and yaw of each point; most share the mean's."""
+def _turns(body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill what each point's attitude decides; most points share the mean's.
+
+    That is sine and cosine of roll, pitch and yaw, and the share of the creep.
+    """
     points, trig = room.points, room.trig
     n = points.shape[1]
     for k in range(points.shape[0]):
@@ -190,13 +199,21 @@ def _turns(room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
             for a in range(3):
                 trig[k, 2 * a] = np.sin(points[k, a])
                 trig[k, 2 * a + 1] = np.cos(points[k, a])
+            trig[k, 6] = np.tanh(trig[k, 0] / body.creep_slope)
         else:
-            for a in range(6):
+            for a in range(7):
                 trig[k, a] = trig[0, a]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def predict(x, P, wx, wy, wz, dt, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def _aside(k, rate, body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the sideways speed of a point that turns at a rate [rad/s]."""
+    sliding = abs(rate) * body.creep * room.trig[k, 6] + rate * body.pivot * room.trig[k, 2]
+    return room.points[k, 10] - sliding
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def predict(x, P, wx, wy, wz, dt, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Move the state by a step of ``dt`` [s] with a gyro reading [rad/s].
 
     Returns:
@@ -205,14 +222,14 @@ def predict(x, P, wx, wy, wz, dt, noise, weights, room):  # type: ignore[no-unty
     points = room.points
     if not draw_points(x, P, weights.gain, room.factor, points):
         return False
-    _turns(room)
+    _turns(body, room)
     fade, forget = np.exp(-dt / noise.drift_time), np.exp(-dt / noise.wander_time)
     trig = room.trig
     for k in range(points.shape[0]):
         sr, cr, sp, cp = trig[k, 0], trig[k, 1], trig[k, 2], trig[k, 3]
         sy, cy = trig[k, 4], trig[k, 5]
         p, q, r = wx - points[k, 3], wy - points[k, 4], wz - points[k, 5]
-        ahead, aside = points[k, 9], points[k, 10]
+        ahead, aside = points[k, 9], _aside(k, r, body, room)
         level = cp * ahead + sp * sr * aside
         points[k, 6] += dt * (cy * level - sy * cr * aside)
         points[k, 7] += dt * (sy * level + cy * cr * aside)
@@ -288,7 +305,7 @@ def see_wheels(x, P, speed, noise, gate, weights, room):  # type: ignore[no-unty
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def see_gravity(x, P, imu, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def see_gravity(x, P, imu, body, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with a specific force [m/s2]: gravity and what turning while driving adds.
 
     ``imu`` is stamp, angular velocity and specific force, shape (7,). Wheels on rough ground shake
@@ -297,11 +314,11 @@ def see_gravity(x, P, imu, noise, gate, weights, room):  # type: ignore[no-untyp
     """
     if not draw_points(x, P, weights.gain, room.factor, room.points):
         return np.nan
-    _turns(room)
+    _turns(body, room)
     for k in range(room.points.shape[0]):
         sr, cr, sp, cp = room.trig[k, 0], room.trig[k, 1], room.trig[k, 2], room.trig[k, 3]
         p, q, r = imu[1] - room.points[k, 3], imu[2] - room.points[k, 4], imu[3] - room.points[k, 5]
-        ahead, aside = room.points[k, 9], room.points[k, 10]
+        ahead, aside = room.points[k, 9], _aside(k, r, body, room)
         room.seen[k, 0] = -GRAVITY * sp - r * aside + room.points[k, 16]
         room.seen[k, 1] = GRAVITY * cp * sr + r * ahead + room.points[k, 17]
         room.seen[k, 2] = GRAVITY * cp * cr + p * aside - q * ahead
@@ -314,7 +331,7 @@ def see_field(x, P, field, body, noise, gate, weights, room):  # type: ignore[no
     """Correct with a magnetic field: stamp and flux density in the base frame [uT], shape (4,)."""
     if not draw_points(x, P, weights.gain, room.factor, room.points):
         return np.nan
-    _turns(room)
+    _turns(body, room)
     for k in range(room.points.shape[0]):
         sr, cr, sp, cp = room.trig[k, 0], room.trig[k, 1], room.trig[k, 2], room.trig[k, 3]
         sy, cy = room.trig[k, 4], room.trig[k, 5]
@@ -403,7 +420,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
         if not turning or not 0.0 < dt <= body.period:
             counts[IMU, 2] += 1
             continue
-        if not predict(x, P, imu[i, 1], imu[i, 2], imu[i, 3], dt, noise, weights, room):
+        if not predict(x, P, imu[i, 1], imu[i, 2], imu[i, 3], dt, body, noise, weights, room):
             return now, filled, False
         now = imu[i, 0]
         counts[IMU, 0] += 1
@@ -418,7 +435,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
                 counts[WHEELS, 2] += 1
             w += 1
         if _whole(imu[i]):
-            distance = see_gravity(x, P, imu[i], noise, gates.vector, weights, room)
+            distance = see_gravity(x, P, imu[i], body, noise, gates.vector, weights, room)
             _count(counts, GRAVITY_SENSE, distance, gates.vector)
             if still:
                 distance = see_rest(x, P, imu[i], noise, gates.vector, weights, room)
@@ -437,23 +454,26 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
             else:
                 counts[FIX, 2] += 1
             f += 1
-        _reckon(x, imu[i], dt, odometry)
+        _reckon(x, imu[i], dt, body, odometry)
         _write(now, x, odometry, track[filled])
         filled += 1
     return now, filled, True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _reckon(x, imu, dt, odometry):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _reckon(x, imu, dt, body, odometry):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Move the odometry: it follows gyro and wheels and never jumps."""
     sr, cr, sp, cp = np.sin(x[0]), np.cos(x[0]), np.sin(x[1]), np.cos(x[1])
-    lean = sr * (imu[2] - x[4]) + cr * (imu[3] - x[5])
+    rate = imu[3] - x[5]
+    lean = sr * (imu[2] - x[4]) + cr * rate
+    aside = x[10] - rate * body.pivot * sp
+    aside -= abs(rate) * body.creep * np.tanh(sr / body.creep_slope)
     odometry[3] = turn_of(odometry[3] + dt * lean / cp)
     sy, cy = np.sin(odometry[3]), np.cos(odometry[3])
-    level = cp * x[9] + sp * sr * x[10]
-    odometry[0] += dt * (cy * level - sy * cr * x[10])
-    odometry[1] += dt * (sy * level + cy * cr * x[10])
-    odometry[2] += dt * (-sp * x[9] + cp * sr * x[10])
+    level = cp * x[9] + sp * sr * aside
+    odometry[0] += dt * (cy * level - sy * cr * aside)
+    odometry[1] += dt * (sy * level + cy * cr * aside)
+    odometry[2] += dt * (-sp * x[9] + cp * sr * aside)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -26,6 +26,7 @@ from andabata.localization.model import (
     run_period,
 )
 from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses
 from andabata.machine.site import Site
@@ -116,7 +117,8 @@ class UkfLocalizer:
         """
         self._config = config
         self._site = site
-        self._body = Body(robot.wheel_radius, *(float(part) for part in site.flux))
+        flux = (float(part) for part in site.flux)
+        self._body = Body(robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, *flux)
         self._yaw_rate = robot.wheel_radius / robot.effective_track
         self._weights, self._room = Weights.make(), Room.make()
         self._track = PoseTrack()
@@ -160,7 +162,8 @@ class UkfLocalizer:
             self._go_back(fix)
         imu, noise = self._inertial(senses)
         fixes = fixes[~(fixes[:, 0] <= self._now)]
-        sensed = Sensed(imu, _rows(senses.encoders, 3), _rows(senses.field, 4), fixes)
+        field = _rows(senses.field, 4) * [1.0, *[1 / TESLA] * 3]
+        sensed = Sensed(imu, _rows(senses.encoders, 3), field, fixes)
         period = self._begun(sensed, noise)
         self._keep(period)
         filled = self._run(period, self._odometry)
@@ -178,8 +181,8 @@ class UkfLocalizer:
         found = np.empty((len(given), 6))
         found[:, 0], found[:, 1:4] = given[:, 0], self._site.to_map(given[:, 1:4])
         # What a receiver calls its error holds the wandering part, which is a state here.
-        white = np.sqrt(np.maximum(given[:, 4] ** 2 - self._config.noise.wander**2, 0.01))
-        found[:, 4], found[:, 5] = white, self._config.vertical * given[:, 4]
+        white = np.sqrt(np.maximum(given[:, 4] - self._config.noise.wander**2, 0.01))
+        found[:, 4], found[:, 5] = white, self._config.vertical * np.sqrt(given[:, 4])
         return found
 
     def _inertial(self, senses: Senses) -> tuple[NDArray[np.float64], Noise]:

@@ -71,7 +71,7 @@ class KinematicVehicle:
 
     def place(self, start: Start) -> None:
         """Put the body down at rest; its time becomes zero."""
-        self._motion = np.zeros(7)
+        self._motion = np.zeros(8)
         self._motion[:3] = start.x, start.y, start.yaw
         self._stamp = 0.0
         self._flags = np.zeros(2, dtype=np.bool_)
@@ -101,6 +101,7 @@ class KinematicVehicle:
             np.array(self._kinematics.twist(wheels)),
             config.slip_sigma * math.sqrt(1 - keep * keep) * noise,
             np.array([keep, 1 - math.exp(-TICK / config.lag), config.max_climb, config.max_tilt]),
+            np.array([self._robot.creep, self._robot.creep_slope, self._robot.pivot]),
             (self._heights, self._ground.cell, self._wheels),
             (truth.reason, truth.x_min, truth.y_min, truth.cell, self._outline),
             rows,
@@ -116,7 +117,7 @@ class KinematicVehicle:
         return VehicleState(
             stamp=self._stamp,
             pose=Pose(self._last[:3], self._last[3:7]),
-            linear=np.array([self._motion[3] * (not collided), 0.0, 0.0]),
+            linear=np.array([self._motion[3], self._motion[7], 0.0]) * (not collided),
             angular=np.array([0.0, 0.0, self._motion[4] * (not collided)]),
             wheels=self._commanded,
             collided=collided,
@@ -137,13 +138,14 @@ def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def _drive(motion, wanted, noise, limits, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _drive(motion, wanted, noise, limits, sliding, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Move for as many ticks as ``rows`` has.
 
-    ``motion`` holds x, y, yaw, speed, yaw rate and the relative errors of the two; ``flags`` tells
-    whether the body touched something solid and whether it rolled over.
+    ``motion`` holds x, y, yaw, speed, yaw rate, the relative errors of the two and the sideways
+    speed; ``flags`` tells whether the body touched something solid and whether it rolled over.
     """
     keep, blend, max_climb, max_tilt = limits
+    creep, creep_slope, pivot = sliding
     heights, cell, wheels = ground
     moved = np.empty(3)
     height, roll, pitch = stand(heights, cell, motion, wheels)
@@ -156,9 +158,11 @@ def _drive(motion, wanted, noise, limits, ground, contact, rows, flags):  # type
         if -pitch * np.sign(motion[3]) > max_climb:  # Nose up: the wheels spin.
             motion[3] = 0.0
         middle = motion[2] + motion[4] * TICK / 2
-        step = motion[3] * TICK * np.cos(pitch)
-        moved[0] = motion[0] + step * np.cos(middle)
-        moved[1] = motion[1] + step * np.sin(middle)
+        motion[7] = -abs(motion[4]) * creep * np.tanh(np.sin(roll) / creep_slope)
+        motion[7] -= motion[4] * pivot * np.sin(pitch)
+        step, aside = motion[3] * TICK * np.cos(pitch), motion[7] * TICK * np.cos(roll)
+        moved[0] = motion[0] + step * np.cos(middle) - aside * np.sin(middle)
+        moved[1] = motion[1] + step * np.sin(middle) + aside * np.cos(middle)
         moved[2] = np.pi - (np.pi - motion[2] - motion[4] * TICK) % (2 * np.pi)
         if _touches(moved, contact):
             flags[0] = True

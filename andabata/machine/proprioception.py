@@ -13,6 +13,9 @@ from andabata.machine.vehicle import TICK
 from terrain.classes import SemanticClass
 from terrain.objects import SceneObject
 
+TESLA = 1e-6
+"""A microtesla in tesla."""
+
 GRAVITY = 9.81
 """Acceleration of free fall [m/s2]."""
 
@@ -219,7 +222,7 @@ class Proprioception:
         if lost < gnss.dropout * factor:
             return
         place = self._site.to_geodetic((row[1:4] + error)[None])[0]
-        self._fixes.append(np.array([row[0], *place, np.hypot(gnss.noise, gnss.wander)]))
+        self._fixes.append(np.array([row[0], *place, gnss.noise**2 + gnss.wander**2]))
 
 
 _SHADING = (SemanticClass.TRUNK, SemanticClass.FOLIAGE)
@@ -267,7 +270,7 @@ def _feel(rows, poses, angles, step, flux, iron, bias, noise, inertial, encoders
                 felt += r[b][a] * force[b]
                 seen += r[b][a] * flux[b]
             inertial[k, 4 + a] = felt + bias[3 + a] + noise[k, 3 + a]
-            field[k, 1 + a] = seen + iron[a] + noise[k, 12 + a]
+            field[k, 1 + a] = (seen + iron[a] + noise[k, 12 + a]) * TESLA
         encoders[k, 0] = rows[k, 0]
         for side in range(2):
             before = np.floor(angles[side] / step)

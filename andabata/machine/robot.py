@@ -26,6 +26,12 @@ class RobotModel(BaseModel):
         clearance: Height of the body's floor above the ground [m] (assumption).
         slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
             plant on flat ground at 0.3 m/s; ``tests/benchmarks/README.md`` has the figures.
+        creep: How fast a turning body creeps down a cross slope at most, for each rad/s of turning
+            [m]: a wheel that is dragged round has no grip left to hold it. Measured in the bullet
+            plant on slopes to 16 degrees, as are the next two.
+        creep_slope: Sine of the roll at which it creeps at three quarters of that.
+        pivot: How far uphill of the middle the body turns about, for each unit of the pitch's sine
+            [m].
         wheel_torque: Largest torque of a wheel [N m]; 5 or less stall the turn.
         lidar_height: Optical centre above the ground [m] (inferred from the blind cone).
         speed: Constant longitudinal speed [m/s] (paper: 0.3).
@@ -49,6 +55,9 @@ class RobotModel(BaseModel):
     centre_of_mass: float = Field(default=0.25, gt=0)
     clearance: float = Field(default=0.09, gt=0)
     slip_factor: float = Field(default=1.25, ge=1)
+    creep: float = Field(default=0.18, ge=0)
+    creep_slope: float = Field(default=0.09, gt=0)
+    pivot: float = Field(default=0.31, ge=0)
     wheel_torque: float = Field(default=20.0, gt=0)
     lidar_height: float = Field(default=0.72, gt=0)
     speed: float = Field(default=0.3, gt=0)

@@ -79,10 +79,10 @@ class Senses:
         imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2] in the base frame,
             float64, shape (k, 7).
         encoders: Rows of stamp [s], left, right wheel speed [rad/s], float64, shape (k, 3).
-        field: Rows of stamp [s], magnetic flux density in the base frame [uT], float64, shape (k,
+        field: Rows of stamp [s], magnetic flux density in the base frame [T], float64, shape (k,
             4).
         fixes: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
-            latitude, longitude [deg], altitude [m], horizontal standard deviation [m], float64,
+            latitude, longitude [deg], altitude [m], horizontal variance of each axis [m2], float64,
             shape (k, 5).
         truth: The true state at ``stamp`` (simulation only).
         true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation

@@ -13,7 +13,7 @@ from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.site import Site
-from andabata.machine.vehicle import TICK, Plant, make_vehicle
+from andabata.machine.vehicle import TICK_HZ, Plant, make_vehicle
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
 from worlds.world import Start, World
@@ -44,7 +44,10 @@ class SensingConfig(BaseModel):
 
 
 class Simulator:
-    """A robot in a world. Stamps are whole ticks since it was put down, so they never drift."""
+    """A robot in a world. Stamps are whole ticks since it was put down, so they never drift.
+
+    A stamp is divided, not multiplied, out of its tick: it survives nanoseconds and back unchanged.
+    """
 
     def __init__(
         self,
@@ -99,11 +102,11 @@ class Simulator:
             blind: Leave the scanner out, which costs most of the time; ``sweeps`` looks back.
         """
         rows = np.empty((TICKS_PER_STEP, 10))
-        rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) * TICK
+        rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) / TICK_HZ
         rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP)
         self._tick += TICKS_PER_STEP
         self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
-        return self._sense(replace(self.vehicle.state, stamp=self._tick * TICK), rows, blind)
+        return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, blind)
 
     def _sense(self, state: VehicleState, rows: NDArray[np.float64], blind: bool = False) -> Senses:
         """Sample the senses for the period that ends with the state.
@@ -111,7 +114,7 @@ class Simulator:
         ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
         """
         sweeps = horizontal = None
-        begin = state.stamp - len(rows) * TICK
+        begin = (self._tick - len(rows)) / TICK_HZ
         if self._lidar is not None and state.stamp > begin and not blind:
             sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
         if self._scanner is not None and not blind:

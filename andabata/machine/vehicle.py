@@ -11,7 +11,10 @@ from worlds.world import Start, World
 
 Plant = Literal["bullet", "kinematic"]
 
-TICK = 0.01
+TICK_HZ = 100
+"""Poses of the true track a second."""
+
+TICK = 1 / TICK_HZ
 """Time between two poses of the true track [s]; the fastest senses run at this period."""
 
 

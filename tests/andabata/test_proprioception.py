@@ -73,7 +73,7 @@ def test_a_turning_robot_feels_its_turn_and_the_pull_inwards():
 def test_the_compass_sees_the_field_of_the_place():
     rows, (_, _, field, _) = felt(yaw_rate=0.4, pitch=0.1)
     back = Rotation.from_quat(rows[:, 4:8]).apply(field[:, 1:4])
-    np.testing.assert_allclose(back, np.tile(Site().flux, (len(rows), 1)), atol=1e-6)
+    np.testing.assert_allclose(back, np.tile(Site().flux * 1e-6, (len(rows), 1)), atol=1e-12)
 
 
 def test_encoders_tell_the_speed_of_each_side():

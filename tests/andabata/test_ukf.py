@@ -8,7 +8,7 @@ from andabata.localization import model
 from andabata.localization.model import ANGULAR, STATES, Body, Noise, Room, Weights
 from andabata.localization.ukf import Spread, turn_of
 
-BODY = Body(0.1, 0.2, 26.0, -34.0)
+BODY = Body(0.1, 0.18, 0.09, 0.31, 0.2, 26.0, -34.0)
 GATE = 1e9
 
 
@@ -60,6 +60,11 @@ def rotation(x):
     )
 
 
+def aside(x, rate):
+    creep = abs(rate) * BODY.creep * np.tanh(np.sin(x[0]) / BODY.creep_slope)
+    return x[10] - creep - rate * BODY.pivot * np.sin(x[1])
+
+
 def moved(x, dt, omega, noise):
     """Return a state a step later, as section 1 of any textbook writes it."""
     rate = omega - x[3:6]
@@ -72,7 +77,7 @@ def moved(x, dt, omega, noise):
         ]
     )
     y = x.copy()
-    y[6:9] += dt * rotation(x) @ [x[9], x[10], 0.0]
+    y[6:9] += dt * rotation(x) @ [x[9], aside(x, rate[2]), 0.0]
     y[:3] += dt * T @ rate
     y[10] *= np.exp(-dt / noise.drift_time)
     y[14:16] *= np.exp(-dt / noise.wander_time)
@@ -93,7 +98,7 @@ def process_noise(dt, noise):
 
 def force(x, omega):
     rate = omega - x[3:6]
-    level = rotation(x).T @ [0, 0, model.GRAVITY] + np.cross(rate, [x[9], x[10], 0])
+    level = rotation(x).T @ [0, 0, model.GRAVITY] + np.cross(rate, [x[9], aside(x, rate[2]), 0])
     return level + np.array([x[16], x[17], 0])
 
 
@@ -108,7 +113,7 @@ def test_a_prediction_and_every_correction_equal_filterpys():
     omega = np.array([0.02, -0.05, 0.4])
     rng = np.random.default_rng(3)
     for _ in range(25):
-        assert model.predict(x, P, *omega, 0.01, noise, weights, room)
+        assert model.predict(x, P, *omega, 0.01, BODY, noise, weights, room)
         ukf.Q = process_noise(0.01, noise)
         ukf.predict(dt=0.01, fx=lambda s, dt: moved(s, dt, omega, noise))
         imu = np.array([0.0, *omega, *(force(x, omega) + rng.normal(0, 0.5, 3))])
@@ -123,7 +128,7 @@ def test_a_prediction_and_every_correction_equal_filterpys():
                 [noise.wheels**2],
             ),
             (
-                lambda i=imu: model.see_gravity(x, P, i, noise, GATE, weights, room),
+                lambda i=imu: model.see_gravity(x, P, i, BODY, noise, GATE, weights, room),
                 lambda s: force(s, omega),
                 imu[4:],
                 [shake, shake, 4 * shake],
@@ -170,7 +175,7 @@ def test_a_measurement_beyond_the_gate_changes_nothing():
 def test_a_covariance_that_is_none_is_told():
     x, P = fresh(2)
     P[4, 4] = -1.0
-    assert not model.predict(x, P, 0.0, 0.0, 0.0, 0.01, Noise(), Weights.make(), Room.make())
+    assert not model.predict(x, P, 0.0, 0.0, 0.0, 0.01, BODY, Noise(), Weights.make(), Room.make())
     assert np.isnan(model.see_wheels(x, P, 0.3, Noise(), GATE, Weights.make(), Room.make()))
 
 
@@ -180,7 +185,7 @@ def test_the_covariance_stays_symmetric_and_positive():
     rng = np.random.default_rng(5)
     for k in range(4000):
         omega = rng.normal(0, 0.5, 3)
-        assert model.predict(x, P, *omega, 0.01, noise, weights, room)
+        assert model.predict(x, P, *omega, 0.01, BODY, noise, weights, room)
         model.see_wheels(x, P, 0.3, noise, 10.83, weights, room)
         if k % 10 == 0:
             seen = np.array([0.0, *(field(x) + rng.normal(0, 0.5, 3))])

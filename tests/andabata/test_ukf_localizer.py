@@ -101,7 +101,7 @@ def test_a_late_fix_is_worth_what_a_punctual_one_is(drive):
 def test_a_fix_older_than_the_memory_is_refused(drive):
     localizer, _ = run(drive, seconds=10.0)
     old = drive[1].fixes
-    given = np.array([[3.0, 36.715, -4.478, 60.0, 0.7]])
+    given = np.array([[3.0, 36.715, -4.478, 60.0, 0.5]])
     assert old is None or len(old) == 0
     refused = localizer.counts["gnss"][2]
     localizer.update(replace(drive[102], fixes=given))
@@ -122,7 +122,7 @@ def test_a_jump_of_ten_kilometres_moves_nothing(drive):
 
 def test_spinning_wheels_fool_it_for_seconds_and_not_for_ever():
     """The robot pushes against a tree: wheels turn, satellites say that it stays."""
-    blocked = winding(3, 0.4, Start(-8.0, 0.0, 0.3))
+    blocked = winding(6, 0.4, Start(0.0, -12.0, 1.0))
     assert blocked[-1].truth.collided
     localizer, errors = run(blocked)
     far = np.hypot(*errors[:, :2].T)

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 
 from andabata.app.verbs import (
+    bag,
     bench,
     classifier,
     clouds,
@@ -40,6 +41,7 @@ app.command()(scan.scan)
 app.command()(train.train)
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)
+app.add_typer(bag.app, name="bag")
 app.add_typer(bench.app, name="bench")
 app.command()(demo.demo)
 

@@ -1,7 +1,9 @@
 """One drive, from a world's name to a path."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,10 @@ from numpy.typing import NDArray
 
 from andabata.machine.senses import Senses
 from andabata.models import shipped_forest
+from andabata.navigation.navigator import Step
+from andabata.navigation.perception import CloudPerception
+from andabata.records.bags import BagError, BagWriter, open_writer, write_manifest
+from andabata.records.recorder import Recorder
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
@@ -79,6 +85,49 @@ class Driven:
         }
 
 
+@dataclass(frozen=True)
+class Recording:
+    """Where and how to record.
+
+    Attributes:
+        path: A new file in .bag, .mcap or .db3.
+        clouds: Whether to record the clouds too, nearly all of the bytes.
+    """
+
+    path: Path
+    clouds: bool = True
+
+    def watch(self, rig: Rig, setup: dict[str, Any]) -> BagWriter:
+        """Record every step of a rig's navigator; the writer has to be closed at the end.
+
+        Raises:
+            BagError: If the laser has no sweeps of the paper's kind, or the file is there already.
+        """
+        if rig.config.sensing.lidar.span_deg is not None:
+            raise BagError(
+                "--record: expected the turning laser (utm-30lx), whose sweeps the paper's topics "
+                "hold, got another sensor"
+            )
+        writer = open_writer(self.path)
+        seeing = rig.perception
+        assembler = seeing.assembler if isinstance(seeing, CloudPerception) else None
+        bearings = rig.config.grid.bearings
+        recorder = Recorder(writer, rig.localizer, assembler, bearings, self.clouds)
+
+        def take(step: Step) -> None:
+            if rig.navigator.start is not None and not recorder.begun:
+                recorder.begin(*rig.navigator.start, setup)
+            recorder.take(step)
+
+        rig.navigator.watch(take)
+        return writer
+
+
+def digest(data: bytes) -> str:
+    """Return the SHA-256 of bytes."""
+    return hashlib.sha256(data).hexdigest()
+
+
 def drive_once(
     world: str,
     seed: int,
@@ -87,6 +136,7 @@ def drive_once(
     forest: Forest | None = None,
     policy: Policy | None = None,
     on_second: Callable[[], None] | None = None,
+    record: Recording | None = None,
 ) -> Driven:
     """Visit the goals of a world's first task.
 
@@ -98,17 +148,33 @@ def drive_once(
         forest: Cell classifier; None for the shipped one.
         policy: The learned controller's; None for the shipped one.
         on_second: Called after each simulated second.
+        record: Where to record the drive; None for no record.
+
+    Raises:
+        BagError: If the recording cannot be begun.
     """
     scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
     driver = make_controller(controller, scene.world, config, policy)
-    rig = Rig(scene, config, forest or shipped_forest(), driver)
+    eyes = forest or shipped_forest()
+    rig = Rig(scene, config, eyes, driver)
     task = scene.world.tasks[0]
+    writer = None
+    if record is not None:
+        about = {"world": world, "seed": seed, "controller": controller}
+        about |= {"rig": config.model_dump(mode="json"), "forest_sha256": digest(eyes.to_bytes())}
+        writer = record.watch(rig, about)
 
     def on_step(senses: Senses) -> None:
         if on_second is not None and round(senses.stamp * 10) % 10 == 0:
             on_second()
 
-    legs = run_trial(rig, task, JudgeConfig(), np.random.default_rng([seed, 0, 1]), on_step)
+    try:
+        legs = run_trial(rig, task, JudgeConfig(), np.random.default_rng([seed, 0, 1]), on_step)
+    finally:
+        if writer is not None:
+            writer.close()
+    if record is not None:
+        write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
     cloud = rig.last_cloud()
     rig.close()
     return Driven(scene.world, task, controller, legs, cloud)

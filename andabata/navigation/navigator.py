@@ -1,5 +1,8 @@
 """The robot's story, one control step at a time."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,11 +18,35 @@ from rl.observation import apply_dead_zone
 STANDSTILL = WheelSpeeds(0.0, 0.0)
 
 
+@dataclass(frozen=True)
+class Step:
+    """One control step, for whoever watches.
+
+    Attributes:
+        senses: What came in.
+        view: What was made of it; None before the first scan.
+        goal: Where to [m], shape (2,).
+        wheels: What went out.
+        speed: Forward speed of it [m/s].
+        steering: Yaw rate of it [rad/s].
+    """
+
+    senses: Senses
+    view: View | None
+    goal: NDArray[np.float64]
+    wheels: WheelSpeeds
+    speed: float
+    steering: float
+
+
 class Navigator:
     """Senses in, wheel speeds out: the same in simulation, in training and on a record.
 
     The vehicle keeps the paper's constant longitudinal speed; only the steering is decided. It
     stands still until there is a first scan.
+
+    Attributes:
+        start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
     """
 
     def __init__(
@@ -44,10 +71,17 @@ class Navigator:
         self._perception = perception
         self._controller = controller
         self._goal = np.zeros(2)
+        self.start: tuple[Pose, float] | None = None
         self._previous = (0.0, 0.0)
+        self._watcher: Callable[[Step], None] | None = None
+
+    def watch(self, watcher: Callable[[Step], None] | None) -> None:
+        """Call ``watcher`` after every step; it sees everything and changes nothing."""
+        self._watcher = watcher
 
     def reset(self, pose: Pose, stamp: float) -> None:
         """Forget everything and start at a known pose at ``stamp`` [s]."""
+        self.start = (pose, stamp)
         self._localizer.reset(pose, stamp)
         self._perception.reset()
         self._previous = (0.0, 0.0)
@@ -67,9 +101,12 @@ class Navigator:
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use observe and command instead")
         view = self.observe(senses)
-        if view is None:
-            return STANDSTILL
-        return self.command(self._controller.steer(view))
+        wheels = STANDSTILL if view is None else self.command(self._controller.steer(view))
+        if self._watcher is not None:
+            still = wheels is STANDSTILL
+            speed, steering = (0.0, 0.0) if still else (self._robot.speed, self._previous[0])
+            self._watcher(Step(senses, view, self._goal, wheels, speed, steering))
+        return wheels
 
     def observe(self, senses: Senses) -> View | None:
         """Return the situation after one control period, or None before the first scan."""

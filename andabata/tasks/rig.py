@@ -80,8 +80,8 @@ class Rig:
         self.simulator = Simulator(
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng
         )
-        self.perception = _perception(config, forest)
-        self.localizer = self._make_localizer()
+        self.perception = make_perception(config, forest)
+        self.localizer = make_localizer(config, self._rng)
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
@@ -93,18 +93,6 @@ class Rig:
         self.navigator.reset(self._believed(senses.truth.pose), senses.stamp)
         self.navigator.set_goal(goal)
         return senses
-
-    def _make_localizer(self) -> Localizer:
-        """Return what tells the robot where it is."""
-        config = self.config
-        if config.localizer == "truth":
-            return NoisyTruthLocalizer(config.errors, self._rng)
-        if config.sensing.proprioception is None:
-            raise ValueError(
-                "proprioception: expected the senses that the filter needs, got none; "
-                "localizer = truth does without"
-            )
-        return UkfLocalizer(config.filter, config.robot, config.sensing.site)
 
     def _believed(self, pose: Pose) -> Pose:
         """Return where the robot believes to start: the filter is told no more than it expects."""
@@ -130,8 +118,12 @@ class Rig:
         self.simulator.close()
 
 
-def _perception(config: RigConfig, forest: Forest | None) -> Perception:
-    """Return the perception that fits the scanner."""
+def make_perception(config: RigConfig, forest: Forest | None) -> Perception:
+    """Return the perception that fits the scanner.
+
+    Raises:
+        ValueError: If the rotating laser comes without a forest.
+    """
     if config.sensing.scanner == "horizontal":
         return HorizontalPerception(config.grid)
     if forest is None:
@@ -139,3 +131,23 @@ def _perception(config: RigConfig, forest: Forest | None) -> Perception:
     return CloudPerception(
         CloudAssembler(config.assembly, config.robot.lidar_height), forest, config.grid
     )
+
+
+def make_localizer(config: RigConfig, rng: np.random.Generator) -> Localizer:
+    """Return what tells the robot where it is.
+
+    Args:
+        config: Of the robot.
+        rng: Errors of the true pose.
+
+    Raises:
+        ValueError: If the filter comes without the senses that it needs.
+    """
+    if config.localizer == "truth":
+        return NoisyTruthLocalizer(config.errors, rng)
+    if config.sensing.proprioception is None:
+        raise ValueError(
+            "proprioception: expected the senses that the filter needs, got none; "
+            "localizer = truth does without"
+        )
+    return UkfLocalizer(config.filter, config.robot, config.sensing.site)

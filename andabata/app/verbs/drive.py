@@ -16,6 +16,11 @@ def drive(
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Record to this file: .bag (ROS 1), .mcap or .db3 (ROS 2)."),
+    ] = None,
+    clouds: Annotated[bool, typer.Option(help="Record the clouds too: 8 MB a second.")] = True,
     sensor: Sensor = "utm-30lx",
     forest: ForestFile = None,
     policy: PolicyFile = None,
@@ -27,7 +32,7 @@ def drive(
 ) -> None:
     """Visit the goals of one task in a row and draw the way."""
     from andabata.app.console import Voice
-    from andabata.app.driving import drive_once
+    from andabata.app.driving import Recording, drive_once
     from andabata.app.pictures import drive_picture
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve, with_sensor
@@ -50,6 +55,7 @@ def drive(
             Forest.load(forest) if forest else None,
             Policy.load(policy) if policy else None,
             on_second=lambda: step(1),
+            record=Recording(record, clouds) if record else None,
         )
     make_folder(out)
     write_atomically(
@@ -65,4 +71,6 @@ def drive(
     )
     data = {**driven.as_dict(), "picture": str(out / "drive.png")}
     data.pop("path")
-    voice.result(data, f"{driven.title}\n{legs}\npicture: {out / 'drive.png'}")
+    data |= {"record": str(record)} if record else {}
+    recorded = f"\nrecord: {record}" if record else ""
+    voice.result(data, f"{driven.title}\n{legs}\npicture: {out / 'drive.png'}{recorded}")

@@ -1,0 +1,73 @@
+"""``andabata bag``: recordings, without ROS."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from andabata.app.options import ForestFile, Json, PolicyFile, Quiet
+
+app = typer.Typer(help="Recordings, without ROS: info, replay.", no_args_is_help=True)
+
+BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap or a ROS 2 folder.")]
+
+
+@app.command()
+def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Say what a recording holds: topics, types, counts and rates."""
+    from andabata.app.console import Voice, table_of
+    from andabata.records.bags import Bag
+
+    voice = Voice(quiet, as_json)
+    with Bag(file) as bag:
+        spans: dict[str, list[int]] = {}
+        for message in bag.messages():
+            span = spans.setdefault(message.topic, [message.stamp_ns, message.stamp_ns, 0])
+            span[1] = message.stamp_ns
+            span[2] += 1
+        kinds = bag.topics
+    rows: list[dict[str, Any]] = []
+    for name, (kind, _) in sorted(kinds.items()):
+        first, last, count = spans.get(name, [0, 0, 0])
+        seconds = (last - first) / 1e9
+        rate = (count - 1) / seconds if count > 1 and seconds > 0 else None
+        rows.append({"topic": name, "type": kind, "messages": count, "rate_hz": rate})
+    stamps = [stamp for span in spans.values() for stamp in span[:2]]
+    duration = (max(stamps) - min(stamps)) / 1e9 if stamps else 0.0
+    data = {"file": str(file), "duration_s": duration, "topics": rows}
+    voice.result(data, table_of(rows, f"{file.name}, {duration:.1f} s"))
+
+
+@app.command()
+def replay(
+    file: BagFile,
+    controller: Annotated[
+        str | None, typer.Option(help="Who steers instead of the recorded controller.")
+    ] = None,
+    forest: ForestFile = None,
+    policy: PolicyFile = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Send a recording through the navigator and compare scans and commands with the recorded."""
+    from andabata.app.console import Voice
+    from andabata.app.replaying import replay_bag
+    from rl.policy import Policy
+    from traversability.forest import Forest
+
+    voice = Voice(quiet, as_json)
+    with voice.progress("recorded seconds", None) as step:
+        data = replay_bag(
+            file,
+            controller,
+            Forest.load(forest) if forest else None,
+            Policy.load(policy) if policy else None,
+            lambda: step(1),
+        )
+    if data["same_forest"] is False:
+        voice.say("note: another forest drove; scans may differ")
+    text = (
+        f"{data['periods']} control periods: {data['differing_scans']} of {data['scans']} virtual "
+        f"scans and {data['differing_commands']} commands differ from the recorded ones"
+    )
+    voice.result(data, text)

@@ -1,0 +1,102 @@
+"""What the robot says, where, and how often: the paper's Table 3 and what ours adds."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+Ros = Literal[1, 2]
+
+RosMessage: TypeAlias = Any
+"""A message as rosbags makes it from its definition."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic under both of its names.
+
+    Attributes:
+        ros1: The paper's name; ROS 2 forbids some of them.
+        ros2: The legal one.
+        kind: Message type, as ``package/msg/Name``.
+        rate_hz: Messages a second; None where they come when there is something to say.
+        kind1: Type in ROS 1 where it differs.
+    """
+
+    ros1: str
+    ros2: str
+    kind: str
+    rate_hz: float | None
+    kind1: str | None = None
+
+    def name(self, ros: Ros) -> str:
+        """Return the name in one of the two."""
+        return self.ros1 if ros == 1 else self.ros2
+
+    def type_name(self, ros: Ros) -> str:
+        """Return the type in one of the two."""
+        return self.kind1 if ros == 1 and self.kind1 else self.kind
+
+
+SCAN = Topic("/2D_scan", "/scan_2d", "sensor_msgs/msg/LaserScan", 40.0)
+HEAD = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
+ENCODERS = Topic("/encoder_data", "/encoder_data", "andabata_msgs/msg/Wheels_speed", 100.0)
+IMU = Topic("/imu", "/imu/data", "sensor_msgs/msg/Imu", 100.0)
+CLOUD = Topic("/3D_cloud", "/points", "sensor_msgs/msg/PointCloud2", 0.3)
+RELATIVE = Topic("/3D_relative_cloud", "/points_relative", "sensor_msgs/msg/PointCloud2", 20.0)
+TF = Topic("/tf", "/tf", "tf2_msgs/msg/TFMessage", 100.0, "tf/msg/tfMessage")
+COMPASS = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
+FIX = Topic("/fix", "/fix", "sensor_msgs/msg/NavSatFix", 1.0)
+VIRTUAL = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/msg/LaserScan", 10.0)
+TWIST = Topic("/cmd_vel", "/cmd_vel", "geometry_msgs/msg/Twist", 10.0)
+WHEELS = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
+FILTERED = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
+DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
+GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
+TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
+
+TOPICS = (
+    SCAN,
+    HEAD,
+    ENCODERS,
+    IMU,
+    CLOUD,
+    RELATIVE,
+    TF,
+    COMPASS,
+    FIX,
+    VIRTUAL,
+    TWIST,
+    WHEELS,
+    FILTERED,
+    DIAGNOSTICS,
+    GOAL,
+    TRUTH,
+)
+"""All of them; the first twelve are the paper's."""
+
+_OURS = {
+    "andabata_msgs/msg/LaserEvent": "std_msgs/Header header\nfloat64 angle\nfloat64 rate\n",
+    "andabata_msgs/msg/Wheels_speed": "std_msgs/Header header\nfloat64 left\nfloat64 right\n",
+    "andabata_msgs/msg/Wheels_cmd": "std_msgs/Header header\nfloat64 left\nfloat64 right\n",
+}
+"""Definitions of the paper's own types, which it names and does not publish (assumption)."""
+
+_ONE_ONLY = {
+    "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms\n",
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
+}
+"""Types that rosbags leaves out of its ROS 1 store."""
+
+
+@cache
+def message_types(ros: Ros) -> "Typestore":
+    """Return rosbags' store with every type that the topics need."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
+    for name, text in (_OURS | (_ONE_ONLY if ros == 1 else {})).items():
+        store.register(get_types_from_msg(text, name))
+    return store

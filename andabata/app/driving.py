@@ -137,6 +137,7 @@ def drive_once(
     policy: Policy | None = None,
     on_second: Callable[[], None] | None = None,
     record: Recording | None = None,
+    time_limit: float = 300.0,
 ) -> Driven:
     """Visit the goals of a world's first task.
 
@@ -149,6 +150,7 @@ def drive_once(
         policy: The learned controller's; None for the shipped one.
         on_second: Called after each simulated second.
         record: Where to record the drive; None for no record.
+        time_limit: Longest drive to each goal [s].
 
     Raises:
         BagError: If the recording cannot be begun.
@@ -169,7 +171,13 @@ def drive_once(
             on_second()
 
     try:
-        legs = run_trial(rig, task, JudgeConfig(), np.random.default_rng([seed, 0, 1]), on_step)
+        legs = run_trial(
+            rig,
+            task,
+            JudgeConfig(time_limit=time_limit),
+            np.random.default_rng([seed, 0, 1]),
+            on_step,
+        )
     finally:
         if writer is not None:
             writer.close()

@@ -245,9 +245,17 @@ class _McapReader:
     """MCAP files, checksums looked at."""
 
     def __init__(self, path: Path) -> None:
+        self._types: dict[str, Typestore] = {}
+        self._file = path.open("rb")
+        try:
+            self._open(path)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _open(self, path: Path) -> None:
         from mcap.reader import make_reader
 
-        self._file = path.open("rb")
         self._reader = make_reader(self._file, validate_crcs=True)
         summary = self._reader.get_summary()
         if summary is None or summary.statistics is None:
@@ -260,7 +268,6 @@ class _McapReader:
             channel.topic: (summary.schemas[channel.schema_id].name, counts.get(number, 0))
             for number, channel in summary.channels.items()
         }
-        self._types: dict[str, Any] = {}
 
     def messages(self, topics: tuple[str, ...] | None) -> Iterator[Message]:
         chosen = None if topics is None else list(topics)
@@ -294,9 +301,11 @@ def _readable(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except (BagError, OSError):
+    except BagError:
         raise
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is not None:
+            raise  # The file can't be opened; a seek beyond damage has no name.
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise BagError(
             f"{path}: expected a whole recording, got {reason}; "

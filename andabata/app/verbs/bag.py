@@ -7,7 +7,9 @@ import typer
 
 from andabata.app.options import ForestFile, Json, PolicyFile, Quiet
 
-app = typer.Typer(help="Recordings, without ROS: info, replay.", no_args_is_help=True)
+app = typer.Typer(
+    help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
+)
 
 BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap or a ROS 2 folder.")]
 
@@ -71,3 +73,45 @@ def replay(
         f"scans and {data['differing_commands']} commands differ from the recorded ones"
     )
     voice.result(data, text)
+
+
+@app.command()
+def salvage(
+    file: Annotated[Path, typer.Argument(help="Damaged or unfinished recording: .bag or .mcap.")],
+    out: Annotated[Path, typer.Option(help="New file with the same suffix.")],
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Keep what is whole of a recording. The exit code is 3 when something was lost."""
+    from andabata.app.console import Voice
+    from andabata.records.salvage import salvage as keep
+
+    voice = Voice(quiet, as_json)
+    found = keep(file, out)
+    data = {"file": str(out), "messages": found.messages, "lost": found.lost}
+    ending = f"the rest is lost: {found.reason}" if found.lost else "nothing was lost"
+    voice.result(data | {"reason": found.reason}, f"{out}: {found.messages} messages; {ending}")
+    if found.lost:
+        raise typer.Exit(3)
+
+
+@app.command()
+def export(
+    file: BagFile,
+    out: Annotated[Path, typer.Option(help="Folder for the files.")],
+    topic: Annotated[
+        list[str] | None, typer.Option(help="A topic to export; may be repeated; all without.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write clouds as PLY and everything else as CSV."""
+    from andabata.app.console import Voice
+    from andabata.app.runs import make_folder
+    from andabata.records.export import export_bag
+
+    voice = Voice(quiet, as_json)
+    folder = make_folder(out)
+    with voice.progress("messages", None) as step:
+        written = export_bag(file, folder, tuple(topic) if topic else None, lambda: step(1))
+    voice.result({"files": [str(path) for path in written]}, f"{len(written)} files in {out}")

@@ -21,6 +21,9 @@ def drive(
         typer.Option(help="Record to this file: .bag (ROS 1), .mcap or .db3 (ROS 2)."),
     ] = None,
     clouds: Annotated[bool, typer.Option(help="Record the clouds too: 8 MB a second.")] = True,
+    time_limit: Annotated[
+        float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
+    ] = 300.0,
     sensor: Sensor = "utm-30lx",
     forest: ForestFile = None,
     policy: PolicyFile = None,
@@ -56,6 +59,7 @@ def drive(
             Policy.load(policy) if policy else None,
             on_second=lambda: step(1),
             record=Recording(record, clouds) if record else None,
+            time_limit=time_limit,
         )
     make_folder(out)
     write_atomically(

@@ -9,6 +9,7 @@ from andabata.app.options import ForestFile, Json, Quiet
 
 if TYPE_CHECKING:
     from andabata.app.scanning import Mounting, ScanConfig
+    from traversability.cloud import PointCloud
     from traversability.forest import Forest
 
 _MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
@@ -16,7 +17,7 @@ _MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,
 
 def scan(
     files: Annotated[
-        list[Path], typer.Argument(help="Clouds: npz, ply, pcd, bin, las, laz or vtk.")
+        list[Path], typer.Argument(help="Clouds: npz, ply, pcd, bin, las, laz, vtk; or recordings.")
     ],
     sensor_height: Annotated[
         float, typer.Option(help="Sensor above the robot's base plane, in metres.")
@@ -28,6 +29,12 @@ def scan(
     level: Annotated[
         bool, typer.Option("--level", help="Make the ground around the robot the base plane.")
     ] = False,
+    topic: Annotated[
+        str | None, typer.Option(help="PointCloud2 topic, where a file is a recording.")
+    ] = None,
+    number: Annotated[
+        int, typer.Option(help="Which cloud of the topic; negative from the end.")
+    ] = 0,
     sectors: Annotated[int, typer.Option(help="Sectors of the virtual scan.")] = 32,
     forest: ForestFile = None,
     picture: Annotated[
@@ -65,7 +72,7 @@ def scan(
     found = []
     for file in files:
         where = picture or Path(f"{file.stem}_scan.png")
-        data, drawn = _look(file, config, loaded)
+        data, drawn = _look(_read(file, topic, number), file.name, config, loaded)
         write_atomically(where, drawn)
         found.append({"file": str(file), **data, "picture": str(where)})
         for note in data["notes"]:
@@ -79,15 +86,26 @@ def scan(
     voice.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
 
 
-def _look(file: Path, config: "ScanConfig", forest: "Forest") -> tuple[dict[str, Any], bytes]:
+def _read(file: Path, topic: str | None, number: int) -> "PointCloud":
+    """Return the cloud of a file, or one of a recording."""
+    from andabata.records.export import read_bag_cloud
+    from traversability.files import read_cloud
+
+    if file.is_dir() or file.suffix in (".bag", ".mcap"):
+        return read_bag_cloud(file, topic, number)
+    return read_cloud(file)
+
+
+def _look(
+    cloud: "PointCloud", name: str, config: "ScanConfig", forest: "Forest"
+) -> tuple[dict[str, Any], bytes]:
     """Return what is seen in a cloud, ready for JSON, and its picture."""
     from andabata.app.pictures import scan_picture
     from andabata.app.scanning import doubts, scan_cloud, scan_result
-    from traversability.files import read_cloud
 
-    scanned = scan_cloud(read_cloud(file), config, forest)
+    scanned = scan_cloud(cloud, config, forest)
     data = scan_result(scanned) | {"notes": doubts(scanned, config)}
-    return data, scan_picture(scanned, file.name)
+    return data, scan_picture(scanned, name)
 
 
 def _in_words(data: dict[str, Any]) -> str:

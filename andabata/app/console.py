@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -36,7 +36,7 @@ class Voice:
         """Tell people something."""
         self._console.print(text, soft_wrap=True, markup=False)
 
-    def result(self, data: Mapping[str, Any], table: Table | str | None = None) -> None:
+    def result(self, data: Mapping[str, Any], table: RenderableType | None = None) -> None:
         """Give the result: the JSON object, or a table or text for people."""
         if self.as_json:
             sys.stdout.write(json.dumps(_finite(data)) + "\n")

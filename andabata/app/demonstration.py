@@ -20,7 +20,7 @@ from andabata.app.pictures import (
 from andabata.app.report import Report
 from andabata.app.runs import make_folder, write_json
 from andabata.app.scanning import ScanConfig, scan_cloud
-from andabata.app.settings import with_sensor
+from andabata.app.settings import with_parts
 from andabata.models import shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
@@ -73,7 +73,7 @@ class Demonstration:
         with self._voice.progress("labelled clouds", sum(counts.values())) as step:
             generate_dataset(
                 clouds,
-                with_sensor(CloudsConfig, self._sensor),
+                with_parts(CloudsConfig, self._sensor),
                 counts,
                 self._seed,
                 self._workers,
@@ -122,7 +122,7 @@ class Demonstration:
 
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that nothing was trained on."""
-        config = with_sensor(RigConfig, self._sensor)
+        config = with_parts(RigConfig, self._sensor)
         with self._voice.progress("simulated seconds", None) as step:
             driven = drive_once(_WORLD, self._seed, "learned", config, on_second=step)
         oracle = drive_once(_WORLD, self._seed, "oracle", config)
@@ -152,7 +152,7 @@ class Demonstration:
     def _judgement(self) -> None:
         """Judge the four controllers in a few trials."""
         config = EvaluationConfig(
-            world=_WORLD, trials=_TRIALS, seed=self._seed, rig=with_sensor(RigConfig, self._sensor)
+            world=_WORLD, trials=_TRIALS, seed=self._seed, rig=with_parts(RigConfig, self._sensor)
         )
         with self._voice.progress("trials of four controllers", _TRIALS) as step:
             rows = evaluate(

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
+from andabata.machine.robot import RobotModel
 from andabata.machine.sensors import sensor_settings
 from andabata.records.storage import write_atomically
 from andabata.tasks.offroad import OffroadConfig, stage_config
@@ -47,20 +48,20 @@ class LearningConfig(BaseModel):
     )
 
 
-def learning_with(sensor: str) -> LearningConfig:
-    """Return the default run with another laser; stage 1 keeps its horizontal beams.
+def learning_with(sensor: str, robot: str = "andabata") -> LearningConfig:
+    """Return the default run with another laser or body; stage 1 keeps its horizontal beams.
 
     Raises:
         UnknownSensorError: If there is no laser of that name.
+        ValueError: If there is no body of that name.
     """
     default, settings = LearningConfig(), sensor_settings(sensor)
+    body = {"robot": RobotModel.load(robot)}
     stages = []
     for stage in default.stages:
-        if stage.rig.sensing.scanner == "rotating":
-            rig = RigConfig.model_validate({**stage.rig.model_dump(), **settings})
-            stages.append(stage.model_copy(update={"rig": rig}))
-        else:
-            stages.append(stage)
+        laser = settings if stage.rig.sensing.scanner == "rotating" else {}
+        rig = RigConfig.model_validate({**stage.rig.model_dump(), **laser, **body})
+        stages.append(stage.model_copy(update={"rig": rig}))
     return default.model_copy(update={"stages": tuple(stages)})
 
 

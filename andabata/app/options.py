@@ -24,6 +24,7 @@ Sensor = Annotated[
         help="Laser: utm-30lx (the paper's, turning), os1-64, os0-128, vlp-16, livox-rosette."
     ),
 ]
+Robot = Annotated[str, typer.Option(help="Body: andabata (the paper's), husky or jackal.")]
 ForestFile = Annotated[
     Path | None,
     typer.Option("--forest", metavar="FILE", help="Cell classifier instead of the shipped one."),

@@ -172,6 +172,36 @@ def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
     return _png(figure)
 
 
+def vehicle_picture(found: Mapping[str, Any]) -> bytes:
+    """Return a body's turning and its behaviour on slopes.
+
+    Args:
+        found: ``turning`` and ``slopes`` as the vehicle bench gives them, and the ``robot``'s name.
+    """
+    figure = Figure(figsize=(12, 5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for ground in dict.fromkeys(row["ground"] for row in found["turning"]):
+        rows = [row for row in found["turning"] if row["ground"] == ground]
+        left.plot([r["rate"] for r in rows], [r["ratio"] for r in rows], "o-", label=ground)
+    left.axhspan(0.95, 1.05, color="#58a55c", alpha=0.15)
+    left.set_xlabel("commanded yaw rate [rad/s]")
+    left.set_ylabel("achieved over commanded")
+    left.set_title(f"{found['robot']}: turning")
+    left.legend()
+    angles = [row["slope_deg"] for row in found["slopes"]]
+    for key, name in (
+        ("climb_m_s", "climbing"),
+        ("slip_m_s", "slipping aside, straight"),
+        ("slip_turning_m_s", "slipping aside, turning"),
+    ):
+        right.plot(angles, [row[key] for row in found["slopes"]], "o-", label=name)
+    right.set_xlabel("slope [degrees]")
+    right.set_ylabel("speed [m/s]")
+    right.set_title("slopes")
+    right.legend()
+    return _png(figure)
+
+
 def _draw_ground(axes: Axes, world: World) -> None:
     """Draw shaded relief and forbidden ground."""
     half_x, half_y = world.ground.width / 2, world.ground.depth / 2

@@ -51,15 +51,17 @@ def resolve(
         raise SettingsError(explain(error)) from error
 
 
-def with_sensor(kind: type[Model], sensor: str) -> Model:
-    """Return a configuration whose laser is the one of that name.
+def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model:
+    """Return a configuration with the laser and the body of those names.
 
     Raises:
-        UnknownSensorError: If there is none.
+        UnknownSensorError: If there is no such laser.
+        ValueError: If there is no such body.
     """
+    from andabata.machine.robot import RobotModel
     from andabata.machine.sensors import sensor_settings
 
-    return kind.model_validate(sensor_settings(sensor))
+    return kind.model_validate({**sensor_settings(sensor), "robot": RobotModel.load(robot)})
 
 
 def explain(error: ValidationError) -> str:

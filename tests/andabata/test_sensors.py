@@ -7,7 +7,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.learning import learning_with
-from andabata.app.settings import with_sensor
+from andabata.app.settings import with_parts
 from andabata.machine.sensors import UnknownSensorError, sensor_names, sensor_settings
 from andabata.models import shipped_forest
 from andabata.tasks.clouds import CloudsConfig, labelled_cloud
@@ -29,7 +29,7 @@ def test_the_known_lasers():
 def test_a_trunk_stands_where_it_is_in_every_lasers_cloud(name, make_scene):
     trunk = frustum(SemanticClass.TRUNK, (3.0, 1.0, 0.0), (0.15, 0.15), 3.0)
     scene = make_scene(objects=[trunk], size=30.0)
-    config = with_sensor(CloudsConfig, name).model_copy(update={"carry_time": 0.0})
+    config = with_parts(CloudsConfig, name).model_copy(update={"carry_time": 0.0})
     assert config.sensing.lidar.beams == BEAMS[name]
     cloud = labelled_cloud(scene, config, np.random.default_rng(0), Start(0.0, 0.0, 0.3))
     bearing = np.arctan2(cloud.points[:, 1], cloud.points[:, 0])

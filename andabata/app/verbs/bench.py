@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Set, Workers
+from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Robot, Seed, Set, Workers
 
 app = typer.Typer(help="Accuracy and speed, ours and the peers'.", no_args_is_help=True)
 
@@ -169,6 +169,49 @@ def _localization_text(figures: dict[str, Any], rows: list[dict[str, Any]]) -> s
             f"{row['true_scan_agrees']:.3f}, standing twice {row['standing_scan_agrees']:.3f})"
         )
     return "\n".join(lines)
+
+
+@app.command()
+def vehicle(
+    robot: Robot = "andabata",
+    seed: Seed = 0,
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG file with the turning and the slopes.")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure a body in the reference plant: turning, slopes, obstacles, tipping over."""
+    from rich.console import Group
+
+    from andabata.app.console import Voice, table_of
+    from andabata.app.pictures import vehicle_picture
+    from andabata.app.vehicle_bench import obstacles, plants, slopes, tipping, turning
+    from andabata.machine.robot import RobotModel
+    from andabata.records.storage import write_atomically
+
+    voice, model = Voice(quiet, as_json), RobotModel.load(robot)
+    found: dict[str, Any] = {"robot": robot}
+    with voice.progress("parts", 5) as step:
+        for name, part in (
+            ("turning", turning),
+            ("slopes", slopes),
+            ("obstacles", obstacles),
+            ("tipping", tipping),
+        ):
+            found[name] = part(model)
+            step()
+        found["plants"] = plants(model, seed)
+        step()
+    if picture is not None:
+        write_atomically(picture, vehicle_picture(found))
+    tables = [
+        table_of(found["turning"], f"{robot}: yaw rate achieved over commanded"),
+        table_of(found["slopes"], "slopes"),
+        table_of(found["obstacles"], "10 s towards something 1.5 m ahead"),
+        table_of([found["tipping"] | found["plants"]], "tipping over, and the two plants apart"),
+    ]
+    voice.result(found, Group(*tables))
 
 
 _FIGURES = ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")

@@ -29,14 +29,14 @@ def generate(
     """Write labelled clouds of many worlds, with a manifest and a card."""
     from andabata.app.console import Voice
     from andabata.app.datasets import generate_dataset
-    from andabata.app.settings import resolve, with_sensor
+    from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import UsageError
     from andabata.tasks.clouds import CloudsConfig
 
     if train + validation == 0:
         raise UsageError("--train, --validation: expected at least one cloud, got none")
     voice = Voice(quiet, as_json)
-    base = with_sensor(CloudsConfig, sensor)
+    base = with_parts(CloudsConfig, sensor)
     resolved = resolve(CloudsConfig, config, settings or (), base)
     with voice.progress("clouds", train + validation) as step:
         manifest = generate_dataset(

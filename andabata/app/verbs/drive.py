@@ -5,7 +5,17 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Seed, Sensor, Set
+from andabata.app.options import (
+    ConfigFile,
+    ForestFile,
+    Json,
+    PolicyFile,
+    Quiet,
+    Robot,
+    Seed,
+    Sensor,
+    Set,
+)
 
 
 def drive(
@@ -25,6 +35,7 @@ def drive(
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
     sensor: Sensor = "utm-30lx",
+    robot: Robot = "andabata",
     forest: ForestFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
@@ -38,7 +49,7 @@ def drive(
     from andabata.app.driving import Recording, drive_once
     from andabata.app.pictures import drive_picture
     from andabata.app.runs import describe, make_folder, write_json
-    from andabata.app.settings import resolve, with_sensor
+    from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
     from andabata.records.storage import write_atomically
     from andabata.tasks.controllers import CONTROLLERS
@@ -48,7 +59,7 @@ def drive(
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)
-    resolved = resolve(RigConfig, config, settings or (), with_sensor(RigConfig, sensor))
+    resolved = resolve(RigConfig, config, settings or (), with_parts(RigConfig, sensor, robot))
     with voice.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,

@@ -11,6 +11,7 @@ from andabata.app.options import (
     Json,
     PolicyFile,
     Quiet,
+    Robot,
     Seed,
     Sensor,
     Set,
@@ -44,6 +45,7 @@ def evaluate(
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
     ] = None,
     sensor: Sensor = "utm-30lx",
+    robot: Robot = "andabata",
     forest: ForestFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
@@ -58,7 +60,7 @@ def evaluate(
     from andabata.app.evaluation import EvaluationConfig, Models, summarise
     from andabata.app.evaluation import evaluate as run_evaluation
     from andabata.app.runs import describe, make_folder, write_json
-    from andabata.app.settings import resolve, with_sensor
+    from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
     from andabata.tasks.controllers import CONTROLLERS
     from andabata.tasks.rig import RigConfig
@@ -75,7 +77,7 @@ def evaluate(
         controllers=words(controllers, CONTROLLERS, "--controllers"),
         trials=trials,
         seed=seed,
-        rig=with_sensor(RigConfig, sensor),
+        rig=with_parts(RigConfig, sensor, robot),
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
     models = Models(

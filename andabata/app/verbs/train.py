@@ -5,7 +5,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Seed, Sensor, Set, Workers
+from andabata.app.options import (
+    ConfigFile,
+    ForestFile,
+    Json,
+    Quiet,
+    Robot,
+    Seed,
+    Sensor,
+    Set,
+    Workers,
+)
 
 if TYPE_CHECKING:
     from rl.curriculum import Generation
@@ -16,6 +26,7 @@ def train(
     stages: Annotated[str, typer.Option(help="Stages to run, as 1 or 1-3.")] = "1-3",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     sensor: Sensor = "utm-30lx",
+    robot: Robot = "andabata",
     forest: ForestFile = None,
     seed: Seed = 0,
     workers: Workers = 2,
@@ -32,7 +43,7 @@ def train(
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
-    resolved = resolve(LearningConfig, config, settings or (), learning_with(sensor))
+    resolved = resolve(LearningConfig, config, settings or (), learning_with(sensor, robot))
     judge = Forest.load(forest).to_bytes() if forest else None
     total = sum(resolved.episodes[k] for k in chosen)
     with voice.progress("episodes", total) as step:

@@ -8,7 +8,17 @@ import typer
 
 from andabata.app.options import Json
 
-_MODULES = ("numpy", "numba", "torch", "sklearn", "pybullet", "open3d", "gymnasium", "rosbags")
+_MODULES = (
+    "numpy",
+    "numba",
+    "torch",
+    "sklearn",
+    "pybullet",
+    "open3d",
+    "gymnasium",
+    "rosbags",
+    "mcap",
+)
 _SYSTEM = (
     "apt-get install -y libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1 (Debian)"
 )

@@ -22,6 +22,8 @@ class CloudAssemblyConfig(BaseModel):
             beam in ``dense_stride`` is kept [m] (assumption, for the paper's 32,000 points).
         dense_stride: See ``dense_range``.
         body_radius: Returns nearer than this to the vertical axis are the robot's own body [m].
+        stale: A cloud whose newest point is older is no ground to drive on [s]: one and a half
+            times what the paper's laser takes for a cloud (assumption).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -31,6 +33,7 @@ class CloudAssemblyConfig(BaseModel):
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=3, ge=1)
     body_radius: float = Field(default=0.4, ge=0)
+    stale: float = Field(default=5.0, gt=0)
 
 
 class CloudAssembler:
@@ -124,6 +127,10 @@ class CloudAssembler:
         shift = (pose.position @ R_map_level).astype(np.float32)
         points = self.cloud.points @ R_map_level.astype(np.float32) - shift
         return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
+
+    def is_stale(self, stamp: float) -> bool:
+        """Return whether there is no cloud at ``stamp`` [s] to drive by."""
+        return self.cloud_age(stamp) > self._config.stale
 
     def cloud_age(self, stamp: float) -> float:
         """Return how old the cloud's newest point is at ``stamp`` [s]; infinity without a cloud."""

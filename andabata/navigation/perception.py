@@ -33,10 +33,14 @@ class CloudPerception:
         self.assembler.reset()
 
     def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
-        """Place the new beams, carry the last cloud into the current pose and judge its cells."""
+        """Place the new beams, carry the last cloud into the current pose and judge its cells.
+
+        Without a cloud, or with one that is too old because the laser fell silent, there is
+        nothing to see.
+        """
         if senses.sweeps is not None:
             self.assembler.add(senses.sweeps, localizer.track)
-        if self.assembler.cloud is None:
+        if self.assembler.is_stale(senses.stamp):
             return None
         return self._scanner.scan(self.assembler.relative(localizer.odometry).points)
 

@@ -56,12 +56,12 @@ class Noise(NamedTuple):
         rest: Gyro reading at rest [rad/s].
     """
 
-    turn: float = 5e-4
+    turn: float = 3e-4
     bias_walk: float = 5e-5
-    slip: float = 0.02
+    slip: float = 0.01
     heave: float = 0.03
     push: float = 0.5
-    drift: float = 0.015
+    drift: float = 0.012
     drift_time: float = 5.0
     iron_walk: float = 0.005
     wander: float = 0.25
@@ -69,7 +69,7 @@ class Noise(NamedTuple):
     force_walk: float = 0.003
     wheels: float = 0.05
     shake: float = 0.8
-    compass: float = 0.6
+    compass: float = 0.4
     rest: float = 0.01
 
 

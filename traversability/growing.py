@@ -58,8 +58,8 @@ class ForestConfig(BaseModel):
     features: FeatureSet = "all"
     without: tuple[str, ...] = ()
     trees: int = Field(default=300, ge=1, le=2000)
-    max_depth: int = Field(default=7, ge=1, le=64)
-    min_leaf: int = Field(default=40, ge=1)
+    max_depth: int = Field(default=6, ge=1, le=64)
+    min_leaf: int = Field(default=200, ge=1)
     rate: float = Field(default=0.12, gt=0, le=1)
     shrink: float = Field(default=5.0, ge=0)
     near_miss: float = Field(default=6.0, gt=0)

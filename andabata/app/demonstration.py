@@ -81,7 +81,8 @@ class Demonstration:
             )
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
-        forest = grow_forest(samples, PolarGrid(), ForestConfig(), self._seed)
+        few = ForestConfig(trees=100, rate=0.2)  # As many as so few clouds can teach.
+        forest = grow_forest(samples, PolarGrid(), few, self._seed)
         scores = judge_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
         self._voice.say(

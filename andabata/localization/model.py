@@ -30,7 +30,7 @@ _ATTITUDES = 3
 """The first columns of the Cholesky factor, those that move the attitude."""
 
 IMU, WHEELS, GRAVITY_SENSE, COMPASS, FIX, REST = range(6)
-"""Sensors, as counted by ``Counts``."""
+"""Sensors, each with a row of counts."""
 
 SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "rest")
 

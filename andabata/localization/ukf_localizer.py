@@ -143,7 +143,7 @@ class UkfLocalizer:
         self._x[:3] = Rotation.from_quat(pose.quaternion).as_euler("ZYX")[::-1]
         self._x[6:9] = pose.position
         self._odometry = np.array([*pose.position, self._x[2]])
-        self._now = self._begin = stamp
+        self._now = stamp
         self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
         self._periods: deque[_Period] = deque()
         self._heard = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)

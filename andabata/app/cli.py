@@ -16,6 +16,7 @@ from andabata.app.verbs import (
     doctor,
     drive,
     evaluate,
+    ros,
     scan,
     train,
     world,
@@ -42,6 +43,7 @@ app.command()(train.train)
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)
 app.add_typer(bag.app, name="bag")
+app.add_typer(ros.app, name="ros")
 app.add_typer(bench.app, name="bench")
 app.command()(demo.demo)
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from andabata.machine.senses import Senses
 from andabata.models import shipped_forest
 from andabata.navigation.navigator import Step
-from andabata.navigation.perception import CloudPerception
-from andabata.records.bags import BagError, BagWriter, open_writer, write_manifest
-from andabata.records.recorder import Recorder
+from andabata.navigation.perception import assembler_of
+from andabata.records.bags import MessageWriter, open_writer, write_manifest
+from andabata.records.messages import Composer
+from andabata.records.recorder import Outbox, Recorder
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
@@ -97,22 +98,17 @@ class Recording:
     path: Path
     clouds: bool = True
 
-    def watch(self, rig: Rig, setup: dict[str, Any]) -> BagWriter:
+    def watch(self, rig: Rig, setup: dict[str, Any]) -> MessageWriter:
         """Record every step of a rig's navigator; the writer has to be closed at the end.
 
         Raises:
-            BagError: If the laser has no sweeps of the paper's kind, or the file is there already.
+            BagError: If the file is there already.
         """
-        if rig.config.sensing.lidar.span_deg is not None:
-            raise BagError(
-                "--record: expected the turning laser (utm-30lx), whose sweeps the paper's topics "
-                "hold, got another sensor"
-            )
         writer = open_writer(self.path)
-        seeing = rig.perception
-        assembler = seeing.assembler if isinstance(seeing, CloudPerception) else None
+        outbox = Outbox(writer, Composer(writer.ros))
+        assembler = assembler_of(rig.perception)
         bearings = rig.config.grid.bearings
-        recorder = Recorder(writer, rig.localizer, assembler, bearings, self.clouds)
+        recorder = Recorder(outbox, rig.localizer, assembler, bearings, self.clouds)
 
         def take(step: Step) -> None:
             if rig.navigator.start is not None and not recorder.begun:

@@ -1,22 +1,99 @@
 """A recording through the same navigator that drove."""
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andabata.app.driving import digest
-from andabata.models import shipped_forest, shipped_policy
-from andabata.navigation.learned import LearnedController
+from andabata.machine.senses import WheelSpeeds
+from andabata.models import shipped_forest
 from andabata.navigation.navigator import Navigator, Step
-from andabata.navigation.reactive import ReactiveController, StraightController
-from andabata.navigation.view import Controller
+from andabata.navigation.perception import assembler_of
 from andabata.records.bags import Bag
-from andabata.records.playback import check_topics, read_periods, read_setup
+from andabata.records.gathering import Gathering
+from andabata.records.playback import (
+    Period,
+    check_topics,
+    choose_cloud,
+    read_periods,
+    read_setup,
+)
+from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
 from rl.policy import Policy
 from traversability.forest import Forest
+
+
+@dataclass
+class Comparison:
+    """What came out of a replay beside what came out then.
+
+    Attributes:
+        periods: Control periods.
+        scans: Of them, those with a virtual scan now.
+        recorded_scans: Those with a recorded one.
+        compared_scans: Those with both.
+        differing_scans: Those with one of the two, or two that differ.
+        differing_commands: Recorded commands that differ from the present ones.
+        moving: Periods in which the robot is told to move.
+        unequal_sectors: Sectors of compared scans that differ.
+    """
+
+    periods: int = 0
+    scans: int = 0
+    recorded_scans: int = 0
+    compared_scans: int = 0
+    differing_scans: int = 0
+    differing_commands: int = 0
+    moving: int = 0
+    unequal_sectors: int = 0
+    _sectors: int = field(default=0, repr=False)
+
+    def add(self, period: Period, step: Step) -> None:
+        """Compare one period."""
+        self.periods += 1
+        self.moving += step.wheels != WheelSpeeds(0.0, 0.0)
+        ranges = None if step.view is None else step.view.scan.ranges
+        self.scans += ranges is not None
+        self.recorded_scans += period.ranges is not None
+        if ranges is not None and period.ranges is not None:
+            self._compare(ranges, period.ranges)
+        elif period.wheels is not None:
+            self.differing_scans += (ranges is None) != (period.ranges is None)
+        if period.wheels is not None:
+            self.differing_commands += step.wheels != period.wheels
+
+    def _compare(self, ranges: NDArray[np.float32], recorded: NDArray[np.float32]) -> None:
+        """Compare two virtual scans."""
+        self.compared_scans += 1
+        if ranges.shape != recorded.shape:
+            self.differing_scans += 1
+            return
+        with np.errstate(invalid="ignore"):
+            unequal = (ranges != recorded) & ~(np.isnan(ranges) & np.isnan(recorded))
+        self.differing_scans += bool(unequal.any())
+        self.unequal_sectors += int(unequal.sum())
+        self._sectors += len(ranges)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures, ready for JSON."""
+        share = self.unequal_sectors / self._sectors if self._sectors else None
+        return {
+            "periods": self.periods,
+            "scans": self.scans,
+            "recorded_scans": self.recorded_scans,
+            "compared_scans": self.compared_scans,
+            "differing_scans": self.differing_scans,
+            "differing_sectors": share,
+            "differing_commands": self.differing_commands,
+            "moving_periods": self.moving,
+        }
 
 
 def replay_bag(
@@ -25,6 +102,8 @@ def replay_bag(
     forest: Forest | None = None,
     policy: Policy | None = None,
     on_second: Callable[[], None] | None = None,
+    cloud: str | None = None,
+    configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
 ) -> dict[str, Any]:
     """Send a recording through the navigator and compare what comes out with what came out then.
 
@@ -34,6 +113,8 @@ def replay_bag(
         forest: The cell classifier; None for the shipped one.
         policy: The learned controller's policy; None for the shipped one.
         on_second: Called after each recorded second.
+        cloud: A 3D laser's topic instead of the turning laser's two.
+        configure: Given the recorded settings, or the defaults, returns those to use.
 
     Returns:
         Figures, ready for JSON.
@@ -43,62 +124,35 @@ def replay_bag(
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     eyes = forest or shipped_forest()
+    compared, health = Comparison(), Counter[str]()
     with Bag(path) as bag:
-        check_topics(bag)
-        setup = read_setup(bag)
-        config = RigConfig.model_validate(setup.settings.get("rig", {}))
+        topic = choose_cloud(bag, cloud)
+        check_topics(bag, Gathering(0, topic))
+        setup = read_setup(bag, configure(RigConfig()).sensing.site)
+        config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
         name = controller or str(setup.settings.get("controller", "learned"))
-        rng = np.random.default_rng(0)
-        localizer, perception = make_localizer(config, rng), make_perception(config, eyes)
-        driver = _controller(name, config, policy)
+        localizer = make_localizer(config, np.random.default_rng(0))
+        perception = make_perception(config, eyes)
+        driver = make_controller(name, None, config, policy)
         navigator = Navigator(config.robot, localizer, perception, driver)
         navigator.reset(setup.start, 0.0)
-        steps: list[Step] = []
-        navigator.watch(steps.append)
-        periods = scans = other_scans = other_commands = 0
-        health: dict[str, int] = {}
-        for period in read_periods(bag, setup, config.sensing.lidar):
+        gathering = Gathering(setup.epoch_ns, topic)
+        for period in read_periods(bag, gathering):
             if period.goal is not None:
                 navigator.set_goal(period.goal)
-            steps.clear()
-            wheels = navigator.step(period.senses)
-            periods += 1
-            health[str(localizer.health)] = health.get(str(localizer.health), 0) + 1
-            view = steps[0].view
-            ranges = None if view is None else view.scan.ranges
-            if (ranges is None) != (period.ranges is None):
-                other_scans += 1
-            elif ranges is not None and period.ranges is not None:
-                scans += 1
-                other_scans += not np.array_equal(ranges, period.ranges, equal_nan=True)
-            if period.wheels is not None:
-                other_commands += wheels != period.wheels
-            if on_second is not None and periods % 10 == 0:
+            navigator.watch(partial(compared.add, period))
+            navigator.step(period.senses)
+            health[str(localizer.health)] += 1
+            if on_second is not None and compared.periods % 10 == 0:
                 on_second()
     recorded = setup.settings.get("forest_sha256")
-    return {
-        "periods": periods,
-        "scans": scans,
-        "differing_scans": int(other_scans),
-        "differing_commands": int(other_commands),
+    assembler = assembler_of(perception)
+    return compared.as_dict() | {
         "controller": name,
         "recorded_controller": setup.settings.get("controller"),
+        "laser": topic.ros1 if topic else "/2D_scan",
         "same_forest": None if recorded is None else recorded == digest(eyes.to_bytes()),
-        "health": health,
+        "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
+        "refused": gathering.refused + (assembler.refused if assembler else 0),
     }
-
-
-def _controller(name: str, config: RigConfig, policy: Policy | None) -> Controller:
-    """Return a controller that needs no truth."""
-    match name:
-        case "learned":
-            return LearnedController(policy or shipped_policy())
-        case "reactive":
-            return ReactiveController(config.robot, config.grid)
-        case "straight":
-            return StraightController()
-    raise ValueError(
-        f"--controller: expected learned, reactive or straight, got {name!r}; the oracle needs the "
-        "true map"
-    )

@@ -1,6 +1,7 @@
 """What a user typed wrongly."""
 
 from collections.abc import Sequence
+from math import isfinite
 
 
 class UsageError(ValueError):
@@ -19,4 +20,19 @@ def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
             raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}")
     if not found:
         raise UsageError(f"{option}: expected some of {', '.join(known)}, got nothing")
+    return found
+
+
+def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
+    """Return the comma-separated numbers of an option.
+
+    Raises:
+        UsageError: If there are not ``count`` finite ones.
+    """
+    try:
+        found = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count or not all(isfinite(number) for number in found):
+        raise UsageError(f"{option}: expected {count} numbers with commas between, got {text!r}")
     return found

@@ -56,19 +56,19 @@ class Noise(NamedTuple):
         rest: Gyro reading at rest [rad/s].
     """
 
-    turn: float = 3e-4
-    bias_walk: float = 5e-5
+    turn: float = 2e-4
+    bias_walk: float = 2e-5
     slip: float = 0.01
     heave: float = 0.03
     push: float = 0.5
     drift: float = 0.012
     drift_time: float = 5.0
-    iron_walk: float = 0.005
+    iron_walk: float = 0.001
     wander: float = 0.25
     wander_time: float = 60.0
     force_walk: float = 0.003
     wheels: float = 0.05
-    shake: float = 0.8
+    shake: float = 0.75
     compass: float = 0.4
     rest: float = 0.01
 

@@ -16,6 +16,7 @@ from andabata.localization.model import (
     IMU,
     SENSORS,
     STATES,
+    WHEELS,
     Belief,
     Body,
     Gates,
@@ -52,6 +53,7 @@ class UkfConfig(BaseModel):
         gates: Squared Mahalanobis distances beyond which a measurement is not believed.
         vertical: Noise of a fix's altitude, as a multiple of the horizontal one.
         memory: How late a measurement may come [s].
+        overtaking: How far a measurement may be ahead of the inertial rows [s].
         imu_silence: Without inertial rows for longer, the wheels tell the turning [s].
         wheel_silence: Longest silence of the encoders that goes unsaid [s].
         compass_silence: Of the compass, or of believed readings [s].
@@ -67,17 +69,18 @@ class UkfConfig(BaseModel):
     start: tuple[float, float, float, float, float, float, float, float] = (
         0.02,
         0.05,
-        0.01,
+        0.006,
         0.5,
         0.1,
         0.05,
         1.0,
-        0.04,
+        0.03,
     )
     noise: Noise = Noise()
     gates: Gates = Gates()
     vertical: float = Field(default=2.0, gt=0)
     memory: float = Field(default=2.0, gt=0, le=30)
+    overtaking: float = Field(default=0.5, gt=0, le=5)
     imu_silence: float = Field(default=0.1, gt=0)
     wheel_silence: float = Field(default=0.2, gt=0)
     compass_silence: float = Field(default=1.0, gt=0)
@@ -146,6 +149,7 @@ class UkfLocalizer:
         self._now = stamp
         self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
         self._periods: deque[_Period] = deque()
+        self._ahead = Sensed(*(np.empty((0, width)) for width in (7, 3, 4, 6)))
         self._heard = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
         self._believed = dict.fromkeys(("compass", "gnss"), stamp)
         self._doubted = dict(self._believed)
@@ -161,9 +165,14 @@ class UkfLocalizer:
         for fix in fixes[fixes[:, 0] <= self._now]:
             self._go_back(fix)
         imu, noise = self._inertial(senses)
-        fixes = fixes[~(fixes[:, 0] <= self._now)]
         field = _rows(senses.field, 4) * [1.0, *[1 / TESLA] * 3]
-        sensed = Sensed(imu, _rows(senses.encoders, 3), field, fixes)
+        ahead = Sensed(
+            imu,
+            np.concatenate([self._ahead.wheels, _rows(senses.encoders, 3)]),
+            np.concatenate([self._ahead.field, field]),
+            np.concatenate([self._ahead.fixes, fixes[~(fixes[:, 0] <= self._now)]]),
+        )
+        sensed = self._parted(ahead)
         period = self._begun(sensed, noise)
         self._keep(period)
         filled = self._run(period, self._odometry)
@@ -210,6 +219,22 @@ class UkfLocalizer:
         if len(wheels) and np.isfinite(wheels).all():
             bridge[:, 3] += float((wheels[:, 2] - wheels[:, 1]).mean()) * self._yaw_rate
         return np.concatenate([bridge, given]), noise._replace(turn=_BLIND_TURN)
+
+    def _parted(self, sensed: Sensed) -> Sensed:
+        """Return what the period's inertial rows reach; what has overtaken them waits.
+
+        In a live robot each sense comes its own way. Rows too far ahead are refused.
+        """
+        last = float(sensed.imu[-1, 0]) if len(sensed.imu) else self._now
+        now, later = [sensed.imu], [sensed.imu[:0]]
+        for sensor, rows in zip((WHEELS, COMPASS, FIX), sensed[1:], strict=True):
+            ahead = rows[:, 0] > last + 1e-9
+            early = ahead & (rows[:, 0] > last + self._config.overtaking)
+            self._counts[sensor, 2] += int(early.sum())
+            now.append(rows[~ahead])
+            later.append(rows[ahead & ~early])
+        self._ahead = Sensed(*later)
+        return Sensed(*now)
 
     def _begun(self, sensed: Sensed, noise: Noise) -> _Period:
         """Return a period that begins now."""

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.pose import PoseTrack
 from andabata.machine.senses import Sweeps
+from traversability.cloud import PointCloud
 
 
 def beam_times(sweeps: Sweeps) -> NDArray[np.float64]:
@@ -112,3 +113,75 @@ def place_beams(
         sweeps.ranges.ravel(),
     )
     return points, times[returned], returned
+
+
+def cloud_of_sweeps(sweeps: Sweeps) -> PointCloud:
+    """Return what a laser of several beams sends of its sweeps: points with times in ``sensor``.
+
+    Times count whole nanoseconds, as a message holds them.
+    """
+    returned = np.isfinite(sweeps.ranges.ravel())
+    still = np.zeros((returned.size, 7))
+    still[:, 6] = 1.0
+    elevations = np.atleast_2d(sweeps.elevations).astype(np.float64)
+    step = sweeps.head_rate * sweeps.beam_period
+    points = _places(
+        np.flatnonzero(returned),
+        still,
+        sweeps.head_angles,
+        step,
+        elevations,
+        0.0,
+        sweeps.ranges.ravel(),
+    )
+    times = np.round(beam_times(sweeps)[returned] * 1e9) / 1e9
+    classes = None if sweeps.classes is None else sweeps.classes.ravel()[returned]
+    return PointCloud(points, "sensor", times, classes)
+
+
+def place_points(cloud: PointCloud, track: PoseTrack, lidar_height: float) -> NDArray[np.float32]:
+    """Place a 3D laser's points, each with the pose of its own instant.
+
+    Args:
+        cloud: Points with times, in ``sensor`` (mounted level at ``lidar_height``), ``base_link``
+            (its origin where ``base_footprint``'s is) or the levelled ``base_footprint``.
+        track: Where the robot believes it was when.
+        lidar_height: Optical centre above ``base_footprint`` [m].
+
+    Returns:
+        Points in the map [m], float32, shape (n, 3).
+
+    Raises:
+        ValueError: If the frame is another, or the points have no times.
+    """
+    if cloud.frame not in ("sensor", "base_link", "base_footprint"):
+        raise ValueError(
+            f"frame: expected sensor, base_link or base_footprint, got {cloud.frame!r}"
+        )
+    if cloud.stamps is None:
+        raise ValueError("stamps: expected a time of each point, got none")
+    height = lidar_height if cloud.frame == "sensor" else 0.0
+    level = cloud.frame == "base_footprint"
+    return _moved(cloud.points, track.at(cloud.stamps), height, level)
+
+
+@njit(cache=True, nogil=True)
+def _moved(points, poses, height, level):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return points turned and shifted by a pose each, by its heading alone where ``level``."""
+    found = np.empty((len(points), 3), dtype=np.float32)
+    for k in range(len(points)):
+        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+        if level:
+            size = np.sqrt(z * z + w * w)
+            x, y, z, w = 0.0, 0.0, z / size, w / size
+        a, b, c = points[k, 0], points[k, 1], points[k, 2] + height
+        found[k, 0] = poses[k, 0] + (
+            (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
+        )
+        found[k, 1] = poses[k, 1] + (
+            2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - x * w) * c
+        )
+        found[k, 2] = poses[k, 2] + (
+            2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
+        )
+    return found

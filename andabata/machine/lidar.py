@@ -62,7 +62,7 @@ class LidarConfig(BaseModel):
         """Time from beam to beam [s]: a turn of a 2D laser's mirror is a sweep period."""
         if self.span_deg is not None:
             return 1 / (self.sweep_hz * self.beams) if self.weave else 0.0
-        return self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1)
+        return _as_recorded(self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1))
 
     def elevations(self, first: int, last: int) -> NDArray[np.float32]:
         """Return the angle of beams from straight up, negative on the other side [rad].
@@ -82,8 +82,13 @@ class LidarConfig(BaseModel):
             return angles.reshape(-1, self.beams).astype(np.float32)
         if self.span_deg is not None:
             return np.deg2rad(90.0 - np.linspace(*self.span_deg, self.beams)).astype(np.float32)
-        half = self.field_of_view / 2
+        half = _as_recorded(self.field_of_view / 2)
         return np.linspace(-half, half, self.beams).astype(np.float32)
+
+
+def _as_recorded(number: float) -> float:
+    """Return a number as a LaserScan holds it: a record then tells the very same beams."""
+    return float(np.float32(number))
 
 
 class RotatingLidar:

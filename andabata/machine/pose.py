@@ -111,6 +111,11 @@ class PoseTrack:
         self._count += count
 
     @property
+    def earliest(self) -> float:
+        """Stamp of the oldest pose [s]; infinity when there is none."""
+        return float(self._stamps[0]) if self._count else np.inf
+
+    @property
     def latest(self) -> float:
         """Stamp of the newest pose [s]; minus infinity when there is none."""
         return float(self._stamps[self._count - 1]) if self._count else -np.inf

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.pose import Pose
+from traversability.cloud import PointCloud
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,8 @@ class Senses:
     Attributes:
         stamp: End of the control period [s].
         sweeps: Sweeps that began in the period.
+        frames: Clouds of a 3D laser that arrived, oldest first, with a time for each point, in
+            ``sensor``, ``base_link`` or ``base_footprint``.
         horizontal: Ranges of a horizontal scanner with one beam a sector [m], float32, shape
             (n_sectors,), ``inf`` is no return (stage 1 of the curriculum).
         imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2] in the base frame,
@@ -91,6 +94,7 @@ class Senses:
 
     stamp: float
     sweeps: Sweeps | None = None
+    frames: tuple[PointCloud, ...] = ()
     horizontal: NDArray[np.float32] | None = None
     imu: NDArray[np.float64] | None = None
     encoders: NDArray[np.float64] | None = None

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.machine.beams import cloud_of_sweeps
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
@@ -14,6 +15,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.site import Site
 from andabata.machine.vehicle import TICK_HZ, Plant, make_vehicle
+from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
 from worlds.world import Start, World
@@ -75,6 +77,7 @@ class Simulator:
         self._feeling: Proprioception | None = None
         if sensing.proprioception is not None:
             self._feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
+        self._many_beams = sensing.lidar.span_deg is not None
         self._lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
@@ -114,9 +117,12 @@ class Simulator:
         ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
         """
         sweeps = horizontal = None
+        frames: tuple[PointCloud, ...] = ()
         begin = (self._tick - len(rows)) / TICK_HZ
         if self._lidar is not None and state.stamp > begin and not blind:
             sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
+            if self._many_beams:
+                frames, sweeps = (cloud_of_sweeps(sweeps),), None
         if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
         imu = encoders = field = fixes = None
@@ -129,6 +135,7 @@ class Simulator:
             field=field,
             fixes=fixes,
             sweeps=sweeps,
+            frames=frames,
             horizontal=horizontal,
             truth=state,
             true_track=rows[:, :8],

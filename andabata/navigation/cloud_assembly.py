@@ -1,21 +1,26 @@
-"""Levelled 3D clouds from vertical sweeps taken in motion (section 4.2)."""
+"""Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.beams import place_beams
+from andabata.machine.beams import place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.senses import Sweeps
 from traversability.cloud import PointCloud
 
+_SLACK = 1.0
+"""What was measured so long before the first pose or after the last is still placed [s]."""
+
 
 class CloudAssemblyConfig(BaseModel):
-    """What is kept of the sweeps.
+    """What is kept of sweeps and of a 3D laser's clouds.
 
     Attributes:
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
+        span: A 3D laser's clouds are gathered for so long before they replace the last one [s]; 0
+            takes each by itself, as for a laser that sends whole turns.
         max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
             until the next cloud.
         dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
@@ -29,6 +34,7 @@ class CloudAssemblyConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     turn: float = Field(default=np.pi, gt=0, le=200)
+    span: float = Field(default=0.0, ge=0, le=60)
     max_range: float = Field(default=11.5, gt=0)
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=3, ge=1)
@@ -40,6 +46,10 @@ class CloudAssembler:
     """Gathers placed beams for a (half) turn of the head; the complete cloud replaces the last one.
 
     There is no cloud before the first half turn is complete: the robot stands still until then.
+
+    Attributes:
+        cloud: The latest complete one, in ``odom``, None before the first.
+        refused: How often something was left out because its stamps lie where no pose is known.
     """
 
     def __init__(self, config: CloudAssemblyConfig, lidar_height: float) -> None:
@@ -56,6 +66,8 @@ class CloudAssembler:
     def reset(self) -> None:
         """Forget the cloud and what was gathered."""
         self.cloud: PointCloud | None = None
+        self.refused = 0
+        self._newest = -np.inf
         self._parts: list[tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.uint8]]] = []
         self._turn: int | None = None
         self._begin = 0.0
@@ -81,7 +93,7 @@ class CloudAssembler:
 
     def _gather(self, sweeps: Sweeps, track: PoseTrack) -> None:
         """Keep what is worth keeping of some sweeps of one half turn."""
-        if not len(sweeps.stamps):
+        if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
             return
         config = self._config
         stride = np.arange(sweeps.elevations.shape[-1]) % config.dense_stride == 0
@@ -104,14 +116,53 @@ class CloudAssembler:
             classes = sweeps.classes.ravel()[returned]
         self._parts.append((points, times, classes))
 
+    def add_frame(self, frame: PointCloud, track: PoseTrack) -> None:
+        """Place the points of a 3D laser's cloud with the poses of their own instants.
+
+        Args:
+            frame: Points with times, in the laser's or the base's frame.
+            track: Where the robot believes it was when.
+
+        Raises:
+            ValueError: If the frame is neither, or the points have no times.
+        """
+        config = self._config
+        above = self._height if frame.frame == "sensor" else 0.0
+        x, y, z = frame.points.T
+        outward = np.hypot(x, y)
+        distance = np.hypot(outward, z + np.float32(above - self._height))
+        kept = frame.select((distance < config.max_range) & (outward > config.body_radius))
+        points = place_points(kept, track, self._height)
+        if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
+            return
+        first, last = float(kept.stamps.min()), float(kept.stamps.max())
+        if not self._parts or first - self._begin > config.span + config.stale:
+            self._parts, self._begin = [], first
+        self._parts.append((points, kept.stamps, np.zeros(0, dtype=np.uint8)))
+        if last - self._begin >= config.span:
+            self._replace()
+
+    def _placeable(self, stamps: NDArray[np.float64], track: PoseTrack) -> bool:
+        """Return whether the robot was somewhere at these instants; count it if not."""
+        early, late = track.earliest - _SLACK, track.latest + _SLACK
+        good = bool(((stamps >= early) & (stamps <= late)).all())
+        self.refused += not good
+        return good
+
     def _complete(self) -> None:
         """Turn what was gathered into the cloud, unless it began in the middle of a half turn."""
         began_whole = self._turn is not None and self._begin - self._turn * self._config.turn < 0.05
         if self._parts and began_whole:
-            columns = zip(*self._parts, strict=True)
-            points, times, classes = (np.concatenate(column) for column in columns)
-            known = classes if len(classes) == len(points) else None
-            self.cloud = PointCloud(points, "odom", times, known)
+            self._replace()
+        self._parts = []
+
+    def _replace(self) -> None:
+        """Make what was gathered the cloud."""
+        columns = zip(*self._parts, strict=True)
+        points, times, classes = (np.concatenate(column) for column in columns)
+        known = classes if len(classes) == len(points) else None
+        self.cloud = PointCloud(points, "odom", times, known)
+        self._newest = float(times.max(initial=-np.inf))
         self._parts = []
 
     def relative(self, pose: Pose) -> PointCloud:
@@ -134,9 +185,7 @@ class CloudAssembler:
 
     def cloud_age(self, stamp: float) -> float:
         """Return how old the cloud's newest point is at ``stamp`` [s]; infinity without a cloud."""
-        if self.cloud is None or self.cloud.stamps is None or not len(self.cloud.stamps):
-            return np.inf
-        return stamp - float(self.cloud.stamps[-1])
+        return stamp - self._newest
 
 
 def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:

@@ -98,9 +98,23 @@ class Navigator:
         Raises:
             ValueError: If the navigator has no controller.
         """
+        self.listen(senses)
+        return self.decide(senses)
+
+    def listen(self, senses: Senses) -> None:
+        """Take in senses: where am I, and what is around."""
+        self._localizer.update(senses)
+        self._perception.take(senses, self._localizer)
+
+    def decide(self, senses: Senses) -> WheelSpeeds:
+        """Return the wheel speeds at the end of a control period whose senses were listened to.
+
+        Raises:
+            ValueError: If the navigator has no controller.
+        """
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use observe and command instead")
-        view = self.observe(senses)
+        view = self._view(senses)
         wheels = STANDSTILL if view is None else self.command(self._controller.steer(view))
         if self._watcher is not None:
             still = wheels is STANDSTILL
@@ -110,8 +124,12 @@ class Navigator:
 
     def observe(self, senses: Senses) -> View | None:
         """Return the situation after one control period, or None before the first scan."""
-        self._localizer.update(senses)
-        scan = self._perception.update(senses, self._localizer)
+        self.listen(senses)
+        return self._view(senses)
+
+    def _view(self, senses: Senses) -> View | None:
+        """Return the situation now."""
+        scan = self._perception.look(senses.stamp, self._localizer)
         if scan is None:
             return None
         pose = self._localizer.pose

@@ -17,7 +17,10 @@ class Perception(Protocol):
     def reset(self) -> None:
         """Forget what was seen."""
 
-    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
+    def take(self, senses: Senses, localizer: Localizer) -> None:
+        """Take in what the scanner sent."""
+
+    def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
         """Return the virtual scan around the current pose, None while there is nothing to see."""
 
 
@@ -32,15 +35,20 @@ class CloudPerception:
         """Forget the clouds."""
         self.assembler.reset()
 
-    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
-        """Place the new beams, carry the last cloud into the current pose and judge its cells.
+    def take(self, senses: Senses, localizer: Localizer) -> None:
+        """Place the new beams."""
+        if senses.sweeps is not None:
+            self.assembler.add(senses.sweeps, localizer.track)
+        for frame in senses.frames:
+            self.assembler.add_frame(frame, localizer.track)
+
+    def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
+        """Carry the last cloud into the current pose and judge its cells.
 
         Without a cloud, or with one that is too old because the laser fell silent, there is
         nothing to see.
         """
-        if senses.sweeps is not None:
-            self.assembler.add(senses.sweeps, localizer.track)
-        if self.assembler.is_stale(senses.stamp):
+        if self.assembler.is_stale(stamp):
             return None
         return self._scanner.scan(self.assembler.relative(localizer.odometry).points)
 
@@ -50,12 +58,22 @@ class HorizontalPerception:
 
     def __init__(self, grid: PolarGrid) -> None:
         self._grid = grid
+        self.reset()
 
     def reset(self) -> None:
-        """There is nothing to forget."""
+        """Forget the last scan."""
+        self._scan: VirtualScan | None = None
 
-    def update(self, senses: Senses, localizer: Localizer) -> VirtualScan | None:
+    def take(self, senses: Senses, localizer: Localizer) -> None:
+        """Keep the scanner's ranges; a period without any is blind."""
+        ranges = senses.horizontal
+        self._scan = None if ranges is None else VirtualScan(ranges, self._grid.outer_radius)
+
+    def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
         """Return the scanner's ranges as they are."""
-        if senses.horizontal is None:
-            return None
-        return VirtualScan(senses.horizontal, self._grid.outer_radius)
+        return self._scan
+
+
+def assembler_of(perception: Perception) -> CloudAssembler | None:
+    """Return what puts the clouds together, None with the horizontal scanner."""
+    return perception.assembler if isinstance(perception, CloudPerception) else None

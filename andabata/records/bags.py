@@ -41,13 +41,13 @@ class Message:
     content: RosMessage
 
 
-class BagWriter(Protocol):
-    """Whatever takes messages to a file."""
+class MessageWriter(Protocol):
+    """Whatever takes messages: a file, or a live graph."""
 
     ros: Ros
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
-        """Record a message."""
+        """Take a message; ``stamp_ns`` is when the robot has it [ns]."""
 
     def close(self) -> None:
         """Finish the file."""
@@ -122,7 +122,7 @@ class McapWriter:
         self._file.close()
 
 
-def open_writer(path: Path) -> BagWriter:
+def open_writer(path: Path) -> MessageWriter:
     """Return a writer for a path that ends in ``.bag`` (ROS 1), ``.mcap`` or ``.db3`` (ROS 2).
 
     A ``.db3`` path names the folder that holds the sqlite3 file, as ROS 2 wants it.

@@ -10,10 +10,8 @@ import numpy as np
 from andabata.records.bags import Bag, BagError
 from andabata.records.messages import cloud_of
 from andabata.records.storage import write_atomically
-from andabata.records.topics import RosMessage
+from andabata.records.topics import POINT_CLOUD, RosMessage
 from traversability.cloud import PointCloud
-
-POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.pose import Pose
 from andabata.machine.senses import Sweeps, VehicleState, WheelSpeeds
-from andabata.records.topics import Ros, RosMessage, message_types
+from andabata.records.topics import POINT_CLOUD, Ros, RosMessage, message_types
 from traversability.cloud import PointCloud
 from traversability.virtual_scan import VirtualScan
 
@@ -192,6 +192,18 @@ class Composer:
             ),
         )
 
+    def initial(self, seconds: float, pose: Pose) -> RosMessage:
+        """Return where the robot is told to start, in the map."""
+        return self.new(
+            "geometry_msgs/msg/PoseWithCovarianceStamped",
+            header=self.header(seconds, "map"),
+            pose=self.new(
+                "geometry_msgs/msg/PoseWithCovariance",
+                pose=self.pose(pose),
+                covariance=np.zeros(36),
+            ),
+        )
+
     def goal(self, seconds: float, goal: NDArray[np.float64]) -> RosMessage:
         """Return a goal in the map."""
         pose = Pose(np.array([goal[0], goal[1], 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
@@ -218,20 +230,40 @@ class Composer:
 
     def cloud(self, seconds: float, cloud: PointCloud) -> RosMessage:
         """Return a cloud with x, y and z."""
-        fields = [
-            self.new("sensor_msgs/msg/PointField", name=name, offset=4 * k, datatype=7, count=1)
-            for k, name in enumerate("xyz")
-        ]
         data = np.ascontiguousarray(cloud.points, dtype="<f4").view(np.uint8).ravel()
+        return self._cloud(self.header(seconds, cloud.frame), {"x": 7, "y": 7, "z": 7}, data)
+
+    def frame(self, cloud: PointCloud) -> RosMessage:
+        """Return a 3D laser's cloud with x, y, z and ``t``, nanoseconds after the header.
+
+        Raises:
+            ValueError: If its points have no times.
+        """
+        if cloud.stamps is None:
+            raise ValueError("stamps: expected a time of each point, got none")
+        begin = float(cloud.stamps.min(initial=np.inf)) if len(cloud) else 0.0
+        rows = np.empty(len(cloud), dtype=[("xyz", "<f4", 3), ("t", "<u4")])
+        rows["xyz"], rows["t"] = cloud.points, np.round((cloud.stamps - begin) * NS)
+        fields = {"x": 7, "y": 7, "z": 7, "t": 6}
+        return self._cloud(self.header(begin, "lidar"), fields, rows.view(np.uint8))
+
+    def _cloud(
+        self, header: RosMessage, fields: dict[str, int], data: NDArray[np.uint8]
+    ) -> RosMessage:
+        """Return a cloud whose points have some numbers of four bytes, by name and type."""
+        step = 4 * len(fields)
         return self.new(
-            "sensor_msgs/msg/PointCloud2",
-            header=self.header(seconds, cloud.frame),
+            POINT_CLOUD,
+            header=header,
             height=1,
-            width=len(cloud),
-            fields=fields,
+            width=len(data) // step,
+            fields=[
+                self.new("sensor_msgs/msg/PointField", name=name, offset=4 * k, datatype=t, count=1)
+                for k, (name, t) in enumerate(fields.items())
+            ],
             is_bigendian=False,
-            point_step=12,
-            row_step=12 * len(cloud),
+            point_step=step,
+            row_step=len(data),
             data=data,
             is_dense=True,
         )
@@ -254,6 +286,12 @@ class Composer:
         )
         header = self.header(seconds, "")
         return self.new("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])
+
+
+def sweep_angles(message: RosMessage) -> NDArray[np.float32]:
+    """Return the angle of each beam of a laser scan [rad], float32, shape (b,)."""
+    low, high = float(message.angle_min), float(message.angle_max)
+    return np.linspace(low, high, len(message.ranges)).astype(np.float32)
 
 
 def header_ns(message: RosMessage) -> int:
@@ -281,44 +319,83 @@ class PointCloudError(ValueError):
     """A PointCloud2 that says of itself what can't be."""
 
 
-def cloud_of(message: RosMessage, frame: str | None = None) -> PointCloud:
+def cloud_of(
+    message: RosMessage, frame: str | None = None, stamp: float | None = None
+) -> PointCloud:
     """Return the points of a PointCloud2: any fields, offsets, padding and byte order.
 
     Points that are not finite are left out.
 
     Args:
         message: The message.
-        frame: Its frame; None for the header's, ``sensor`` where that is not the base.
+        frame: Its frame; None for the header's where that is one of the base's, else ``sensor``.
+        stamp: Time of its header [s]; the points then get times of their own, by the driver's
+            field if there is one. None leaves them out.
 
     Raises:
         PointCloudError: If x, y or z is missing, or the data do not fit.
     """
     fields = {field.name: field for field in message.fields}
-    order = ">" if message.is_bigendian else "<"
-    missing = [name for name in "xyz" if name not in fields]
-    if missing:
+    if not set("xyz") <= set(fields):
         found = ", ".join(fields) or "none"
         raise PointCloudError(f"fields: expected x, y and z, got {found}")
     step, width, height = int(message.point_step), int(message.width), int(message.height)
     row = int(message.row_step) or step * width
-    data = np.asarray(message.data, dtype=np.uint8)
-    if row < step * width or len(data) < row * height:
+    if row < step * width or len(message.data) < row * height:
         raise PointCloudError(
             f"data: expected {height} rows of {row} bytes for {width} points of {step}, got "
-            f"{len(data)} bytes"
+            f"{len(message.data)} bytes"
         )
     points = np.empty((height * width, 3), dtype=np.float32)
     for column, name in enumerate("xyz"):
-        field = fields[name]
-        kind = _TYPES.get(int(field.datatype))
-        if kind is None or int(field.offset) + np.dtype(kind).itemsize > step:
-            raise PointCloudError(
-                f"field {name}: expected a number inside {step} bytes, got type {field.datatype} "
-                f"at {field.offset}"
-            )
-        values = np.ndarray((height, width), f"{order}{kind}", data, int(field.offset), (row, step))
         with np.errstate(over="ignore"):
-            points[:, column] = values.ravel()
-    points = points[np.isfinite(points).all(axis=1)]
-    name = "base_footprint" if message.header.frame_id == "base_footprint" else "sensor"
-    return PointCloud(points, frame or name)
+            points[:, column] = _column(message, fields[name])
+    whole = np.asarray(np.isfinite(points).all(axis=1))
+    own = str(message.header.frame_id)
+    frame = frame or (own if own in _BASES else "sensor")
+    if stamp is None:
+        return PointCloud(points[whole], frame)
+    return PointCloud(points[whole], frame, stamp + _offsets(message, fields, whole))
+
+
+_BASES = ("base_footprint", "base_link")
+
+_CLOCKS = {"t": 1e-9, "offset_time": 1e-9, "time": 1.0, "timestamp": 1.0}
+"""Fields in which drivers put the time of a point, with their unit [s]: Ouster's, Livox's,
+Velodyne's, and that of Hesai and RoboSense, which counts from the epoch."""
+
+_LONGEST = 1.0
+"""No turn of a laser lasts longer [s]: times further from the header's are not believed."""
+
+
+def _offsets(
+    message: RosMessage, fields: dict[str, RosMessage], whole: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return when each whole point was measured after the header [s], else zeros."""
+    for name, unit in _CLOCKS.items():
+        if name in fields:
+            times = _column(message, fields[name])[whole].astype(np.float64) * unit
+            if name == "timestamp":
+                times -= header_ns(message) / NS
+            if (np.abs(times) <= _LONGEST).all():
+                return times
+    return np.zeros(int(whole.sum()))
+
+
+def _column(message: RosMessage, field: RosMessage) -> NDArray[Any]:
+    """Return one number of each point, shape (height * width,).
+
+    Raises:
+        PointCloudError: If the field lies outside the point.
+    """
+    step, width, height = int(message.point_step), int(message.width), int(message.height)
+    kind = _TYPES.get(int(field.datatype))
+    if kind is None or int(field.offset) + np.dtype(kind).itemsize > step:
+        raise PointCloudError(
+            f"field {field.name}: expected a number inside {step} bytes, got type "
+            f"{field.datatype} at {field.offset}"
+        )
+    order = ">" if message.is_bigendian else "<"
+    data = np.asarray(message.data, dtype=np.uint8)
+    strides = (int(message.row_step) or step * width, step)
+    return np.ndarray((height, width), f"{order}{kind}", data, int(field.offset), strides).ravel()

@@ -1,5 +1,6 @@
 """Senses from a recording: what the robot's navigator is given, period by period."""
 
+import itertools
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,17 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.lidar import LidarConfig
+from andabata.localization.first_pose import first_pose
 from andabata.machine.pose import Pose
-from andabata.machine.senses import Senses, Sweeps, WheelSpeeds
+from andabata.machine.senses import Senses, WheelSpeeds
+from andabata.machine.site import Site
 from andabata.records import topics
-from andabata.records.bags import Bag, BagError, Message
-from andabata.records.messages import NS, header_ns, pose_of, wheel_speeds_of
+from andabata.records.bags import Bag, BagError
+from andabata.records.gathering import SWEEPS, Gathering
+from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.recorder import SETUP
-from andabata.records.topics import TOPICS, Topic
+from andabata.records.topics import POINT_CLOUD, Topic
 
-_NEEDED = (topics.SCAN, topics.HEAD, topics.ENCODERS, topics.IMU, topics.COMPASS)
-_READ = (*_NEEDED, topics.FIX, topics.GOAL, topics.VIRTUAL, topics.WHEELS)
+CONTROL_HZ = 10
+"""Control periods of a second where no recorded command ends them."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +56,42 @@ class Period:
     wheels: WheelSpeeds | None
 
 
-def check_topics(bag: Bag) -> None:
+def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
+    """Return the 3D laser's topic to replay, None for the turning laser's own two.
+
+    Args:
+        bag: The recording.
+        name: As the user says; None for the turning laser, or, where it is missing, the only
+            cloud in the laser's or the base's frame.
+
+    Raises:
+        BagError: If the recording lacks it, or holds several to choose from.
+    """
+    clouds = sorted(n for n, (kind, _) in bag.topics.items() if kind == POINT_CLOUD)
+    if name is None:
+        if all({t.ros1, t.ros2} & set(bag.topics) for t in SWEEPS):
+            return None
+        names = [n for n in clouds if n in (topics.LASER.ros1, topics.LASER.ros2)] or clouds
+        if not names:
+            return None
+        if len(names) > 1:
+            raise BagError(f"--cloud: expected one of {', '.join(names)}, got none; choose one")
+        name = names[0]
+    if name not in clouds:
+        found = ", ".join(clouds) or "no cloud"
+        raise BagError(f"--cloud: expected one of {found}, got {name}")
+    return Topic(name, name, POINT_CLOUD, None)
+
+
+def check_topics(bag: Bag, gathering: Gathering) -> None:
     """Refuse a recording without the robot's senses.
 
     Raises:
         BagError: If some are missing; the message names them and what was found.
     """
     there = bag.topics
-    missing = [t.ros1 for t in _NEEDED if not {t.ros1, t.ros2} & set(there)]
+    needed = [t for t in gathering.wanted if t not in (topics.FIX, topics.GOAL)]
+    missing = [t.ros1 for t in needed if not {t.ros1, t.ros2} & set(there)]
     if missing:
         found = ", ".join(f"{name} ({kind})" for name, (kind, _) in sorted(there.items())) or "none"
         raise BagError(
@@ -69,150 +100,96 @@ def check_topics(bag: Bag) -> None:
         )
 
 
-def read_setup(bag: Bag) -> Setup:
-    """Return how a recorded drive began.
+def read_setup(bag: Bag, site: Site) -> Setup:
+    """Return how a recorded drive began: as it was told then, else as its first senses tell.
+
+    Args:
+        bag: The recording.
+        site: Where on Earth, for a recording that is not ours.
 
     Raises:
         BagError: If the recording tells no start.
     """
-    names = _names((topics.FILTERED, topics.DIAGNOSTICS))
+    names = _names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS))
     start: Pose | None = None
     epoch, settings = 0, None
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
-        if topic is topics.FILTERED and start is None:
+        if topic in (topics.INITIAL, topics.FILTERED) and start is None:
             start, epoch = pose_of(message.content.pose.pose), header_ns(message.content)
         if topic is topics.DIAGNOSTICS and settings is None:
             values = {v.key: v.value for s in message.content.status for v in s.values}
             settings = json.loads(values.get(SETUP, "{}"))
         if start is not None and settings is not None:
-            break
-    if start is None:
-        raise BagError(
-            f"{bag.path}: expected {topics.FILTERED.ros1} to tell where the drive began, got no "
-            "message of it"
-        )
-    return Setup(start, epoch, settings or {})
+            return Setup(start, epoch, settings)
+    if start is not None:
+        return Setup(start, epoch, settings or {})
+    return _setup_by_senses(bag, site)
 
 
-def read_periods(bag: Bag, setup: Setup, lidar: LidarConfig) -> Iterator[Period]:
+def _setup_by_senses(bag: Bag, site: Site) -> Setup:
+    """Return a start at the first fix, with the heading of the compass and the tilt of gravity.
+
+    Raises:
+        BagError: If one of the three is missing.
+    """
+    names = _names((topics.IMU, topics.COMPASS, topics.FIX))
+    gathering = Gathering(0)
+    for message in bag.messages(tuple(names)):
+        topic = names[message.topic]
+        gathering.add(topic, message.content)
+        if topic is topics.FIX:
+            pose = first_pose(gathering.senses(0.0), site)
+            if pose is not None:
+                return Setup(pose, message.stamp_ns, {})
+    raise BagError(
+        f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
+        f"drive began, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to find "
+        "out, got neither"
+    )
+
+
+def read_periods(bag: Bag, gathering: Gathering) -> Iterator[Period]:
     """Yield the control periods of a recording, by the time at which its messages came in.
 
-    Periods end with the recorded commands. The period of the start itself comes first, without
-    anything sensed.
+    Periods end with the recorded commands, or ten times a second where there are none. The period
+    of the start itself comes first, without anything sensed.
 
     Args:
         bag: The recording.
-        setup: How it began.
-        lidar: Angles and timing of its beams.
+        gathering: Empty, counting from the drive's begin.
     """
-    names = _names(_READ)
-    ends = [m.stamp_ns for m in bag.messages(tuple(_names((topics.TWIST,))))]
-    if not ends:
-        raise BagError(f"{bag.path}: expected {topics.TWIST.ros1} to tell the steps, got none")
-    gathered = _Gathered(setup, lidar)
-    periods = iter(ends)
-    end = next(periods)
+    names = _names((*gathering.wanted, topics.VIRTUAL, topics.WHEELS))
+    ends = _period_ends(bag, gathering.epoch_ns)
+    end = next(ends)
     for message in bag.messages(tuple(names)):
         while message.stamp_ns > end:
-            yield gathered.period(end)
-            following = next(periods, None)
+            yield _period(gathering, end)
+            following = next(ends, None)
             if following is None:
                 return
             end = following
-        gathered.add(names[message.topic], message)
-    yield gathered.period(end)
+        if message.stamp_ns >= gathering.epoch_ns:
+            gathering.add(names[message.topic], message.content)
+    yield _period(gathering, end)
 
 
-class _Gathered:
-    """The messages of a period on their way to senses."""
-
-    def __init__(self, setup: Setup, lidar: LidarConfig) -> None:
-        self._epoch, self._lidar = setup.epoch_ns, lidar
-        self._goal: NDArray[np.float64] | None = None
-        self._number = 0
-        self._clear()
-
-    def _clear(self) -> None:
-        self._scans: list[Any] = []
-        self._heads: dict[int, Any] = {}
-        self._rows: dict[str, list[list[float]]] = {"imu": [], "wheels": [], "field": [], "fix": []}
-        self._ranges: NDArray[np.float32] | None = None
-        self._wheels: WheelSpeeds | None = None
-
-    def _seconds(self, stamp_ns: int) -> float:
-        return (stamp_ns - self._epoch) / NS
-
-    def add(self, topic: Topic, message: Message) -> None:
-        """Take in a message."""
-        content = message.content
-        if topic is topics.SCAN:
-            self._scans.append(content)
-        elif topic is topics.HEAD:
-            self._heads[header_ns(content)] = content
-        elif topic is topics.GOAL:
-            point = content.pose.position
-            self._goal = np.array([point.x, point.y])
-        elif topic is topics.VIRTUAL:
-            self._ranges = np.asarray(content.ranges, dtype=np.float32)
-        elif topic is topics.WHEELS:
-            self._wheels = wheel_speeds_of(content)
-        elif topic in _ROWS:
-            name, row = _ROWS[topic]
-            self._rows[name].append([self._seconds(header_ns(content)), *row(content)])
-
-    def period(self, end_ns: int) -> Period:
-        """Return the period that ends now, and begin the next."""
-        rows = {name: np.array(found) if found else None for name, found in self._rows.items()}
-        senses = Senses(
-            stamp=self._seconds(end_ns),
-            sweeps=self._sweeps(),
-            imu=rows["imu"],
-            encoders=rows["wheels"],
-            field=rows["field"],
-            fixes=rows["fix"],
-        )
-        found = Period(senses, self._goal, self._ranges, self._wheels)
-        self._clear()
-        return found
-
-    def _sweeps(self) -> Sweeps | None:
-        """Return the sweeps whose head angle is known, oldest first."""
-        known = [scan for scan in self._scans if header_ns(scan) in self._heads]
-        known.sort(key=header_ns)
-        if not known:
-            return None
-        heads = [self._heads[header_ns(scan)] for scan in known]
-        first, self._number = self._number, self._number + len(known)
-        return Sweeps(
-            stamps=np.array([self._seconds(header_ns(scan)) for scan in known]),
-            head_angles=np.array([head.angle for head in heads]),
-            head_rate=float(heads[0].rate),
-            beam_period=self._lidar.beam_period,
-            elevations=self._lidar.elevations(first, self._number),
-            ranges=np.stack([np.asarray(scan.ranges, dtype=np.float32) for scan in known]),
-        )
+def _period_ends(bag: Bag, epoch_ns: int) -> Iterator[int]:
+    """Yield when the control periods end [ns], without end where no command was recorded."""
+    names = tuple(_names((topics.TWIST,)))
+    given = [m.stamp_ns for m in bag.messages(names) if m.stamp_ns >= epoch_ns]
+    if given:
+        yield from given
+        return
+    yield from itertools.count(epoch_ns, NS // CONTROL_HZ)
 
 
-def _vector(v: Any) -> list[float]:  # noqa: ANN401
-    return [float(v.x), float(v.y), float(v.z)]
-
-
-_ROWS: dict[Topic, tuple[str, Any]] = {
-    topics.IMU: (
-        "imu",
-        lambda m: _vector(m.angular_velocity) + _vector(m.linear_acceleration),
-    ),
-    topics.ENCODERS: ("wheels", lambda m: [float(m.left), float(m.right)]),
-    topics.COMPASS: ("field", lambda m: _vector(m.magnetic_field)),
-    topics.FIX: (
-        "fix",
-        lambda m: [m.latitude, m.longitude, m.altitude, float(m.position_covariance[0])],
-    ),
-}
+def _period(gathering: Gathering, end_ns: int) -> Period:
+    """Return the period that ends now."""
+    goal, ranges, wheels = gathering.goal, gathering.ranges, gathering.wheels
+    return Period(gathering.senses(gathering.seconds(end_ns)), goal, ranges, wheels)
 
 
 def _names(chosen: tuple[Topic, ...]) -> dict[str, Topic]:
     """Return topics by both of their names."""
-    wanted = [topic for topic in TOPICS if topic in chosen]
-    return {topic.name(ros): topic for topic in wanted for ros in (1, 2)}
+    return {topic.name(ros): topic for topic in chosen for ros in (1, 2)}

@@ -1,4 +1,4 @@
-"""Records a drive: every topic at its rate, from the navigator's own steps."""
+"""What a robot senses, believes and does, as messages: for a recording and for a live graph."""
 
 import json
 from typing import Any
@@ -13,7 +13,7 @@ from andabata.machine.senses import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Step
 from andabata.records import topics
-from andabata.records.bags import BagWriter
+from andabata.records.bags import MessageWriter
 from andabata.records.messages import Composer
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
@@ -24,16 +24,67 @@ SETUP = "setup"
 _LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
 
 
+class Outbox:
+    """Messages of a control period on their way out.
+
+    Attributes:
+        compose: Makes them.
+    """
+
+    def __init__(self, writer: MessageWriter, compose: Composer) -> None:
+        """Begin empty."""
+        self._writer, self.compose = writer, compose
+        self._waiting: list[tuple[int, int, Topic, RosMessage]] = []
+
+    def add(self, seconds: float, topic: Topic, message: RosMessage) -> None:
+        """Put a message in line; ``seconds`` is when the robot has it."""
+        order = len(self._waiting)
+        self._waiting.append((self.compose.stamp_ns(seconds), order, topic, message))
+
+    def flush(self) -> None:
+        """Write what waits, oldest first."""
+        for stamp, _, topic, message in sorted(self._waiting, key=lambda entry: entry[:2]):
+            self._writer.write(topic, stamp, message)
+        self._waiting.clear()
+
+
+def post_senses(outbox: Outbox, senses: Senses) -> None:
+    """Put a period's senses in line: a sweep at its end, a fix when it arrives."""
+    compose, sweeps = outbox.compose, senses.sweeps
+    if sweeps is not None:
+        lasts = sweeps.beam_period * (sweeps.ranges.shape[1] - 1)
+        for k, stamp in enumerate(sweeps.stamps):
+            outbox.add(float(stamp) + lasts, topics.SCAN, compose.sweep(sweeps, k))
+            outbox.add(float(stamp) + lasts, topics.HEAD, compose.head(sweeps, k))
+    for frame in senses.frames:
+        outbox.add(senses.stamp, topics.LASER, compose.frame(frame))
+    for row in _rows(senses.encoders):
+        message = compose.wheels("Wheels_speed", float(row[0]), row[1], row[2])
+        outbox.add(float(row[0]), topics.ENCODERS, message)
+    for row in _rows(senses.imu):
+        outbox.add(float(row[0]), topics.IMU, compose.imu(row))
+    for row in _rows(senses.field):
+        outbox.add(float(row[0]), topics.COMPASS, compose.field(row))
+    for row in _rows(senses.fixes):
+        outbox.add(senses.stamp, topics.FIX, compose.fix(row))
+    if senses.truth is not None:
+        truth = compose.odometry(senses.stamp, senses.truth.pose, None, senses.truth)
+        outbox.add(senses.stamp, topics.TRUTH, truth)
+
+
 class Recorder:
     """Writes what a navigator senses and does.
 
     A message is recorded when the robot has it: a sweep at its end, a fix when it arrives, a
     command at the end of its control period. Its own stamp is that of its instant.
+
+    Attributes:
+        begun: Whether the begin is recorded.
     """
 
     def __init__(
         self,
-        writer: BagWriter,
+        outbox: Outbox,
         localizer: Localizer,
         assembler: CloudAssembler | None,
         bearings: NDArray[np.float64],
@@ -42,19 +93,18 @@ class Recorder:
         """Begin a record.
 
         Args:
-            writer: Where to.
+            outbox: Where to.
             localizer: The navigator's.
             assembler: The perception's, None with the horizontal scanner.
             bearings: Of the virtual scan's sectors [rad].
             clouds: Whether to record the clouds, which are nearly all of the bytes.
         """
-        self._writer, self._localizer, self._assembler = writer, localizer, assembler
+        self._outbox, self._localizer, self._assembler = outbox, localizer, assembler
         self._bearings, self._clouds = bearings, clouds
-        self._compose = Composer(writer.ros)
-        self._waiting: list[tuple[int, int, Topic, RosMessage]] = []
         self._cloud: PointCloud | None = None
-        self.begun = False
         self._goal: NDArray[np.float64] | None = None
+        self._said = ""
+        self.begun = False
 
     def begin(self, pose: Pose, stamp: float, setup: dict[str, Any]) -> None:
         """Record where the robot believes to start, and the settings of the drive.
@@ -64,95 +114,97 @@ class Recorder:
             stamp: Its time [s].
             setup: Ready for JSON.
         """
-        compose, self.begun = self._compose, True
-        self._add(stamp, topics.FILTERED, compose.odometry(stamp, pose))
+        outbox, compose, self.begun = self._outbox, self._outbox.compose, True
+        outbox.add(stamp, topics.INITIAL, compose.initial(stamp, pose))
+        outbox.add(stamp, topics.FILTERED, compose.odometry(stamp, pose))
         values = {SETUP: json.dumps(setup, sort_keys=True)}
-        self._add(stamp, topics.DIAGNOSTICS, compose.diagnostics(stamp, 0, "begin", values))
-        self._flush()
+        outbox.add(stamp, topics.DIAGNOSTICS, compose.diagnostics(stamp, 0, "begin", values))
+        outbox.flush()
 
     def take(self, step: Step) -> None:
         """Record one control step."""
-        now, compose = step.senses.stamp, self._compose
-        self._sensed(step.senses)
+        post_senses(self._outbox, step.senses)
+        now, compose = step.senses.stamp, self._outbox.compose
         if self._goal is None or not np.array_equal(self._goal, step.goal):
             self._goal = step.goal.copy()
-            self._add(now, topics.GOAL, compose.goal(now, step.goal))
-        self._believed(step.senses)
+            self._outbox.add(now, topics.GOAL, compose.goal(now, step.goal))
+        self.move(step.senses)
+        self.believe(now)
+        for stamp in (now - 0.05, now):
+            self.relate(stamp)
+        self.act(step)
+        self._outbox.flush()
+
+    def act(self, step: Step) -> None:
+        """Put in line what a step made of it: virtual scan, command and wheel speeds."""
+        now, compose = step.senses.stamp, self._outbox.compose
         if step.view is not None:
             scan = compose.virtual_scan(now, step.view.scan, self._bearings)
-            self._add(now, topics.VIRTUAL, scan)
-        self._add(now, topics.TWIST, compose.twist(step.speed, step.steering))
+            self._outbox.add(now, topics.VIRTUAL, scan)
+        self._outbox.add(now, topics.TWIST, compose.twist(step.speed, step.steering))
         wheels = compose.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
-        self._add(now, topics.WHEELS, wheels)
-        if step.senses.truth is not None:
-            truth = step.senses.truth
-            self._add(now, topics.TRUTH, compose.odometry(now, truth.pose, None, truth))
-        self._flush()
+        self._outbox.add(now, topics.WHEELS, wheels)
 
-    def _sensed(self, senses: Senses) -> None:
-        """Record the senses of a period."""
-        compose, sweeps = self._compose, senses.sweeps
-        if sweeps is not None:
-            lasts = sweeps.beam_period * (sweeps.ranges.shape[1] - 1)
-            for k, stamp in enumerate(sweeps.stamps):
-                self._add(float(stamp) + lasts, topics.SCAN, compose.sweep(sweeps, k))
-                self._add(float(stamp) + lasts, topics.HEAD, compose.head(sweeps, k))
-        for row in _rows(senses.encoders):
-            message = compose.wheels("Wheels_speed", float(row[0]), row[1], row[2])
-            self._add(float(row[0]), topics.ENCODERS, message)
-        for row in _rows(senses.imu):
-            self._add(float(row[0]), topics.IMU, compose.imu(row))
-        for row in _rows(senses.field):
-            self._add(float(row[0]), topics.COMPASS, compose.field(row))
-        for row in _rows(senses.fixes):
-            self._add(senses.stamp, topics.FIX, compose.fix(row))
-
-    def _believed(self, senses: Senses) -> None:
-        """Record poses, clouds and health."""
-        compose, localizer, now = self._compose, self._localizer, senses.stamp
-        ticks = _rows(senses.imu)[:, 0] if senses.imu is not None else np.array([now])
-        kind = topics.TF.type_name(self._writer.ros)
+    def move(self, senses: Senses) -> None:
+        """Put in line the poses of some senses."""
+        outbox, localizer = self._outbox, self._localizer
+        ticks = _rows(senses.imu)[:, 0] if senses.imu is not None else np.array([senses.stamp])
+        kind = topics.TF.type_name(outbox.compose.ros)
         for stamp, row in zip(ticks, localizer.track.at(ticks), strict=True):
-            self._add(float(stamp), topics.TF, compose.transform(float(stamp), row, kind))
+            message = outbox.compose.transform(float(stamp), row, kind)
+            outbox.add(float(stamp), topics.TF, message)
+
+    def believe(self, now: float) -> None:
+        """Put in line the pose in the map, and health, once a second or when it changes."""
+        outbox, compose, localizer = self._outbox, self._outbox.compose, self._localizer
         covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
-        filtered = compose.odometry(now, localizer.pose, covariance)
-        self._add(now, topics.FILTERED, filtered)
-        if round(now * 10) % 10 == 0:
-            self._add(now, topics.DIAGNOSTICS, self._diagnosis(now))
-        assembler = self._assembler
+        outbox.add(now, topics.FILTERED, compose.odometry(now, localizer.pose, covariance))
+        level, said = self._health(now)
+        if round(now * 10) % 10 == 0 or said != self._said:
+            self._said = said
+            outbox.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
+
+    def relate(self, stamp: float) -> None:
+        """Put in line the cloud as seen from the pose at ``stamp`` [s]; a new one as it is too."""
+        outbox, compose, assembler = self._outbox, self._outbox.compose, self._assembler
         if not self._clouds or assembler is None or assembler.cloud is None:
             return
         if assembler.cloud is not self._cloud:
             self._cloud = assembler.cloud
-            self._add(now, topics.CLOUD, compose.cloud(now, self._cloud))
-        for stamp in (now - 0.05, now):
-            row = localizer.track.at(np.array([stamp]))[0]
-            cloud = assembler.relative(Pose(row[:3], row[3:]))
-            self._add(stamp, topics.RELATIVE, compose.cloud(stamp, cloud))
+            outbox.add(stamp, topics.CLOUD, compose.cloud(stamp, self._cloud))
+        row = self._localizer.track.at(np.array([stamp]))[0]
+        relative = assembler.relative(Pose(row[:3], row[3:]))
+        outbox.add(stamp, topics.RELATIVE, compose.cloud(stamp, relative))
 
-    def _diagnosis(self, now: float) -> RosMessage:
+    def _health(self, now: float) -> tuple[int, str]:
+        """Return the level of the diagnostics and what is wrong, without its numbers."""
+        level, said = _LEVELS[self._localizer.health], [str(self._localizer.health)]
+        if isinstance(self._localizer, UkfLocalizer):
+            said += [text.split(":")[0] for text in self._localizer.complaints]
+        if self._assembler is not None and self._blind(now):
+            waiting = np.isinf(self._assembler.cloud_age(now))
+            level, said = max(level, 1 if waiting else 2), [*said, "cloud"]
+        return level, "; ".join(said)
+
+    def _blind(self, now: float) -> bool:
+        """Return whether there is no cloud to drive by."""
+        return self._assembler is not None and self._assembler.is_stale(now)
+
+    def _diagnosis(self, now: float, level: int) -> RosMessage:
         """Return health, complaints and counts in words."""
-        localizer = self._localizer
+        localizer, assembler = self._localizer, self._assembler
         values: dict[str, str] = {}
-        said: tuple[str, ...] = ()
+        said = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
-            said = localizer.complaints
+            said += localizer.complaints
             for name, (believed, gated, refused) in localizer.counts.items():
                 values[name] = f"{believed} believed, {gated} gated, {refused} refused"
-        health = localizer.health
-        message = "; ".join((str(health), *said))
-        return self._compose.diagnostics(now, _LEVELS[health], message, values)
-
-    def _add(self, seconds: float, topic: Topic, message: RosMessage) -> None:
-        """Put a message in line."""
-        order = len(self._waiting)
-        self._waiting.append((self._compose.stamp_ns(seconds), order, topic, message))
-
-    def _flush(self) -> None:
-        """Write the messages of a period, oldest first."""
-        for stamp, _, topic, message in sorted(self._waiting, key=lambda entry: entry[:2]):
-            self._writer.write(topic, stamp, message)
-        self._waiting.clear()
+        if assembler is not None:
+            age = assembler.cloud_age(now)
+            values["cloud"] = f"{age:.1f} s old, {assembler.refused} refused"
+            if self._blind(now):
+                said.append("cloud: none" if np.isinf(age) else f"cloud: {age:.1f} s old")
+        return self._outbox.compose.diagnostics(now, level, "; ".join(said), values)
 
 
 def _rows(given: NDArray[np.float64] | None) -> NDArray[np.float64]:

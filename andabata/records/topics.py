@@ -40,12 +40,14 @@ class Topic:
         return self.kind1 if ros == 1 and self.kind1 else self.kind
 
 
+POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
+
 SCAN = Topic("/2D_scan", "/scan_2d", "sensor_msgs/msg/LaserScan", 40.0)
 HEAD = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
 ENCODERS = Topic("/encoder_data", "/encoder_data", "andabata_msgs/msg/Wheels_speed", 100.0)
 IMU = Topic("/imu", "/imu/data", "sensor_msgs/msg/Imu", 100.0)
-CLOUD = Topic("/3D_cloud", "/points", "sensor_msgs/msg/PointCloud2", 0.3)
-RELATIVE = Topic("/3D_relative_cloud", "/points_relative", "sensor_msgs/msg/PointCloud2", 20.0)
+CLOUD = Topic("/3D_cloud", "/points", POINT_CLOUD, 0.3)
+RELATIVE = Topic("/3D_relative_cloud", "/points_relative", POINT_CLOUD, 20.0)
 TF = Topic("/tf", "/tf", "tf2_msgs/msg/TFMessage", 100.0, "tf/msg/tfMessage")
 COMPASS = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
 FIX = Topic("/fix", "/fix", "sensor_msgs/msg/NavSatFix", 1.0)
@@ -56,6 +58,10 @@ FILTERED = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odome
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
 TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
+
+INITIAL = Topic("/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None)
+LASER = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
+"""What a 3D laser sends, instead of the turning laser's sweeps and angles."""
 
 TOPICS = (
     SCAN,
@@ -74,8 +80,9 @@ TOPICS = (
     DIAGNOSTICS,
     GOAL,
     TRUTH,
+    INITIAL,
 )
-"""All of them; the first twelve are the paper's."""
+"""All of them with the paper's laser; the first twelve are the paper's."""
 
 _OURS = {
     "andabata_msgs/msg/LaserEvent": "std_msgs/Header header\nfloat64 angle\nfloat64 rate\n",

@@ -9,17 +9,20 @@ from andabata.tasks.rig import RigConfig
 from rl.policy import Policy
 from worlds.world import World
 
-CONTROLLERS = ("learned", "reactive", "straight", "oracle")
+BLIND_CONTROLLERS = ("learned", "reactive", "straight")
+"""Those that need no true map."""
+
+CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
 
 
 def make_controller(
-    name: str, world: World, config: RigConfig, policy: Policy | None = None
+    name: str, world: World | None, config: RigConfig, policy: Policy | None = None
 ) -> Controller:
     """Return a controller.
 
     Args:
         name: One of ``CONTROLLERS``.
-        world: The oracle's world.
+        world: The oracle's world; None for a recording or a real robot, where nobody knows it.
         config: The robot and grid that the controller works with.
         policy: The learned controller's policy; None for the shipped one.
 
@@ -33,6 +36,8 @@ def make_controller(
             return ReactiveController(config.robot, config.grid)
         case "straight":
             return StraightController()
-        case "oracle":
+        case "oracle" if world is not None:
             return OracleController(world, config.robot)
-    raise ValueError(f"controller: expected one of {', '.join(CONTROLLERS)}, got {name!r}")
+    known = CONTROLLERS if world is not None else BLIND_CONTROLLERS
+    why = "; the oracle needs the true map" if name == "oracle" else ""
+    raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ForestFile, Json, PolicyFile, Quiet
+from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
@@ -43,19 +43,35 @@ def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
 @app.command()
 def replay(
     file: BagFile,
+    cloud: Annotated[
+        str | None,
+        typer.Option(help="A 3D laser's topic (PointCloud2) instead of the turning laser's two."),
+    ] = None,
     controller: Annotated[
         str | None, typer.Option(help="Who steers instead of the recorded controller.")
     ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
+    ] = None,
     forest: ForestFile = None,
     policy: PolicyFile = None,
+    config: ConfigFile = None,
+    settings: Set = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Send a recording through the navigator and compare scans and commands with the recorded."""
     from andabata.app.console import Voice
     from andabata.app.replaying import replay_bag
+    from andabata.app.settings import resolve
+    from andabata.machine.robot import RobotModel
+    from andabata.tasks.rig import RigConfig
     from rl.policy import Policy
     from traversability.forest import Forest
+
+    def configure(recorded: RigConfig) -> RigConfig:
+        body = {"robot": RobotModel.load(robot)} if robot else {}
+        return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
 
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
@@ -65,12 +81,17 @@ def replay(
             Forest.load(forest) if forest else None,
             Policy.load(policy) if policy else None,
             lambda: step(1),
+            cloud,
+            configure,
         )
     if data["same_forest"] is False:
         voice.say("note: another forest drove; scans may differ")
+    if data["laser"] != "/2D_scan":
+        voice.say(f"note: cells are made of {data['laser']}")
     text = (
-        f"{data['periods']} control periods: {data['differing_scans']} of {data['scans']} virtual "
-        f"scans and {data['differing_commands']} commands differ from the recorded ones"
+        f"{data['periods']} control periods, {data['scans']} virtual scans: "
+        f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "
+        f"{data['differing_commands']} commands differ"
     )
     voice.result(data, text)
 

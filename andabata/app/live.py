@@ -1,0 +1,342 @@
+"""The nodes of a live ROS 1 graph: the robot's mind, and a simulated robot for it."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.first_pose import first_pose
+from andabata.machine.pose import Pose
+from andabata.machine.senses import Senses, VehicleState, WheelSpeeds
+from andabata.machine.simulator import Simulator
+from andabata.navigation.navigator import Navigator, Step
+from andabata.navigation.perception import assembler_of
+from andabata.navigation.view import Controller
+from andabata.records import topics
+from andabata.records.gathering import Gathering
+from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
+from andabata.records.recorder import Outbox, Recorder, post_senses
+from andabata.records.ros import RosError, RosGraph
+from andabata.records.topics import Ros, RosMessage, Topic
+from andabata.tasks.judge import Judge, JudgeConfig, Outcome
+from andabata.tasks.rig import RigConfig, make_localizer, make_perception
+from andabata.tasks.scenes import Scene
+from traversability.forest import Forest
+from worlds.world import Task
+
+_HALF = NS // 20
+"""Half a control period [ns]: the relative cloud comes twice in one (paper, Table 3)."""
+
+_APART = 1.0
+"""Senses stamped further from the graph's time are another clock's [s]."""
+
+_PATIENCE = 1.0
+"""How long to wait for someone who tells the start before the senses tell it [s]."""
+
+
+class NavigatorNode:
+    """The nodes of the paper's Figure 11 in one process.
+
+    Scanner, filter, virtual scan, actor and inverse kinematics are the navigator's own: the same
+    that drives in simulation and on recordings. Every half period the senses that came are
+    listened to and the relative cloud is published; every period a command follows.
+    """
+
+    def __init__(
+        self,
+        graph: RosGraph,
+        config: RigConfig,
+        forest: Forest,
+        controller: Controller,
+        cloud: Topic | None = None,
+    ) -> None:
+        """Build the navigator and listen to its topics.
+
+        Args:
+            graph: Where to live.
+            config: The robot.
+            forest: The cell classifier.
+            controller: Where to steer.
+            cloud: A 3D laser's topic, None for the turning laser's two.
+        """
+        self._graph, self._site = graph, config.sensing.site
+        self._lock = threading.Lock()
+        self._gathering = Gathering(0, cloud)
+        self._told: Pose | None = None
+        self._localizer = make_localizer(config, np.random.default_rng(0))
+        perception = make_perception(config, forest)
+        self._assembler = assembler_of(perception)
+        self._navigator = Navigator(config.robot, self._localizer, perception, controller)
+        self._bearings = config.grid.bearings
+        self._steps: list[Step] = []
+        self._navigator.watch(self._steps.append)
+        for topic in self._gathering.wanted:
+            graph.subscribe(topic, self._hear)
+        graph.subscribe(topics.INITIAL, self._hear_start)
+        for topic in _SPOKEN:
+            graph.advertise(topic)
+
+    def _hear(self, topic: Topic, message: RosMessage) -> None:
+        """Take in a sensor's message; called from the graph's threads."""
+        with self._lock:
+            self._gathering.add(topic, message)
+
+    def _hear_start(self, _: Topic, message: RosMessage) -> None:
+        """Take in where the robot is told to be."""
+        with self._lock:
+            self._told = pose_of(message.pose.pose)
+
+    def _sensed(self, stamp: float) -> Senses:
+        """Return what came since the last call."""
+        with self._lock:
+            return self._gathering.senses(stamp)
+
+    def set_goal(self, goal: NDArray[np.float64]) -> None:
+        """Head for a goal in the map [m], shape (2,), until another is published."""
+        with self._lock:
+            self._gathering.goal = goal
+
+    def run(
+        self,
+        start: Pose | None = None,
+        seconds: float | None = None,
+        on_second: Callable[[], None] | None = None,
+    ) -> dict[str, Any]:
+        """Navigate until the time is over or the graph is.
+
+        Args:
+            start: Where the robot stands; None waits for ``/initialpose``, or for a fix, the
+                compass and gravity to tell.
+            seconds: How long; None for ever.
+            on_second: Called after each second.
+
+        Returns:
+            Figures, ready for JSON.
+
+        Raises:
+            RosError: If the senses have another clock than the graph, or time runs back.
+        """
+        graph = self._graph
+        graph.wait_for_clock()
+        pose = start or self._wait_for_start()
+        epoch = graph.now_ns()
+        with self._lock:
+            self._gathering.epoch_ns, self._told = epoch, None
+        self._navigator.reset(pose, 0.0)
+        outbox = Outbox(graph, Composer(1, epoch))
+        self._recorder = Recorder(outbox, self._localizer, self._assembler, self._bearings)
+        self._outbox = outbox
+        tick = late = 0
+        found = {"commands": 0, "scans": 0, "moving": 0}
+        while not graph.is_over and (seconds is None or tick * _HALF < seconds * NS):
+            tick += 1
+            missed = (graph.now_ns() - epoch) // _HALF - tick
+            if missed > 0:  # Too slow, or put to sleep: go on now, in step.
+                late, tick = late + missed, tick + missed
+            graph.sleep_until(epoch + tick * _HALF)
+            self._listen(tick * _HALF / NS)
+            if tick % 2 == 0:
+                step = self._decide(tick * _HALF / NS)
+                found["commands"] += 1
+                found["scans"] += step.view is not None
+                found["moving"] += step.wheels != WheelSpeeds(0.0, 0.0)
+                if on_second is not None and tick % 20 == 0:
+                    on_second()
+        return {
+            **found,
+            "missed_ticks": late,
+            "health": str(self._localizer.health),
+            "counts": getattr(self._localizer, "counts", {}),
+            "refused": self._gathering.refused,
+        }
+
+    def _wait_for_start(self) -> Pose:
+        """Return where the robot stands, once someone tells.
+
+        Raises:
+            RosError: If the senses have another clock than the graph.
+        """
+        graph, kept = self._graph, Senses(0.0)
+        begin = graph.now_ns()
+        while not graph.is_over:
+            graph.sleep_until(graph.now_ns() + _HALF)
+            senses = self._sensed(0.0)
+            if senses.imu is not None:
+                _check_clock(float(senses.imu[-1, 0]), graph.now_ns() / NS)
+            kept = Senses(
+                0.0,
+                imu=_joined(kept.imu, senses.imu),
+                field=_joined(kept.field, senses.field),
+                fixes=_joined(kept.fixes, senses.fixes),
+            )
+            with self._lock:
+                told = self._told
+            if told is None and graph.now_ns() - begin > _PATIENCE * NS:
+                told = first_pose(kept, self._site)
+            if told is not None:
+                return told
+        raise RosError("start: expected someone to tell it, got the end of the graph")
+
+    def _listen(self, now: float) -> None:
+        """Take in half a period and publish what is believed at its end."""
+        with self._lock:
+            told, self._told = self._told, None
+        if told is not None:
+            self._navigator.reset(told, now)
+        senses = self._sensed(now)
+        self._navigator.listen(senses)
+        self._recorder.move(senses)
+        self._recorder.relate(now)
+        self._outbox.flush()
+
+    def _decide(self, now: float) -> Step:
+        """Publish the virtual scan and the commands of a period."""
+        with self._lock:
+            goal = self._gathering.goal
+        if goal is not None:
+            self._navigator.set_goal(goal)
+        self._steps.clear()
+        self._navigator.decide(Senses(now))
+        step = self._steps[0]
+        self._recorder.act(step)
+        self._recorder.believe(now)
+        self._outbox.flush()
+        return step
+
+
+_SPOKEN = (
+    topics.TF,
+    topics.CLOUD,
+    topics.RELATIVE,
+    topics.VIRTUAL,
+    topics.TWIST,
+    topics.WHEELS,
+    topics.FILTERED,
+    topics.DIAGNOSTICS,
+)
+
+
+class RobotNode:
+    """A simulated robot that publishes its senses as they come and obeys wheel speeds."""
+
+    def __init__(self, graph: RosGraph, scene: Scene, config: RigConfig) -> None:
+        """Put a robot into a world.
+
+        Args:
+            graph: Where to live.
+            scene: Where to drive.
+            config: The robot.
+        """
+        self._graph, self._scene, self._config = graph, scene, config
+        self._wheels = (WheelSpeeds(0.0, 0.0), 0)
+        graph.subscribe(topics.WHEELS, self._obey)
+        self._start = graph.advertise(topics.INITIAL, latch=True)
+        self._goal = graph.advertise(topics.GOAL, latch=True)
+
+    def _obey(self, _: Topic, message: RosMessage) -> None:
+        """Take in wheel speeds."""
+        wheels = wheel_speeds_of(message)
+        if np.isfinite([wheels.left, wheels.right]).all():
+            self._wheels = (wheels, self._graph.now_ns())
+
+    def run(
+        self,
+        task: Task,
+        rng: np.random.Generator,
+        judging: JudgeConfig,
+        on_second: Callable[[], None] | None = None,
+    ) -> dict[str, Any]:
+        """Live through a task in the graph's time.
+
+        Args:
+            task: Start and goals.
+            rng: Of every noise.
+            judging: Rules of the drive to each goal.
+            on_second: Called after each second.
+
+        Returns:
+            Figures, ready for JSON.
+        """
+        graph, config = self._graph, self._config
+        graph.wait_for_clock()
+        world, rays = self._scene.world, self._scene.rays
+        simulator = Simulator(world, rays, config.robot, config.plant, config.sensing, rng)
+        senses = simulator.reset(task.start)
+        compose = Composer(1, graph.now_ns() + NS // 10)
+        outbox = Outbox(_Paced(graph), compose)
+        judge = Judge(world, judging)
+        outcomes: list[str] = []
+        for goal in task.goals:
+            state = _true(senses)
+            judge.begin(state, np.array(goal))
+            self._goal.publish(self._goal.data_class(compose.goal(senses.stamp, np.array(goal))))
+            if not outcomes:
+                told = compose.initial(senses.stamp, state.pose)
+                self._start.publish(self._start.data_class(told))
+            outcome: Outcome | None = None
+            while outcome is None and not graph.is_over:
+                senses = simulator.step(self._commanded())
+                post_senses(outbox, senses)
+                outbox.flush()
+                outcome = judge.watch(_true(senses))
+                if on_second is not None and round(senses.stamp * 10) % 10 == 0:
+                    on_second()
+            outcomes.append(str(outcome) if outcome else "interrupted")
+            if outcome is not Outcome.GOAL:
+                break
+        simulator.close()
+        behind = (graph.now_ns() - compose.stamp_ns(senses.stamp)) / NS
+        return {"outcomes": outcomes, "simulated_s": senses.stamp, "behind_s": behind}
+
+    def _commanded(self) -> WheelSpeeds:
+        """Return the latest command; a robot that hears none for half a second stands still."""
+        wheels, stamp = self._wheels
+        fresh = self._graph.now_ns() - stamp < NS // 2
+        return wheels if fresh else WheelSpeeds(0.0, 0.0)
+
+
+class _Paced:
+    """Publishes each message when its time has come."""
+
+    ros: Ros = 1
+
+    def __init__(self, graph: RosGraph) -> None:
+        self._graph = graph
+
+    def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
+        self._graph.sleep_until(stamp_ns)
+        self._graph.write(topic, stamp_ns, message)
+
+    def close(self) -> None:
+        self._graph.close()
+
+
+def _true(senses: Senses) -> VehicleState:
+    if senses.truth is None:
+        raise ValueError("truth: expected the simulator's true state, got none")
+    return senses.truth
+
+
+def _check_clock(stamp: float, now: float) -> None:
+    """Refuse senses of another clock.
+
+    Raises:
+        RosError: If the stamps [s] are too far apart.
+    """
+    if abs(stamp - now) > _APART:
+        raise RosError(
+            f"/imu: expected stamps within {_APART:.0f} s of the graph's time, got one "
+            f"{now - stamp:.1f} s behind; play recordings with `rosbag play --clock` and "
+            "`rosparam set use_sim_time true`"
+        )
+
+
+def _joined(
+    kept: NDArray[np.float64] | None, new: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """Return the rows of both, at most the last thousand."""
+    if kept is None or new is None:
+        return new if kept is None else kept
+    return np.concatenate([kept, new])[-1000:]

@@ -1,0 +1,140 @@
+"""``andabata ros``: the navigator, or a simulated robot, in a live ROS 1 graph."""
+
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import (
+    ConfigFile,
+    ForestFile,
+    Json,
+    PolicyFile,
+    Quiet,
+    Robot,
+    Seed,
+    Sensor,
+    Set,
+)
+
+app = typer.Typer(
+    help="A live ROS 1 graph: the navigator's nodes, and a simulated robot for them.",
+    no_args_is_help=True,
+)
+
+
+@app.command()
+def navigator(
+    controller: Annotated[str, typer.Option(help="learned, reactive or straight.")] = "learned",
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,YAW",
+            help="Where the robot stands in the map, in metres and degrees; without, /initialpose "
+            "or the first fix and the compass tell.",
+        ),
+    ] = None,
+    goal: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y", help="Where to, in metres; /goal tells others later."),
+    ] = None,
+    cloud: Annotated[
+        str | None,
+        typer.Option(help="A 3D laser's topic (PointCloud2) instead of the turning laser's two."),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.1, help="Stop after so long; without, on Ctrl-C.")
+    ] = None,
+    robot: Robot = "andabata",
+    forest: ForestFile = None,
+    policy: PolicyFile = None,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Be the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels."""
+    import numpy as np
+
+    from andabata.app.console import Voice
+    from andabata.app.live import NavigatorNode
+    from andabata.app.settings import resolve, with_parts
+    from andabata.app.usage import numbers, words
+    from andabata.machine.pose import Pose
+    from andabata.models import shipped_forest
+    from andabata.records.ros import RosGraph
+    from andabata.records.topics import POINT_CLOUD, Topic
+    from andabata.tasks.controllers import BLIND_CONTROLLERS, make_controller
+    from andabata.tasks.rig import RigConfig
+    from rl.policy import Policy
+    from traversability.forest import Forest
+
+    (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
+    pose = None
+    if start is not None:
+        x, y, degrees = numbers(start, 3, "--start")
+        pose = Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))
+    target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
+    voice = Voice(quiet, as_json)
+    base = with_parts(RigConfig, "utm-30lx", robot)
+    resolved = resolve(RigConfig, config, settings or (), base)
+    driver = make_controller(name, None, resolved, Policy.load(policy) if policy else None)
+    eyes = Forest.load(forest) if forest else shipped_forest()
+    laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
+    graph = RosGraph("andabata")
+    try:
+        node = NavigatorNode(graph, resolved, eyes, driver, laser)
+        if target is not None:
+            node.set_goal(target)
+        with voice.progress("seconds", None) as step:
+            data = node.run(pose, seconds, lambda: step(1))
+    finally:
+        graph.close()
+    text = (
+        f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
+        f"missed; the filter is {data['health']}"
+    )
+    voice.result(data, text)
+
+
+@app.command()
+def robot(
+    world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
+    seconds: Annotated[
+        float, typer.Option(min=0.1, help="Longest drive to each goal, in seconds.")
+    ] = 300.0,
+    sensor: Sensor = "utm-30lx",
+    body: Annotated[
+        str, typer.Option("--robot", help="Body: andabata (the paper's), husky or jackal.")
+    ] = "andabata",
+    seed: Seed = 0,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Be a simulated robot: publish its senses in real time, obey /wheel_speed_cmd."""
+    import numpy as np
+
+    from andabata.app.console import Voice
+    from andabata.app.live import RobotNode
+    from andabata.app.settings import resolve, with_parts
+    from andabata.records.ros import RosGraph
+    from andabata.tasks.judge import JudgeConfig
+    from andabata.tasks.rig import RigConfig
+    from andabata.tasks.scenes import SceneShelf
+    from andabata.tasks.seeds import evaluation_world
+
+    voice = Voice(quiet, as_json)
+    resolved = resolve(RigConfig, config, settings or (), with_parts(RigConfig, sensor, body))
+    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    graph = RosGraph("andabata_robot")
+    try:
+        node = RobotNode(graph, scene, resolved)
+        rules = JudgeConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
+        with voice.progress("seconds", None) as step:
+            data = node.run(
+                scene.world.tasks[0], np.random.default_rng([seed, 0, 1]), rules, lambda: step(1)
+            )
+    finally:
+        graph.close()
+    voice.result(data, f"{', '.join(data['outcomes'])} after {data['simulated_s']:.1f} s")

@@ -1,0 +1,163 @@
+"""Messages on their way to senses: the same for a recording and for a live graph."""
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.machine.senses import Senses, Sweeps, WheelSpeeds
+from andabata.records import topics
+from andabata.records.messages import NS, cloud_of, header_ns, sweep_angles, wheel_speeds_of
+from andabata.records.topics import RosMessage, Topic
+from traversability.cloud import PointCloud
+
+SENSES = (topics.ENCODERS, topics.IMU, topics.COMPASS)
+"""Topics without which nothing is known of the robot's motion."""
+
+SWEEPS = (topics.SCAN, topics.HEAD)
+"""Topics of the turning laser."""
+
+_PATIENCE = 0.5
+"""A sweep waits so long for the head's angle, and an angle for its sweep [s]."""
+
+
+class Gathering:
+    """Gathers the messages of a control period and gives them back as senses.
+
+    Attributes:
+        goal: The latest goal in the map [m], shape (2,), None before the first.
+        ranges: The virtual scan that was made in the period, None without one.
+        wheels: The wheel speeds that were commanded in the period, None without.
+        refused: Messages that said of themselves what can't be.
+    """
+
+    def __init__(self, epoch_ns: int, cloud: Topic | None = None) -> None:
+        """Begin with nothing.
+
+        Args:
+            epoch_ns: Stamp from which times are counted [ns].
+            cloud: A 3D laser's topic, None for the turning laser's two.
+        """
+        self.epoch_ns = epoch_ns
+        self._cloud = cloud
+        self.goal: NDArray[np.float64] | None = None
+        self.refused = 0
+        self._scans: deque[tuple[int, RosMessage]] = deque()
+        self._heads: dict[int, RosMessage] = {}
+        self._clear()
+
+    def _clear(self) -> None:
+        self._rows: dict[str, list[list[float]]] = {"imu": [], "wheels": [], "field": [], "fix": []}
+        self._frames: list[PointCloud] = []
+        self.ranges: NDArray[np.float32] | None = None
+        self.wheels: WheelSpeeds | None = None
+
+    @property
+    def wanted(self) -> tuple[Topic, ...]:
+        """Topics to listen to for what is sensed, and the goal."""
+        laser = SWEEPS if self._cloud is None else (self._cloud,)
+        return (*SENSES, *laser, topics.FIX, topics.GOAL)
+
+    def seconds(self, stamp_ns: int) -> float:
+        """Return a stamp as time since the epoch [s]."""
+        return (stamp_ns - self.epoch_ns) / NS
+
+    def add(self, topic: Topic, content: RosMessage) -> None:
+        """Take in a message; one that can't be is left out and counted."""
+        try:
+            self._add(topic, content)
+        except ValueError:
+            self.refused += 1
+
+    def _add(self, topic: Topic, content: RosMessage) -> None:
+        """Put a message where it belongs."""
+        if topic is self._cloud:
+            self._frames.append(cloud_of(content, None, self.seconds(header_ns(content))))
+        elif topic is topics.SCAN:
+            self._scans.append((header_ns(content), content))
+        elif topic is topics.HEAD:
+            self._heads[header_ns(content)] = content
+        elif topic is topics.GOAL:
+            point = content.pose.position
+            self.goal = np.array([point.x, point.y])
+        elif topic is topics.VIRTUAL:
+            self.ranges = np.asarray(content.ranges, dtype=np.float32)
+        elif topic is topics.WHEELS:
+            self.wheels = wheel_speeds_of(content)
+        elif topic in _ROWS:
+            name, row = _ROWS[topic]
+            self._rows[name].append([self.seconds(header_ns(content)), *row(content)])
+
+    def senses(self, stamp: float) -> Senses:
+        """Return what was sensed in the period that ends at ``stamp`` [s], and begin the next."""
+        rows = {name: np.array(found) if found else None for name, found in self._rows.items()}
+        found = Senses(
+            stamp=stamp,
+            sweeps=self._sweeps(),
+            frames=tuple(self._frames),
+            imu=rows["imu"],
+            encoders=rows["wheels"],
+            field=rows["field"],
+            fixes=rows["fix"],
+        )
+        self._clear()
+        return found
+
+    def _sweeps(self) -> Sweeps | None:
+        """Return the sweeps whose head angle is known, oldest first.
+
+        A sweep whose angle is on its way waits, and those after it wait with it: a cloud is made
+        of sweeps in order.
+        """
+        newest = max((stamp for stamp, _ in self._scans), default=0)
+        found: list[tuple[RosMessage, RosMessage]] = []
+        while self._scans:
+            stamp, scan = self._scans[0]
+            head = self._heads.pop(stamp, None)
+            if head is not None:
+                found.append((scan, head))
+            elif newest - stamp < _PATIENCE * NS:
+                break
+            self._scans.popleft()
+        for stamp in [s for s in self._heads if newest - s > _PATIENCE * NS]:
+            del self._heads[stamp]
+        alike = [pair for pair in found if len(pair[0].ranges) == len(found[0][0].ranges)]
+        self.refused += len(found) - len(alike)
+        if not alike:
+            return None
+        first, head = alike[0]
+        return Sweeps(
+            stamps=np.array([self.seconds(header_ns(scan)) for scan, _ in alike]),
+            head_angles=np.array([head.angle for _, head in alike]),
+            head_rate=float(head.rate),
+            beam_period=float(first.time_increment),
+            elevations=sweep_angles(first),
+            ranges=np.stack([_measured(scan) for scan, _ in alike]),
+        )
+
+
+def _measured(scan: RosMessage) -> NDArray[np.float32]:
+    """Return the ranges of a scan, ``inf`` outside the bounds that it names (REP-117)."""
+    ranges = np.array(scan.ranges, dtype=np.float32)
+    with np.errstate(invalid="ignore"):
+        ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.inf
+    return ranges
+
+
+def _vector(v: Any) -> list[float]:  # noqa: ANN401
+    return [float(v.x), float(v.y), float(v.z)]
+
+
+_ROWS: dict[Topic, tuple[str, Any]] = {
+    topics.IMU: (
+        "imu",
+        lambda m: _vector(m.angular_velocity) + _vector(m.linear_acceleration),
+    ),
+    topics.ENCODERS: ("wheels", lambda m: [float(m.left), float(m.right)]),
+    topics.COMPASS: ("field", lambda m: _vector(m.magnetic_field)),
+    topics.FIX: (
+        "fix",
+        lambda m: [m.latitude, m.longitude, m.altitude, float(m.position_covariance[0])],
+    ),
+}

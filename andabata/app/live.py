@@ -120,11 +120,11 @@ class NavigatorNode:
         """
         graph = self._graph
         graph.wait_for_clock()
-        pose = start or self._wait_for_start()
+        pose, rough = (start, False) if start else self._wait_for_start()
         epoch = graph.now_ns()
         with self._lock:
             self._gathering.epoch_ns, self._told = epoch, None
-        self._navigator.reset(pose, 0.0)
+        self._navigator.reset(pose, 0.0, rough)
         outbox = Outbox(graph, Composer(1, epoch))
         self._recorder = Recorder(outbox, self._localizer, self._assembler, self._bearings)
         self._outbox = outbox
@@ -152,8 +152,8 @@ class NavigatorNode:
             "refused": self._gathering.refused,
         }
 
-    def _wait_for_start(self) -> Pose:
-        """Return where the robot stands, once someone tells.
+    def _wait_for_start(self) -> tuple[Pose, bool]:
+        """Return where the robot stands, and whether only its senses tell it.
 
         Raises:
             RosError: If the senses have another clock than the graph.
@@ -173,10 +173,12 @@ class NavigatorNode:
             )
             with self._lock:
                 told = self._told
-            if told is None and graph.now_ns() - begin > _PATIENCE * NS:
-                told = first_pose(kept, self._site)
             if told is not None:
-                return told
+                return told, False
+            if graph.now_ns() - begin > _PATIENCE * NS:
+                found = first_pose(kept, self._site)
+                if found is not None:
+                    return found, True
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
     def _listen(self, now: float) -> None:

@@ -135,7 +135,7 @@ def replay_bag(
         perception = make_perception(config, eyes)
         driver = make_controller(name, None, config, policy)
         navigator = Navigator(config.robot, localizer, perception, driver)
-        navigator.reset(setup.start, 0.0)
+        navigator.reset(setup.start, 0.0, setup.rough)
         gathering = Gathering(setup.epoch_ns, topic)
         for period in read_periods(bag, gathering):
             if period.goal is not None:

@@ -23,8 +23,8 @@ class Localizer(Protocol):
     together.
     """
 
-    def reset(self, pose: Pose, stamp: float) -> None:
-        """Start afresh at a known pose in the map at ``stamp`` [s]."""
+    def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
+        """Start afresh at a pose in the map at ``stamp`` [s]; ``rough`` is one that senses told."""
 
     def update(self, senses: Senses) -> None:
         """Take in one control period of senses."""

@@ -45,7 +45,7 @@ class NoisyTruthLocalizer:
         self._error = np.zeros(5)
         self._track = PoseTrack()
 
-    def reset(self, pose: Pose, stamp: float) -> None:
+    def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
         """Draw fresh errors and start at ``pose``, the true one."""
         self._error = self._sigma * self._rng.standard_normal(5)
         self._track.clear()

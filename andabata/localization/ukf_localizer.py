@@ -49,6 +49,7 @@ class UkfConfig(BaseModel):
     Attributes:
         start: Standard deviations at the start: tilt [rad], yaw [rad], gyro bias [rad/s], position
             [m], height [m], speed [m/s], own field [uT], accelerometer bias [m/s2].
+        rough_start: The same of a start that the first fix, the compass and gravity tell.
         noise: Numbers of the model.
         gates: Squared Mahalanobis distances beyond which a measurement is not believed.
         vertical: Noise of a fix's altitude, as a multiple of the horizontal one.
@@ -73,6 +74,16 @@ class UkfConfig(BaseModel):
         0.5,
         0.1,
         0.05,
+        1.0,
+        0.03,
+    )
+    rough_start: tuple[float, float, float, float, float, float, float, float] = (
+        0.05,
+        0.1,
+        0.006,
+        1.5,
+        3.0,
+        0.3,
         1.0,
         0.03,
     )
@@ -129,9 +140,10 @@ class UkfLocalizer:
         self._scratch = np.zeros(4)
         self.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
 
-    def reset(self, pose: Pose, stamp: float) -> None:
-        """Start at a pose that is known as well as ``start`` says."""
-        tilt, yaw, bias, position, height, speed, iron, force = self._config.start
+    def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
+        """Start at a pose that is known as well as ``start`` says, or ``rough_start``."""
+        known = self._config.rough_start if rough else self._config.start
+        tilt, yaw, bias, position, height, speed, iron, force = known
         noise = self._config.noise
         sigma = np.array(
             [tilt, tilt, yaw]

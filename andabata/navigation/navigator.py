@@ -79,10 +79,10 @@ class Navigator:
         """Call ``watcher`` after every step; it sees everything and changes nothing."""
         self._watcher = watcher
 
-    def reset(self, pose: Pose, stamp: float) -> None:
-        """Forget everything and start at a known pose at ``stamp`` [s]."""
+    def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
+        """Forget everything and start at a pose at ``stamp`` [s]; ``rough`` if senses told it."""
         self.start = (pose, stamp)
-        self._localizer.reset(pose, stamp)
+        self._localizer.reset(pose, stamp, rough)
         self._perception.reset()
         self._previous = (0.0, 0.0)
         if self._controller is not None:

@@ -32,11 +32,13 @@ class Setup:
         start: Where the robot believed to be.
         epoch_ns: Stamp of that [ns]; times are counted from there.
         settings: The drive's settings, empty in a recording that is not ours.
+        rough: Whether the start is only what the first senses tell.
     """
 
     start: Pose
     epoch_ns: int
     settings: dict[str, Any]
+    rough: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,7 @@ def _setup_by_senses(bag: Bag, site: Site) -> Setup:
         if topic is topics.FIX:
             pose = first_pose(gathering.senses(0.0), site)
             if pose is not None:
-                return Setup(pose, message.stamp_ns, {})
+                return Setup(pose, message.stamp_ns + 1, {}, rough=True)
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
         f"drive began, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to find "

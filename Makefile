@@ -6,7 +6,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 
-.PHONY: demo test check bench clean install
+ROS_PACKAGES := ros-core python3-rospy python3-rosbag
+
+.PHONY: demo test check bench clean install ros
 
 demo: install
 	$(BIN)/andabata demo
@@ -26,12 +28,17 @@ bench: install
 	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
 	$(BIN)/andabata bench perception --clouds data/clouds/bench
 	$(BIN)/python tests/benchmarks/bench_scan.py data/clouds/bench
+	$(BIN)/python -m tests.benchmarks.bench_live
 
 install: $(STAMP)
 
 $(STAMP): pyproject.toml .ci/setup.sh
 	@APT_PACKAGES="$(APT_PACKAGES)" bash .ci/setup.sh "$(PYTHON)" "$(VENV)"
 	@touch $@
+
+# Debian's ROS 1, for the live graph and its tests; nothing else needs it.
+ros:
+	@bash .ci/apt.sh $(ROS_PACKAGES)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache build dist *.egg-info

@@ -16,17 +16,7 @@ echo "installing andabata and its packages into $venv (some minutes the first ti
 "$venv/bin/python" -m pip install --quiet --editable ".[dev]"
 
 if ! "$venv/bin/python" -c 'import open3d' 2>/dev/null; then
-  install="apt-get install -y $APT_PACKAGES"
-  if ! command -v apt-get >/dev/null; then
-    echo "error: open3d needs these system libraries (Debian's names): $APT_PACKAGES" >&2
-    exit 1
-  elif [ "$(id -u)" -eq 0 ]; then
-    (apt-get update -qq && DEBIAN_FRONTEND=noninteractive $install -qq) >/dev/null
-  elif sudo -n true 2>/dev/null; then
-    (sudo -n apt-get update -qq && sudo -n DEBIAN_FRONTEND=noninteractive $install -qq) >/dev/null
-  else
-    echo "error: open3d needs system libraries; run: sudo $install" >&2
-    exit 1
-  fi
+  # open3d needs system libraries.
+  bash "$(dirname "${BASH_SOURCE[0]}")/apt.sh" $APT_PACKAGES
   "$venv/bin/python" -c 'import open3d'
 fi

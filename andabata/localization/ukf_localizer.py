@@ -39,6 +39,9 @@ MOST_TURN = 50.0
 _BRIDGE = 100
 """Most steps of a prediction without inertial rows."""
 
+_FEW = 5
+"""Fixes whose median is compared."""
+
 _BLIND_TURN = 0.1
 """Gyro noise of a prediction by wheels [rad/sqrt(s)]."""
 
@@ -61,6 +64,10 @@ class UkfConfig(BaseModel):
         fix_silence: Of the satellites, or of believed fixes [s].
         doubt: When a sense that speaks has not been believed for so long, the filter doubts itself
             [s].
+        steady_doubt: The same for fixes that all lie off by the same, which signals do that come by
+            a detour, and a robot whose wheels spin does not [s].
+        steady: How much the offsets of such fixes may change [m].
+        detour: How far a detour shifts a fix at most [m].
         lost_position: Standard deviation of the position from which the robot is lost [m].
         lost_yaw: Of the heading [rad].
     """
@@ -97,6 +104,9 @@ class UkfConfig(BaseModel):
     compass_silence: float = Field(default=1.0, gt=0)
     fix_silence: float = Field(default=6.0, gt=0)
     doubt: float = Field(default=15.0, gt=0)
+    steady_doubt: float = Field(default=45.0, gt=0)
+    steady: float = Field(default=2.5, gt=0)
+    detour: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)
     lost_yaw: float = Field(default=0.35, gt=0)
 
@@ -166,6 +176,7 @@ class UkfLocalizer:
         self._believed = dict.fromkeys(("compass", "gnss"), stamp)
         self._doubted = dict(self._believed)
         self._doubts = dict.fromkeys(self._believed, 0)
+        self._offsets: list[NDArray[np.float64]] = []  # Of fixes since the last that was believed.
         self._whole = True
         self._track.clear()
         self._track.append(stamp, pose.position, pose.quaternion)
@@ -173,8 +184,8 @@ class UkfLocalizer:
     def update(self, senses: Senses) -> None:
         """Take in one control period of senses, late ones where they belong."""
         before = self._counts[:, 0].copy()
-        fixes = self._in_map(senses.fixes)
-        for fix in fixes[fixes[:, 0] <= self._now]:
+        arrived = self._in_map(senses.fixes)
+        for fix in arrived[arrived[:, 0] <= self._now]:
             self._go_back(fix)
         imu, noise = self._inertial(senses)
         field = _rows(senses.field, 4) * [1.0, *[1 / TESLA] * 3]
@@ -182,7 +193,7 @@ class UkfLocalizer:
             imu,
             np.concatenate([self._ahead.wheels, _rows(senses.encoders, 3)]),
             np.concatenate([self._ahead.field, field]),
-            np.concatenate([self._ahead.fixes, fixes[~(fixes[:, 0] <= self._now)]]),
+            np.concatenate([self._ahead.fixes, arrived[~(arrived[:, 0] <= self._now)]]),
         )
         sensed = self._parted(ahead)
         period = self._begun(sensed, noise)
@@ -191,6 +202,7 @@ class UkfLocalizer:
         if filled:
             rows = self._rows[:filled]
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+        self._offsets += [fix[1:3] - self._x[6:8] for fix in arrived]
         self._listen(senses, before)
 
     def _in_map(self, fixes: NDArray[np.float64] | None) -> NDArray[np.float64]:
@@ -319,14 +331,27 @@ class UkfLocalizer:
             if self._counts[sensor, 0] > before[sensor]:
                 self._believed[name] = self._doubted[name] = senses.stamp
                 self._doubts[name] = 0
+                if sensor == FIX:
+                    self._offsets.clear()
             speaks = self._heard[name] == senses.stamp
-            if speaks and senses.stamp - self._doubted[name] > self._config.doubt:
+            steady = sensor == FIX and self._look_like_a_detour()
+            patience = self._config.steady_doubt if steady else self._config.doubt
+            if speaks and senses.stamp - self._doubted[name] > patience:
                 diagonal = np.arange(STATES)[states]
                 self._P[diagonal, diagonal] += (sigma * 2 ** self._doubts[name]) ** 2
                 self._doubts[name] += 1
                 self._doubted[name] = senses.stamp
         if not self._whole:
             self._start_over(senses.stamp)
+
+    def _look_like_a_detour(self) -> bool:
+        """Return whether the fixes since the last that was believed are all off by the same."""
+        if len(self._offsets) < 2 * _FEW or self._doubts["gnss"]:
+            return False
+        first = np.median(self._offsets[:_FEW], axis=0)
+        last = np.median(self._offsets[-_FEW:], axis=0)
+        near = np.hypot(*last) < self._config.detour
+        return bool(near and np.hypot(*(last - first)) < self._config.steady)
 
     def _start_over(self, stamp: float) -> None:
         """Begin afresh at the last pose that was a number, knowing it badly."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from andabata.localization.localizer import Localizer
 from andabata.localization.noisy_truth import NoisyTruthConfig
-from andabata.machine.senses import Senses
 from andabata.models import shipped_forest
 from andabata.navigation.perception import CloudPerception
 from andabata.tasks.controllers import make_controller
@@ -74,16 +73,16 @@ def drive(name: str, sight: Sight, worlds: int) -> None:
         rig = Rig(scene, CONFIG, shipped_forest(), controller)
         perception = rig.perception
         assert isinstance(perception, CloudPerception)
-        plain, truth = perception.update, scene.world.truth
+        plain, truth = perception.look, scene.world.truth
 
-        def update(
-            senses: Senses,
+        def look(
+            stamp: float,
             localizer: Localizer,
-            plain: Callable[[Senses, Localizer], VirtualScan | None] = plain,
+            plain: Callable[[float, Localizer], VirtualScan | None] = plain,
             perception: CloudPerception = perception,
             truth: TraversabilityMap = truth,
         ) -> VirtualScan | None:
-            if plain(senses, localizer) is None:
+            if plain(stamp, localizer) is None:
                 return None
             cells = sight(perception, localizer, truth, CONFIG.grid)
             near = slice(0, 5)  # Rings to 2.4 m.
@@ -93,7 +92,7 @@ def drive(name: str, sight: Sight, worlds: int) -> None:
                     counts[k, j] += ((true == k + 1) & (cells[:, near] == j + 1)).sum()
             return virtual_scan(cells, CONFIG.grid)
 
-        perception.update = update  # type: ignore[method-assign]
+        perception.look = look  # type: ignore[method-assign]
         legs = run_trial(rig, scene.world.tasks[0], JudgeConfig(), np.random.default_rng([seed, 1]))
         outcomes[str(legs[0].outcome)] += 1
         rig.close()

@@ -95,7 +95,7 @@ def _track(world: str, seed: int, config: RigConfig, trial: int) -> Tracked:
         if senses.fixes is not None and senses.true_track is not None:
             for row in senses.true_track:
                 places[round(row[0] * 100)] = row[1:3]
-            for fix in senses.fixes:
+            for fix in senses.fixes[np.isfinite(senses.fixes[:, 4])]:
                 seen = site.to_map(fix[None, 1:4])[0, :2]
                 fixes.append(float(np.hypot(*(seen - places[round(fix[0] * 100)]))))
         if waiting:

@@ -203,11 +203,12 @@ class UkfLocalizer:
             rows = self._rows[:filled]
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
         self._offsets += [fix[1:3] - self._x[6:8] for fix in arrived]
-        self._listen(senses, before)
+        self._listen(senses, before, arrived)
 
     def _in_map(self, fixes: NDArray[np.float64] | None) -> NDArray[np.float64]:
         """Return fixes as stamp, x, y, z, horizontal and vertical sigma, shape (k, 6)."""
         given = _rows(fixes, 5)
+        given = given[~np.isinf(given[:, 4])]  # The receiver had no fix, and says so.
         good = np.isfinite(given).all(axis=1) & (np.abs(given[:, 1]) <= 90) & (given[:, 4] > 0)
         self._counts[FIX, 2] += int((~good).sum())
         given = given[good]
@@ -310,8 +311,10 @@ class UkfLocalizer:
             self._periods.append(period)
             self._run(period, self._scratch)
 
-    def _listen(self, senses: Senses, before: NDArray[np.int64]) -> None:
-        """Note which senses spoke and which were believed.
+    def _listen(
+        self, senses: Senses, before: NDArray[np.int64], fixes: NDArray[np.float64]
+    ) -> None:
+        """Note which senses spoke and which were believed; ``fixes`` are those that arrived.
 
         A sense that speaks and is not believed for long makes the filter doubt itself, each time
         twice as much as before.
@@ -319,7 +322,7 @@ class UkfLocalizer:
         given = {
             "wheels": senses.encoders,
             "compass": senses.field,
-            "gnss": senses.fixes,
+            "gnss": fixes,
         }
         for name, rows in given.items():
             if rows is not None and len(rows):

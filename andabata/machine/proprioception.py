@@ -84,7 +84,7 @@ class GnssConfig(BaseModel):
         wander_time: Its correlation time [s].
         vertical: Noise of the altitude, as a multiple of the horizontal one.
         latency: From the instant of a fix to its arrival [s].
-        dropout: Chance that a fix is missing, in the open.
+        dropout: Chance that a fix is lost, in the open; the receiver then says that it has none.
         detour: Chance a second that a detour begins, in the open.
         detour_shift: Standard deviation of each axis of a detour [m].
         detour_time: Mean duration of a detour [s].
@@ -203,7 +203,7 @@ class Proprioception:
         return np.array(due).reshape(-1, 5)
 
     def _receive(self, row: NDArray[np.float64]) -> None:
-        """Take a fix, unless it is lost."""
+        """Take a fix; of one that is lost the receiver says so."""
         gnss, draw = self._config.gnss, self._rng.standard_normal
         wander = gnss.wander * np.sqrt(1 - self._keep**2)
         self._wander = self._keep * self._wander + wander * draw(3)
@@ -220,6 +220,7 @@ class Proprioception:
             self._detour = gnss.detour_shift * draw(3)
         error = self._spread * draw(3) + self._wander + self._detour
         if lost < gnss.dropout * factor:
+            self._fixes.append(np.array([row[0], *[np.nan] * 3, np.inf]))
             return
         place = self._site.to_geodetic((row[1:4] + error)[None])[0]
         self._fixes.append(np.array([row[0], *place, gnss.noise**2 + gnss.wander**2]))

@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 
 from andabata.machine.senses import Senses, Sweeps, WheelSpeeds
 from andabata.records import topics
-from andabata.records.messages import NS, cloud_of, header_ns, sweep_angles, wheel_speeds_of
+from andabata.records.messages import (
+    NS,
+    cloud_of,
+    fix_of,
+    header_ns,
+    sweep_angles,
+    wheel_speeds_of,
+)
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
@@ -156,8 +163,5 @@ _ROWS: dict[Topic, tuple[str, Any]] = {
     ),
     topics.ENCODERS: ("wheels", lambda m: [float(m.left), float(m.right)]),
     topics.COMPASS: ("field", lambda m: _vector(m.magnetic_field)),
-    topics.FIX: (
-        "fix",
-        lambda m: [m.latitude, m.longitude, m.altitude, float(m.position_covariance[0])],
-    ),
+    topics.FIX: ("fix", fix_of),
 }

@@ -15,6 +15,9 @@ from traversability.virtual_scan import VirtualScan
 NS = 1_000_000_000
 """Nanoseconds of a second."""
 
+NO_FIX = -1
+"""Status of a satellite receiver without a fix."""
+
 
 @dataclass(frozen=True)
 class Composer:
@@ -141,8 +144,10 @@ class Composer:
         )
 
     def fix(self, row: NDArray[np.float64]) -> RosMessage:
-        """Return a satellite fix."""
-        status = self.new("sensor_msgs/msg/NavSatStatus", status=0, service=1)
+        """Return a satellite fix, or the receiver's word that it has none."""
+        found = bool(np.isfinite(row[4]))
+        status = self.new("sensor_msgs/msg/NavSatStatus", status=0 if found else NO_FIX, service=1)
+        variances = [row[4], row[4], 4 * row[4]] if found else [0.0] * 3
         return self.new(
             "sensor_msgs/msg/NavSatFix",
             header=self.header(float(row[0]), "base_footprint"),
@@ -150,8 +155,8 @@ class Composer:
             latitude=float(row[1]),
             longitude=float(row[2]),
             altitude=float(row[3]),
-            position_covariance=np.diag([row[4], row[4], 4 * row[4]]).ravel(),
-            position_covariance_type=2,
+            position_covariance=np.diag(variances).ravel(),
+            position_covariance_type=2 if found else 0,
         )
 
     def twist(self, speed: float, yaw_rate: float) -> RosMessage:
@@ -292,6 +297,13 @@ def sweep_angles(message: RosMessage) -> NDArray[np.float32]:
     """Return the angle of each beam of a laser scan [rad], float32, shape (b,)."""
     low, high = float(message.angle_min), float(message.angle_max)
     return np.linspace(low, high, len(message.ranges)).astype(np.float32)
+
+
+def fix_of(message: RosMessage) -> list[float]:
+    """Return latitude, longitude [deg], altitude [m] and variance [m2] of a satellite fix."""
+    found = int(message.status.status) > NO_FIX
+    variance = float(message.position_covariance[0]) if found else np.inf
+    return [float(message.latitude), float(message.longitude), float(message.altitude), variance]
 
 
 def header_ns(message: RosMessage) -> int:

@@ -11,7 +11,7 @@ from andabata.app.cli import main
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError, open_writer
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer, PointCloudError, cloud_of
+from andabata.records.messages import Composer, PointCloudError, cloud_of, fix_of
 from andabata.records.topics import TOPICS
 from traversability.cloud import PointCloud
 
@@ -242,3 +242,12 @@ def test_a_cloud_goes_there_and_back(tmp_path):
         cloud = read_bag_cloud(path, None)
         np.testing.assert_array_equal(cloud.points, points)
         assert cloud.frame == "base_footprint"
+
+
+def test_a_receiver_without_a_fix_says_so_there_and_back():
+    row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
+    message = Composer(1).fix(row)
+    assert message.status.status == -1
+    np.testing.assert_array_equal(fix_of(message), row[1:])
+    known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
+    np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])

@@ -191,6 +191,32 @@ def test_it_recovers_when_a_sense_speaks_again(drive):
     assert position(errors) < 0.8
 
 
+def test_a_receiver_without_a_fix_is_no_reason_to_doubt(drive):
+    def tunnel(senses):
+        fixes = senses.fixes
+        if fixes is not None and senses.stamp > 10:
+            fixes = fixes.copy()
+            fixes[:, 1:4], fixes[:, 4] = np.nan, np.inf
+        return replace(senses, fixes=fixes)
+
+    localizer, errors = run(drive, tunnel)
+    assert "gnss: not believed" in "; ".join(localizer.complaints)
+    assert localizer.counts["gnss"][2] == 0
+    assert np.sqrt(localizer.covariance[0, 0]) < 1.0
+    assert np.hypot(*errors[-1, :2]) < 1.5
+
+
+def test_a_long_detour_of_the_signals_is_waited_out(drive):
+    def detour(senses):
+        fixes = senses.fixes
+        if fixes is not None and 15 < senses.stamp < 45:
+            fixes = fixes + np.array([0, 6e-5, 0, 0, 0])  # Seven metres to the north.
+        return replace(senses, fixes=fixes)
+
+    _, errors = run(drive, detour)
+    assert np.hypot(*errors[:, :2].T).max() < 1.5
+
+
 def test_a_wrong_start_is_doubted_and_mended(drive):
     """The robot was put down 40 m from where it was told."""
     localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())

@@ -154,7 +154,7 @@ def drive_once(
     scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
     driver = make_controller(controller, scene.world, config, policy)
     eyes = forest or shipped_forest()
-    rig = Rig(scene, config, eyes, driver)
+    rig = Rig(scene, config, eyes, driver, far_sighted=record is not None)
     task = scene.world.tasks[0]
     writer = None
     if record is not None:

@@ -39,6 +39,9 @@ MOST_TURN = 50.0
 _BRIDGE = 100
 """Most steps of a prediction without inertial rows."""
 
+_NOTHING = Sensed(*(np.empty((0, width)) for width in (7, 3, 4, 6)))
+"""Nothing sensed."""
+
 _FEW = 5
 """Fixes whose median is compared."""
 
@@ -171,7 +174,7 @@ class UkfLocalizer:
         self._now = stamp
         self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
         self._periods: deque[_Period] = deque()
-        self._ahead = Sensed(*(np.empty((0, width)) for width in (7, 3, 4, 6)))
+        self._ahead = _NOTHING
         self._heard = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
         self._believed = dict.fromkeys(("compass", "gnss"), stamp)
         self._doubted = dict(self._believed)
@@ -189,13 +192,8 @@ class UkfLocalizer:
             self._go_back(fix)
         imu, noise = self._inertial(senses)
         field = _rows(senses.field, 4) * [1.0, *[1 / TESLA] * 3]
-        ahead = Sensed(
-            imu,
-            np.concatenate([self._ahead.wheels, _rows(senses.encoders, 3)]),
-            np.concatenate([self._ahead.field, field]),
-            np.concatenate([self._ahead.fixes, arrived[~(arrived[:, 0] <= self._now)]]),
-        )
-        sensed = self._parted(ahead)
+        early = arrived[~(arrived[:, 0] <= self._now)] if len(arrived) else arrived
+        sensed = self._parted(Sensed(imu, _rows(senses.encoders, 3), field, early))
         period = self._begun(sensed, noise)
         self._keep(period)
         filled = self._run(period, self._odometry)
@@ -208,6 +206,8 @@ class UkfLocalizer:
     def _in_map(self, fixes: NDArray[np.float64] | None) -> NDArray[np.float64]:
         """Return fixes as stamp, x, y, z, horizontal and vertical sigma, shape (k, 6)."""
         given = _rows(fixes, 5)
+        if not len(given):
+            return np.empty((0, 6))
         given = given[~np.isinf(given[:, 4])]  # The receiver had no fix, and says so.
         good = np.isfinite(given).all(axis=1) & (np.abs(given[:, 1]) <= 90) & (given[:, 4] > 0)
         self._counts[FIX, 2] += int((~good).sum())
@@ -251,9 +251,16 @@ class UkfLocalizer:
         In a live robot each sense comes its own way. Rows too far ahead are refused.
         """
         last = float(sensed.imu[-1, 0]) if len(sensed.imu) else self._now
-        now, later = [sensed.imu], [sensed.imu[:0]]
-        for sensor, rows in zip((WHEELS, COMPASS, FIX), sensed[1:], strict=True):
+        now, later = [sensed.imu], [_NOTHING[0]]
+        for k, sensor in enumerate((WHEELS, COMPASS, FIX), start=1):
+            rows, waited = sensed[k], self._ahead[k]
+            if len(waited):
+                rows = np.concatenate([waited, rows])
             ahead = rows[:, 0] > last + 1e-9
+            if not ahead.any():
+                now.append(rows)
+                later.append(_NOTHING[k])
+                continue
             early = ahead & (rows[:, 0] > last + self._config.overtaking)
             self._counts[sensor, 2] += int(early.sum())
             now.append(rows[~ahead])

@@ -43,8 +43,9 @@ def _rays(poses, head_angles, head_step, elevations, height):  # type: ignore[no
     """Turn each beam from the head's plane into the base and into the map."""
     origins = np.empty((len(poses), 3), dtype=np.float32)
     directions = np.empty((len(poses), 3), dtype=np.float32)
+    heads, steps, tilts = _turns(head_angles, head_step, elevations)
     for k in range(len(poses)):
-        origin, direction = _ray(k, poses, head_angles, head_step, elevations, height)
+        origin, direction = _ray(k, k, poses, heads, steps, tilts, height)
         for c in range(3):
             origins[k, c], directions[k, c] = origin[c], direction[c]
     return origins, directions
@@ -52,26 +53,44 @@ def _rays(poses, head_angles, head_step, elevations, height):  # type: ignore[no
 
 @njit(cache=True, nogil=True)
 def _places(rows, poses, head_angles, head_step, elevations, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where some of the beams ended, float32, shape (k, 3)."""
+    """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
     points = np.empty((len(rows), 3), dtype=np.float32)
+    heads, steps, tilts = _turns(head_angles, head_step, elevations)
     for place, k in enumerate(rows):
-        origin, direction = _ray(k, poses, head_angles, head_step, elevations, height)
+        origin, direction = _ray(k, place, poses, heads, steps, tilts, height)
         for c in range(3):
             points[place, c] = origin[c] + ranges[k] * direction[c]
     return points
 
 
+@njit(cache=True, nogil=True)
+def _turns(head_angles, head_step, elevations):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return sine and cosine of head angles, of the head's turn from beam to beam, of elevations.
+
+    Their sums need no sine of their own: that is three quarters of the work.
+    """
+    heads = np.empty((len(head_angles), 2))
+    for i in range(len(head_angles)):
+        heads[i, 0], heads[i, 1] = np.sin(head_angles[i]), np.cos(head_angles[i])
+    count = elevations.shape[1]
+    steps = np.empty((count, 2))
+    tilts = np.empty((elevations.shape[0], count, 2))
+    for j in range(count):
+        steps[j, 0], steps[j, 1] = np.sin(head_step * j), np.cos(head_step * j)
+        for i in range(elevations.shape[0]):
+            tilts[i, j, 0], tilts[i, j, 1] = np.sin(elevations[i, j]), np.cos(elevations[i, j])
+    return heads, steps, tilts
+
+
 @njit(cache=True, nogil=True, inline="always")
-def _ray(k, poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where beam ``k`` leaves and where it points, in the map."""
-    sweep, beam = divmod(k, elevations.shape[1])
-    angle, elevation = (
-        head_angles[sweep] + head_step * beam,
-        elevations[sweep % len(elevations), beam],
-    )
-    outward = np.sin(elevation)
-    a, b, c = outward * np.cos(angle), outward * np.sin(angle), np.cos(elevation)
-    x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+def _ray(k, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where beam ``k`` leaves at the pose of a row, and where it points, in the map."""
+    sweep, beam = divmod(k, tilts.shape[1])
+    plane = sweep % len(tilts)
+    outward, c = tilts[plane, beam, 0], tilts[plane, beam, 1]
+    a = outward * (heads[sweep, 1] * steps[beam, 1] - heads[sweep, 0] * steps[beam, 0])
+    b = outward * (heads[sweep, 0] * steps[beam, 1] + heads[sweep, 1] * steps[beam, 0])
+    x, y, z, w = poses[row, 3], poses[row, 4], poses[row, 5], poses[row, 6]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -80,31 +99,32 @@ def _ray(k, poses, head_angles, head_step, elevations, height):  # type: ignore[
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
     origin = (
-        poses[k, 0] + r02 * height,
-        poses[k, 1] + r12 * height,
-        poses[k, 2] + r22 * height,
+        poses[row, 0] + r02 * height,
+        poses[row, 1] + r12 * height,
+        poses[row, 2] + r22 * height,
     )
     return origin, direction
 
 
 def place_beams(
-    sweeps: Sweeps, track: PoseTrack, lidar_height: float
-) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_]]:
+    sweeps: Sweeps, track: PoseTrack, lidar_height: float, rows: NDArray[np.int64] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Place what the beams measured, each with the pose of its own instant.
 
     Args:
         sweeps: The sweeps.
         track: Where the robot believes it was when.
         lidar_height: Optical centre above ``base_footprint`` [m].
+        rows: Which beams, counted through all sweeps; None for those that returned.
 
     Returns:
-        Points in the map [m], float32, shape (m, 3), their times [s], shape (m,), and which beams
-        returned, bool, shape (s * b,).
+        Points in the map [m], float32, shape (m, 3), and their times [s], shape (m,).
     """
-    returned = np.isfinite(sweeps.ranges.ravel())
-    times = beam_times(sweeps)
+    if rows is None:
+        rows = np.flatnonzero(np.isfinite(sweeps.ranges))
+    times = beam_times(sweeps)[rows]
     points = _places(
-        np.flatnonzero(returned),
+        rows,
         track.at(times),
         sweeps.head_angles,
         sweeps.head_rate * sweeps.beam_period,
@@ -112,7 +132,7 @@ def place_beams(
         lidar_height,
         sweeps.ranges.ravel(),
     )
-    return points, times[returned], returned
+    return points, times
 
 
 def cloud_of_sweeps(sweeps: Sweeps) -> PointCloud:
@@ -120,22 +140,20 @@ def cloud_of_sweeps(sweeps: Sweeps) -> PointCloud:
 
     Times count whole nanoseconds, as a message holds them.
     """
-    returned = np.isfinite(sweeps.ranges.ravel())
-    still = np.zeros((returned.size, 7))
+    rows = np.flatnonzero(np.isfinite(sweeps.ranges))
+    still = np.zeros((len(rows), 7))
     still[:, 6] = 1.0
-    elevations = np.atleast_2d(sweeps.elevations).astype(np.float64)
-    step = sweeps.head_rate * sweeps.beam_period
     points = _places(
-        np.flatnonzero(returned),
+        rows,
         still,
         sweeps.head_angles,
-        step,
-        elevations,
+        sweeps.head_rate * sweeps.beam_period,
+        np.atleast_2d(sweeps.elevations).astype(np.float64),
         0.0,
         sweeps.ranges.ravel(),
     )
-    times = np.round(beam_times(sweeps)[returned] * 1e9) / 1e9
-    classes = None if sweeps.classes is None else sweeps.classes.ravel()[returned]
+    times = np.round(beam_times(sweeps)[rows] * 1e9) / 1e9
+    classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
     return PointCloud(points, "sensor", times, classes)
 
 

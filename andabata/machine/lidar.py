@@ -1,6 +1,7 @@
 """The rotating 2D laser and stage 1's horizontal scanner, cast against a world's ray scene."""
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -100,6 +101,7 @@ class RotatingLidar:
         config: LidarConfig,
         robot: RobotModel,
         rng: np.random.Generator,
+        reach: float | None = None,
     ) -> None:
         """Mount the laser.
 
@@ -108,8 +110,11 @@ class RotatingLidar:
             config: The laser.
             robot: Height of the optical centre.
             rng: Noise, dropouts and porous things.
+            reach: Nobody looks at returns further away [m], so that they need not be right; None if
+                somebody does. Nearer ones are the same to the bit.
         """
         self._scene = scene
+        self._reach = reach
         self._config = config
         self._height = robot.lidar_height
         self._rng = rng
@@ -136,10 +141,9 @@ class RotatingLidar:
             ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
         )
         origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
-        true, classes = self._scene.cast(origins, directions, self._rng)
+        true, classes = self._cast(origins, directions)
         shape = empty.ranges.shape
-        ranges = self._measure(true.reshape(shape), _RETURNS[classes].reshape(shape))
-        classes = np.where(np.isfinite(ranges), classes.reshape(shape), NO_CLASS)
+        ranges = self._measure(true.reshape(shape), classes.reshape(shape))
         return Sweeps(
             stamps=stamps,
             head_angles=empty.head_angles,
@@ -147,31 +151,82 @@ class RotatingLidar:
             beam_period=config.beam_period,
             elevations=elevations,
             ranges=ranges,
-            classes=classes.astype(np.uint8),
+            classes=classes.reshape(shape),
         )
 
-    def _measure(
-        self, true: NDArray[np.float32], returns: NDArray[np.float32]
-    ) -> NDArray[np.float32]:
-        """Return what the laser reads for true ranges [m] and probabilities of return, (s, b) each.
+    def _cast(
+        self, origins: NDArray[np.float32], directions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+        """Return true ranges [m] and classes; beyond ``reach`` only where a neighbour is nearer.
 
-        A mixed pixel keeps the class of the surface behind.
+        A mixed pixel lies between a near surface and the one behind it, however far. Everything
+        else beyond is nobody's business, and most of the world needs no looking at.
+        """
+        budgets = self._rng.standard_exponential(len(origins), dtype=np.float32)
+        ranges, classes = self._scene.cast_through(origins, directions, budgets, self._reach)
+        if self._reach is not None:
+            beside = _beside_returns(ranges, self._config.beams)
+            if len(beside):
+                far = self._scene.cast_through(origins[beside], directions[beside], budgets[beside])
+                ranges[beside], classes[beside] = far
+        return ranges, classes
+
+    def _measure(
+        self, true: NDArray[np.float32], classes: NDArray[np.uint8]
+    ) -> NDArray[np.float32]:
+        """Return what the laser reads for true ranges [m]; lost returns lose their class.
+
+        A mixed pixel keeps the class of the surface behind. Each beam has its own draws, so that
+        what one meets changes nothing for the others.
         """
         config, rng = self._config, self._rng
-        ranges = true.copy()
-        step = true[:, 1:] - np.minimum(true[:, :-1], 1e6)
-        edges = np.argwhere(np.isfinite(step) & (np.abs(step) > config.edge_step))
-        edges = edges[rng.random(len(edges)) < config.mixed]
-        if len(edges):
-            row, far = edges[:, 0], edges[:, 1] + (step[tuple(edges.T)] > 0)
-            near = 2 * edges[:, 1] + 1 - far
-            share = rng.random(len(edges)).astype(np.float32)
-            ranges[row, far] = true[row, near] + share * (true[row, far] - true[row, near])
-        ranges += rng.standard_normal(ranges.shape, dtype=np.float32) * np.float32(config.noise)
-        lost = rng.random(ranges.shape, dtype=np.float32) >= (1 - config.dropout) * returns
-        lost |= (ranges < config.min_range) | (ranges > config.max_range)
-        ranges[lost] = np.inf
-        return ranges
+        return _measured(
+            true,
+            classes,
+            rng.standard_normal(true.shape, dtype=np.float32),
+            rng.random(true.shape, dtype=np.float32),
+            rng.random(true.shape, dtype=np.float32),
+            _RETURNS,
+            np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
+            np.array([config.min_range, config.max_range]),
+        )
+
+
+@njit(cache=True, nogil=True)
+def _beside_returns(ranges, beams):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the beams that met nothing and have a neighbour in their sweep that did."""
+    found = np.empty(len(ranges), dtype=np.int64)
+    count = 0
+    for k in range(len(ranges)):
+        if np.isfinite(ranges[k]):
+            continue
+        before = k % beams > 0 and np.isfinite(ranges[k - 1])
+        after = (k + 1) % beams > 0 and np.isfinite(ranges[k + 1])
+        if before or after:
+            found[count] = k
+            count += 1
+    return found[:count]
+
+
+@njit(cache=True, nogil=True)
+def _measured(true, classes, normal, mix, keep, returns, faults, bounds):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return ranges with noise, dropouts and mixed pixels; ``inf`` is no return."""
+    noise, dropout, edge, mixed = faults
+    ranges = np.empty(true.shape, dtype=np.float32)
+    last = true.shape[1] - 1
+    for i in range(true.shape[0]):
+        for j in range(true.shape[1]):
+            here = true[i, j]
+            near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
+            measured = here
+            if here - near > edge and np.isfinite(here) and mix[i, j] < mixed:
+                measured = near + (mix[i, j] / mixed) * (here - near)
+            measured += noise * normal[i, j]
+            lost = keep[i, j] >= (1 - dropout) * returns[classes[i, j]]
+            if lost or not bounds[0] <= measured <= bounds[1]:
+                measured, classes[i, j] = np.inf, NO_CLASS
+            ranges[i, j] = measured
+    return ranges
 
 
 class HorizontalScanner:

@@ -49,6 +49,11 @@ class Simulator:
     """A robot in a world. Stamps are whole ticks since it was put down, so they never drift.
 
     A stamp is divided, not multiplied, out of its tick: it survives nanoseconds and back unchanged.
+
+    Attributes:
+        vehicle: The plant.
+        feeling: IMU, compass, encoders and GNSS, None without them.
+        lidar: The rotating laser, None with the horizontal scanner.
     """
 
     def __init__(
@@ -59,6 +64,7 @@ class Simulator:
         plant: Plant,
         sensing: SensingConfig,
         rng: np.random.Generator,
+        reach: float | None = None,
     ) -> None:
         """Build the plant in the world and mount the senses.
 
@@ -69,19 +75,20 @@ class Simulator:
             plant: ``bullet`` (the reference) or ``kinematic``.
             sensing: The scanner.
             rng: Every noise of plant and senses comes from here.
+            reach: See ``RotatingLidar``.
         """
         self.vehicle = make_vehicle(plant, world, robot, rng)
         self._rng = rng
         self._track = PoseTrack()
         self._tick = 0
-        self._feeling: Proprioception | None = None
+        self.feeling: Proprioception | None = None
         if sensing.proprioception is not None:
-            self._feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
+            self.feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
         self._many_beams = sensing.lidar.span_deg is not None
-        self._lidar: RotatingLidar | None = None
+        self.lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
-            self._lidar = RotatingLidar(rays, sensing.lidar, robot, rng)
+            self.lidar = RotatingLidar(rays, sensing.lidar, robot, rng, reach)
         else:
             self._scanner = HorizontalScanner(rays, sensing.grid, robot, rng)
 
@@ -92,9 +99,9 @@ class Simulator:
         self._track.clear()
         state = self.vehicle.state
         self._track.append(0.0, state.pose.position, state.pose.quaternion)
-        if self._feeling is not None:
+        if self.feeling is not None:
             pose = np.concatenate([state.pose.position, state.pose.quaternion])
-            self._feeling.reset(pose, self._rng)
+            self.feeling.reset(pose, self._rng)
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
     def step(self, wheels: WheelSpeeds, blind: bool = False) -> Senses:
@@ -119,15 +126,15 @@ class Simulator:
         sweeps = horizontal = None
         frames: tuple[PointCloud, ...] = ()
         begin = (self._tick - len(rows)) / TICK_HZ
-        if self._lidar is not None and state.stamp > begin and not blind:
-            sweeps = self._lidar.sweeps(begin, state.stamp, self._track)
+        if self.lidar is not None and state.stamp > begin and not blind:
+            sweeps = self.lidar.sweeps(begin, state.stamp, self._track)
             if self._many_beams:
                 frames, sweeps = (cloud_of_sweeps(sweeps),), None
         if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
         imu = encoders = field = fixes = None
-        if self._feeling is not None and len(rows):
-            imu, encoders, field, fixes = self._feeling.sample(rows)
+        if self.feeling is not None and len(rows):
+            imu, encoders, field, fixes = self.feeling.sample(rows)
         return Senses(
             stamp=state.stamp,
             imu=imu,
@@ -147,9 +154,9 @@ class Simulator:
         Raises:
             ValueError: If the robot has no rotating laser.
         """
-        if self._lidar is None:
+        if self.lidar is None:
             raise ValueError("scanner: expected the rotating laser, got the horizontal one")
-        return self._lidar.sweeps(begin, end, self._track)
+        return self.lidar.sweeps(begin, end, self._track)
 
     def close(self) -> None:
         """Free the plant."""

@@ -1,6 +1,7 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -96,24 +97,17 @@ class CloudAssembler:
         if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
             return
         config = self._config
-        stride = np.arange(sweeps.elevations.shape[-1]) % config.dense_stride == 0
-        with np.errstate(invalid="ignore"):
-            outward = sweeps.ranges * np.abs(np.sin(sweeps.elevations))
-        keep = (sweeps.ranges < config.max_range) & (outward > config.body_radius)
-        keep &= (sweeps.ranges > config.dense_range) | stride
-        kept = Sweeps(
-            sweeps.stamps,
-            sweeps.head_angles,
-            sweeps.head_rate,
-            sweeps.beam_period,
-            sweeps.elevations,
-            np.where(keep, sweeps.ranges, np.float32(np.inf)),
+        rows = _worth_keeping(
+            sweeps.ranges,
+            np.atleast_2d(sweeps.elevations),
+            np.array([config.max_range, config.body_radius, config.dense_range]),
+            config.dense_stride,
         )
-        points, times, returned = place_beams(kept, track, self._height)
+        points, times = place_beams(sweeps, track, self._height, rows)
         if sweeps.classes is None:
             classes = np.zeros(0, dtype=np.uint8)
         else:
-            classes = sweeps.classes.ravel()[returned]
+            classes = sweeps.classes.ravel()[rows]
         self._parts.append((points, times, classes))
 
     def add_frame(self, frame: PointCloud, track: PoseTrack) -> None:
@@ -173,10 +167,7 @@ class CloudAssembler:
         """
         if self.cloud is None:
             raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
-        c, s = np.cos(pose.yaw), np.sin(pose.yaw)
-        R_map_level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        shift = (pose.position @ R_map_level).astype(np.float32)
-        points = self.cloud.points @ R_map_level.astype(np.float32) - shift
+        points = _carried(self.cloud.points, pose.position, pose.yaw)
         return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
 
     def is_stale(self, stamp: float) -> bool:
@@ -186,6 +177,39 @@ class CloudAssembler:
     def cloud_age(self, stamp: float) -> float:
         """Return how old the cloud's newest point is at ``stamp`` [s]; infinity without a cloud."""
         return stamp - self._newest
+
+
+@njit(cache=True, nogil=True)
+def _worth_keeping(ranges, elevations, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return which beams are kept: not too far, not the robot's own body, thinned where dense."""
+    max_range, body_radius, dense_range = limits
+    beams = ranges.shape[1]
+    found = np.empty(ranges.size, dtype=np.int64)
+    outward = np.abs(np.sin(elevations))
+    count = 0
+    for i in range(ranges.shape[0]):
+        row = i % len(outward)
+        for j in range(beams):
+            distance = ranges[i, j]
+            near = distance < max_range and distance * outward[row, j] > body_radius
+            if near and (distance > dense_range or j % stride == 0):
+                found[count] = i * beams + j
+                count += 1
+    return found[:count]
+
+
+@njit(cache=True, nogil=True)
+def _carried(points, position, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return points of the map in the levelled base at a pose, float32, shape (n, 3)."""
+    found = np.empty((len(points), 3), dtype=np.float32)
+    c, s = np.cos(yaw), np.sin(yaw)
+    px, py, pz = position[0], position[1], position[2]
+    for k in range(len(points)):
+        x, y = points[k, 0] - px, points[k, 1] - py
+        found[k, 0] = c * x + s * y
+        found[k, 1] = c * y - s * x
+        found[k, 2] = points[k, 2] - pz
+    return found
 
 
 def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:

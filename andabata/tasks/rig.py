@@ -24,6 +24,9 @@ from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from worlds.world import Start
 
+_BEYOND = 0.5
+"""How much further than clouds reach rays are followed [m]: range noise moves returns."""
+
 
 class RigConfig(BaseModel):
     """What a robot is put together from.
@@ -62,6 +65,7 @@ class Rig:
         config: RigConfig,
         forest: Forest | None = None,
         controller: Controller | None = None,
+        far_sighted: bool = False,
     ) -> None:
         """Build everything once.
 
@@ -70,6 +74,8 @@ class Rig:
             config: What to build.
             forest: The cell classifier; needed with the rotating laser.
             controller: Where to steer; None for a learner.
+            far_sighted: Whether somebody looks at returns beyond what clouds are made of, as a
+                recording does; the robot itself sees the same either way.
 
         Raises:
             ValueError: If the rotating laser comes without a forest.
@@ -77,8 +83,9 @@ class Rig:
         self.scene = scene
         self.config = config
         self._rng = np.random.default_rng(0)
+        reach = None if far_sighted else config.assembly.max_range + _BEYOND
         self.simulator = Simulator(
-            scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng
+            scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng, reach
         )
         self.perception = make_perception(config, forest)
         self.localizer = make_localizer(config, self._rng)

@@ -191,7 +191,7 @@ def test_points_land_where_their_beams_do():
         np.random.default_rng(rng).uniform(1, 9, (200, 16)).astype(np.float32),
     )
     track = moving_track()
-    points, times, _ = place_beams(sweeps, track, 0.7)
+    points, times = place_beams(sweeps, track, 0.7)
     cloud = cloud_of_sweeps(sweeps)
     np.testing.assert_allclose(place_points(cloud, track, 0.7), points, atol=2e-5)
     np.testing.assert_allclose(cloud.stamps, times, atol=1e-9)

@@ -214,6 +214,48 @@ def vehicle(
     voice.result(found, Group(*tables))
 
 
+@app.command()
+def chain(
+    world: Annotated[str, typer.Option(help="World preset.")] = "natural",
+    controller: Annotated[str, typer.Option(help="learned, reactive or straight.")] = "learned",
+    plants: Annotated[str, typer.Option(help="kinematic, bullet or both.")] = "kinematic,bullet",
+    beams: Annotated[str, typer.Option(help="Beams of a sweep.")] = "1081,541",
+    steps: Annotated[int, typer.Option(min=10, help="Control steps of a run.")] = 300,
+    runs: Annotated[int, typer.Option(min=1, help="Runs, whose median counts.")] = 3,
+    seed: Seed = 0,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say where the time of a control step goes, from plant to policy."""
+    from andabata.app.chain_bench import bench_chain
+    from andabata.app.console import Voice, table_of
+    from andabata.app.settings import resolve
+    from andabata.app.usage import words
+    from andabata.tasks.controllers import BLIND_CONTROLLERS
+    from andabata.tasks.rig import RigConfig
+
+    (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
+    voice = Voice(quiet, as_json)
+    chosen = [
+        (plant, count)
+        for plant in words(plants, ("kinematic", "bullet"), "--plants")
+        for count in words(beams, ("1081", "541", "271"), "--beams")
+    ]
+    rows: list[dict[str, Any]] = []
+    with voice.progress("runs", runs * len(chosen)) as step:
+        for plant, count in chosen:
+            overrides = [f"plant={plant}", f"sensing.lidar.beams={count}", *(settings or ())]
+            resolved = resolve(RigConfig, config, overrides)
+            rows += bench_chain(resolved, world, seed, steps, runs, name, lambda: step(1))
+    names = list(dict.fromkeys(row["name"] for row in rows))
+    values = {(row["name"], row["subject"]): row["value"] for row in rows}
+    subjects = list(dict.fromkeys(row["subject"] for row in rows))
+    table = [{"stage": n} | {s: f"{values[n, s]:.0f}" for s in subjects} for n in names]
+    voice.result({"rows": rows}, table_of(table, "us of a control step of 0.1 s, one core"))
+
+
 _FIGURES = ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")
 
 

@@ -141,9 +141,10 @@ class RotatingLidar:
             ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
         )
         origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
-        true, classes = self._cast(origins, directions)
         shape = empty.ranges.shape
-        ranges = self._measure(true.reshape(shape), classes.reshape(shape))
+        mix = self._rng.random(shape, dtype=np.float32)
+        true, classes = self._cast(origins, directions, mix.ravel())
+        ranges = self._measure(true.reshape(shape), classes.reshape(shape), mix)
         return Sweeps(
             stamps=stamps,
             head_angles=empty.head_angles,
@@ -155,9 +156,12 @@ class RotatingLidar:
         )
 
     def _cast(
-        self, origins: NDArray[np.float32], directions: NDArray[np.float32]
+        self,
+        origins: NDArray[np.float32],
+        directions: NDArray[np.float32],
+        mix: NDArray[np.float32],
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return true ranges [m] and classes; beyond ``reach`` only where a neighbour is nearer.
+        """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
 
         A mixed pixel lies between a near surface and the one behind it, however far. Everything
         else beyond is nobody's business, and most of the world needs no looking at.
@@ -165,14 +169,14 @@ class RotatingLidar:
         budgets = self._rng.standard_exponential(len(origins), dtype=np.float32)
         ranges, classes = self._scene.cast_through(origins, directions, budgets, self._reach)
         if self._reach is not None:
-            beside = _beside_returns(ranges, self._config.beams)
+            beside = _maybe_mixed(ranges, self._config.beams, mix, self._config.mixed)
             if len(beside):
                 far = self._scene.cast_through(origins[beside], directions[beside], budgets[beside])
                 ranges[beside], classes[beside] = far
         return ranges, classes
 
     def _measure(
-        self, true: NDArray[np.float32], classes: NDArray[np.uint8]
+        self, true: NDArray[np.float32], classes: NDArray[np.uint8], mix: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         """Return what the laser reads for true ranges [m]; lost returns lose their class.
 
@@ -184,7 +188,7 @@ class RotatingLidar:
             true,
             classes,
             rng.standard_normal(true.shape, dtype=np.float32),
-            rng.random(true.shape, dtype=np.float32),
+            mix,
             rng.random(true.shape, dtype=np.float32),
             _RETURNS,
             np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
@@ -193,12 +197,15 @@ class RotatingLidar:
 
 
 @njit(cache=True, nogil=True)
-def _beside_returns(ranges, beams):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the beams that met nothing and have a neighbour in their sweep that did."""
+def _maybe_mixed(ranges, beams, mix, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the beams that met nothing, draw a mixed pixel and have a neighbour that did not.
+
+    Neighbours are those of the same sweep.
+    """
     found = np.empty(len(ranges), dtype=np.int64)
     count = 0
     for k in range(len(ranges)):
-        if np.isfinite(ranges[k]):
+        if not mix[k] < mixed or np.isfinite(ranges[k]):
             continue
         before = k % beams > 0 and np.isfinite(ranges[k - 1])
         after = (k + 1) % beams > 0 and np.isfinite(ranges[k + 1])

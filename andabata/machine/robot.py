@@ -25,8 +25,8 @@ class RobotModel(BaseModel):
             batteries and motors lie low, the laser is light).
         clearance: Height of the body's floor above the ground [m] (assumption).
         slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
-            plant at 0.3 m/s: 1.25 on flat ground and 1.37 on rough ground, of which this is the
-            compromise that serves both; ``tests/benchmarks/README.md`` has the figures.
+            plant at 0.3 m/s: 1.25 on flat ground, more on rough ground, where wheels lose contact,
+            and this serves both; ``tests/benchmarks/README.md`` has the figures.
         creep: How fast a turning body creeps down a cross slope at most, for each rad/s of turning
             [m]: a wheel that is dragged round has no grip left to hold it. Measured in the bullet
             plant on slopes to 16 degrees, as are the next two.

@@ -41,13 +41,12 @@ class RayScene:
         self._tiles: OrderedDict[tuple[int, int, float], _Bodies] = OrderedDict()
 
     def cast_opaque(
-        self, origins: NDArray[np.float32], directions: NDArray[np.float32]
+        self, rays: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Cast rays that pass through everything porous.
 
         Args:
-            origins: Map coordinates [m], float32, shape (n, 3).
-            directions: Unit vectors, float32, shape (n, 3).
+            rays: Origin in the map [m] and unit direction of each, float32, shape (n, 6).
 
         Returns:
             Ranges [m], ``inf`` where nothing is met, and semantic classes, ``NO_CLASS`` there, (n,)
@@ -56,13 +55,10 @@ class RayScene:
         if self._opaque is None:
             opaque = {kind: mesh for kind, mesh in self._meshes.items() if np.isinf(_RATES[kind])}
             self._opaque = _Bodies(opaque)
-        return self._opaque.first(origins, directions)
+        return self._opaque.first(rays)
 
     def cast(
-        self,
-        origins: NDArray[np.float32],
-        directions: NDArray[np.float32],
-        rng: np.random.Generator,
+        self, rays: NDArray[np.float32], rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Cast rays that grass, bushes and leaves stop with a probability per metre.
 
@@ -70,28 +66,24 @@ class RayScene:
         overlap, and a ray may begin inside of one.
 
         Args:
-            origins: Map coordinates [m], float32, shape (n, 3).
-            directions: Unit vectors, float32, shape (n, 3).
+            rays: As for ``cast_opaque``.
             rng: Decides where a ray ends inside a porous volume; one draw a ray.
 
         Returns:
             As ``cast_opaque``.
         """
-        budgets = rng.standard_exponential(len(origins), dtype=np.float32)
-        return self.cast_through(origins, directions, budgets)
+        return self.cast_through(rays, rng.standard_exponential(len(rays), dtype=np.float32))
 
     def cast_through(
         self,
-        origins: NDArray[np.float32],
-        directions: NDArray[np.float32],
+        rays: NDArray[np.float32],
         budgets: NDArray[np.float32],
         reach: float | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Cast rays as ``cast`` does, each with its own draw.
 
         Args:
-            origins: Map coordinates [m], float32, shape (n, 3).
-            directions: Unit vectors, float32, shape (n, 3).
+            rays: As for ``cast_opaque``.
             budgets: Optical depth of porous things at which each ray ends, float32, shape (n,).
             reach: Nobody looks further [m]: what is met beyond counts as nothing. Rays then have to
                 begin within a metre of each other. None looks at all of the world.
@@ -100,8 +92,8 @@ class RayScene:
             As ``cast_opaque``.
         """
         if reach is None:
-            return self._whole.cross(origins, directions, budgets)
-        ranges, classes = self._around(origins[0], reach).cross(origins, directions, budgets)
+            return self._whole.cross(rays, budgets)
+        ranges, classes = self._around(rays[0], reach).cross(rays, budgets)
         _forget_beyond(ranges, classes, reach)
         return ranges, classes
 
@@ -145,7 +137,7 @@ class _Faces(NamedTuple):
     began: NDArray[np.int64]
 
 
-_UP = np.array([[0.0123, 0.0217, 0.99969]], dtype=np.float32)
+_UP = np.array([0.0123, 0.0217, 0.99969], dtype=np.float32)
 """Nearly upwards, along no edge of anything upright."""
 
 
@@ -156,7 +148,7 @@ class _Bodies:
         """Build the scene, one geometry a class."""
         import open3d
 
-        self._core = open3d.core
+        self._from_numpy = open3d.core.Tensor.from_numpy
         self._scene: Any = open3d.t.geometry.RaycastingScene(nthreads=1)
         normals, self._first = [np.zeros((0, 3), dtype=np.float32)], [0]
         for vertices, triangles in meshes.values():
@@ -170,38 +162,30 @@ class _Bodies:
         self._classes = np.array([*meshes, NO_CLASS], dtype=np.uint8)
         self._normals = np.concatenate(normals)
         self._starts = np.array(self._first[:-1], dtype=np.int64)
-        self._rays = np.zeros((0, 6), dtype=np.float32)
-        self._tensor: Any = None
 
-    def first(
-        self, origins: NDArray[np.float32], directions: NDArray[np.float32]
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    def first(self, rays: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return range [m] and class of the first thing that each ray meets."""
-        hit = self._scene.cast_rays(self._filled(origins, directions), nthreads=1)
+        hit = self._scene.cast_rays(self._tensor(rays), nthreads=1)
         numbers = hit["geometry_ids"].numpy()
         return hit["t_hit"].numpy().copy(), _named(numbers, self._classes)
 
     def cross(
-        self,
-        origins: NDArray[np.float32],
-        directions: NDArray[np.float32],
-        budgets: NDArray[np.float32],
+        self, rays: NDArray[np.float32], budgets: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return where each ray ends, given the optical depth at which it does."""
-        ranges, classes = self.first(origins, directions)
+        ranges, classes = self.first(rays)
         porous = np.flatnonzero(_is_porous(classes))
         if not len(porous):
             return ranges, classes
-        faces = self._faces(origins[porous], directions[porous])
+        faces = self._faces(rays[porous])
         began = faces.began
         doubtful = np.flatnonzero(began.any(axis=1))
         if len(doubtful):
             # A ray that slips through an edge loses a face and seems to have begun inside. Two
             # rays from one place do not both slip.
-            up = np.tile(_UP, (len(doubtful), 1))
-            began[doubtful] = np.minimum(
-                began[doubtful], self._faces(origins[porous[doubtful]], up).began
-            )
+            upwards = rays[porous[doubtful]]
+            upwards[:, 3:] = _UP
+            began[doubtful] = np.minimum(began[doubtful], self._faces(upwards).began)
         _end(
             porous,
             faces.splits,
@@ -215,9 +199,9 @@ class _Bodies:
         )
         return ranges, classes
 
-    def _faces(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> "_Faces":
+    def _faces(self, rays: NDArray[np.float32]) -> "_Faces":
         """Return all faces that rays meet."""
-        found = self._scene.list_intersections(self._filled(origins, directions), nthreads=1)
+        found = self._scene.list_intersections(self._tensor(rays), nthreads=1)
         splits = found["ray_splits"].numpy()
         return _Faces(
             splits,
@@ -229,19 +213,13 @@ class _Bodies:
                 self._classes,
                 self._starts,
                 self._normals,
-                directions,
+                rays,
             ),
         )
 
-    def _filled(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> Any:  # noqa: ANN401
-        """Return rays in the buffer that lives as long as the scene."""
-        count = len(origins)
-        if count > len(self._rays):
-            self._rays = np.zeros((count, 6), dtype=np.float32)
-            self._tensor = self._core.Tensor.from_numpy(self._rays)  # Shares memory.
-        self._rays[:count, :3] = origins
-        self._rays[:count, 3:] = directions
-        return self._tensor[:count]
+    def _tensor(self, rays: NDArray[np.float32]) -> Any:  # noqa: ANN401
+        """Return rays as open3d takes them, without a copy."""
+        return self._from_numpy(np.ascontiguousarray(rays))
 
 
 @njit(cache=True, nogil=True)
@@ -280,7 +258,7 @@ _COLUMNS[_KINDS] = np.arange(len(_KINDS))
 
 
 @njit(cache=True, nogil=True)
-def _sides(splits, distances, geometries, triangles, classes, starts, normals, directions):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _sides(splits, distances, geometries, triangles, classes, starts, normals, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Sort the faces of each ray by distance and tell entering from leaving.
 
     Two triangles are one face where a ray meets the edge between them. A face that is left and was
@@ -312,7 +290,7 @@ def _sides(splits, distances, geometries, triangles, classes, starts, normals, d
             triangle = starts[geometries[face]] + triangles[face]
             along = 0.0
             for c in range(3):
-                along += directions[ray, c] * normals[triangle, c]
+                along += rays[ray, 3 + c] * normals[triangle, c]
             side = 0 if along < 0 else 1
             if latest[column, side] < 0 or distances[face] - latest[column, side] > _ONE_FACE:
                 steps[first + n] = 1 - 2 * side

@@ -147,8 +147,7 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
         (cloud_assembly, "place_beams", "place"),
         (perception, "look", "look"),
         (scanner, "fill_quarters", "project"),
-        (scanner, "describe_cells", "features"),
-        (scanner, "_judge", "forest"),
+        (scanner, "_judge", "judge"),
         (rig.navigator, "decide", "decide"),
     ):
         watch.watch(owner, name, stage)
@@ -157,7 +156,7 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
 def _stages(spent: dict[str, float]) -> dict[str, float]:
     """Return the stages in the order of the chain, without what is counted in another one."""
     rays = spent["times"] + spent["rays"]
-    judged = spent["project"] + spent["features"] + spent["forest"]
+    judged = spent["project"] + spent["judge"]
     return {
         "plant": spent["plant"],
         "senses": spent["senses"],
@@ -169,8 +168,7 @@ def _stages(spent: dict[str, float]) -> dict[str, float]:
         "store": spent["assemble"] - spent["place"],
         "carry, scan": spent["look"] - judged,
         "project": spent["project"],
-        "features": spent["features"],
-        "forest": spent["forest"],
+        "features, forest": spent["judge"],
         "policy": spent["decide"] - spent["look"],
     }
 

@@ -15,9 +15,40 @@ def beam_times(sweeps: Sweeps) -> NDArray[np.float64]:
     return (sweeps.stamps[:, None] + offsets).ravel()
 
 
+class BeamTables:
+    """Sines and cosines of a laser's beams, made once and kept while the beams stay the same.
+
+    A beam's direction is a sum of angles, and needs no sine of its own: that is three quarters of
+    the work.
+    """
+
+    def __init__(self) -> None:
+        """Begin without beams."""
+        self._elevations: NDArray[np.float32] | None = None
+        self._step = np.nan
+
+    def of(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return sine and cosine of the head's turn from beam to beam, and of the elevations.
+
+        Shapes (b, 2) and (1 or s, b, 2).
+        """
+        step = sweeps.head_rate * sweeps.beam_period
+        if sweeps.elevations is not self._elevations or step != self._step:
+            self._elevations, self._step = sweeps.elevations, step
+            turns = np.arange(sweeps.elevations.shape[-1], dtype=np.float64) * step
+            self._steps = _sines(turns)
+            self._tilts = _sines(np.atleast_2d(sweeps.elevations).astype(np.float64))
+        return self._steps, self._tilts
+
+
+def _sines(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sine and cosine in a last axis of two."""
+    return np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+
+
 def beam_rays(
-    sweeps: Sweeps, poses: NDArray[np.float64], lidar_height: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    sweeps: Sweeps, poses: NDArray[np.float64], lidar_height: float, tables: BeamTables
+) -> NDArray[np.float32]:
     """Return where each beam leaves and where it points.
 
     Args:
@@ -25,61 +56,34 @@ def beam_rays(
         poses: Pose of ``base_footprint`` at each beam's time: x, y, z [m], quaternion x, y, z, w,
             shape (s * b, 7).
         lidar_height: Optical centre above ``base_footprint`` [m].
+        tables: The caller's.
 
     Returns:
-        Origins in the map [m] and unit directions, float32, shape (s * b, 3) each.
+        Origin in the map [m] and unit direction of each, float32, shape (s * b, 6).
     """
-    return _rays(
-        poses,
-        sweeps.head_angles,
-        sweeps.head_rate * sweeps.beam_period,
-        np.atleast_2d(sweeps.elevations).astype(np.float64),
-        lidar_height,
-    )
+    return _rays(poses, _sines(sweeps.head_angles), *tables.of(sweeps), lidar_height)
 
 
 @njit(cache=True, nogil=True)
-def _rays(poses, head_angles, head_step, elevations, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _rays(poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Turn each beam from the head's plane into the base and into the map."""
-    origins = np.empty((len(poses), 3), dtype=np.float32)
-    directions = np.empty((len(poses), 3), dtype=np.float32)
-    heads, steps, tilts = _turns(head_angles, head_step, elevations)
+    rays = np.empty((len(poses), 6), dtype=np.float32)
     for k in range(len(poses)):
         origin, direction = _ray(k, k, poses, heads, steps, tilts, height)
         for c in range(3):
-            origins[k, c], directions[k, c] = origin[c], direction[c]
-    return origins, directions
+            rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
+    return rays
 
 
 @njit(cache=True, nogil=True)
-def _places(rows, poses, head_angles, head_step, elevations, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
     points = np.empty((len(rows), 3), dtype=np.float32)
-    heads, steps, tilts = _turns(head_angles, head_step, elevations)
     for place, k in enumerate(rows):
         origin, direction = _ray(k, place, poses, heads, steps, tilts, height)
         for c in range(3):
             points[place, c] = origin[c] + ranges[k] * direction[c]
     return points
-
-
-@njit(cache=True, nogil=True)
-def _turns(head_angles, head_step, elevations):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return sine and cosine of head angles, of the head's turn from beam to beam, of elevations.
-
-    Their sums need no sine of their own: that is three quarters of the work.
-    """
-    heads = np.empty((len(head_angles), 2))
-    for i in range(len(head_angles)):
-        heads[i, 0], heads[i, 1] = np.sin(head_angles[i]), np.cos(head_angles[i])
-    count = elevations.shape[1]
-    steps = np.empty((count, 2))
-    tilts = np.empty((elevations.shape[0], count, 2))
-    for j in range(count):
-        steps[j, 0], steps[j, 1] = np.sin(head_step * j), np.cos(head_step * j)
-        for i in range(elevations.shape[0]):
-            tilts[i, j, 0], tilts[i, j, 1] = np.sin(elevations[i, j]), np.cos(elevations[i, j])
-    return heads, steps, tilts
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -107,7 +111,11 @@ def _ray(k, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped
 
 
 def place_beams(
-    sweeps: Sweeps, track: PoseTrack, lidar_height: float, rows: NDArray[np.int64] | None = None
+    sweeps: Sweeps,
+    track: PoseTrack,
+    lidar_height: float,
+    tables: BeamTables,
+    rows: NDArray[np.int64] | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Place what the beams measured, each with the pose of its own instant.
 
@@ -115,6 +123,7 @@ def place_beams(
         sweeps: The sweeps.
         track: Where the robot believes it was when.
         lidar_height: Optical centre above ``base_footprint`` [m].
+        tables: The caller's.
         rows: Which beams, counted through all sweeps; None for those that returned.
 
     Returns:
@@ -123,19 +132,12 @@ def place_beams(
     if rows is None:
         rows = np.flatnonzero(np.isfinite(sweeps.ranges))
     times = beam_times(sweeps)[rows]
-    points = _places(
-        rows,
-        track.at(times),
-        sweeps.head_angles,
-        sweeps.head_rate * sweeps.beam_period,
-        np.atleast_2d(sweeps.elevations).astype(np.float64),
-        lidar_height,
-        sweeps.ranges.ravel(),
-    )
-    return points, times
+    heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
+    poses = track.at(times)
+    return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
 
 
-def cloud_of_sweeps(sweeps: Sweeps) -> PointCloud:
+def cloud_of_sweeps(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
     """Return what a laser of several beams sends of its sweeps: points with times in ``sensor``.
 
     Times count whole nanoseconds, as a message holds them.
@@ -143,15 +145,8 @@ def cloud_of_sweeps(sweeps: Sweeps) -> PointCloud:
     rows = np.flatnonzero(np.isfinite(sweeps.ranges))
     still = np.zeros((len(rows), 7))
     still[:, 6] = 1.0
-    points = _places(
-        rows,
-        still,
-        sweeps.head_angles,
-        sweeps.head_rate * sweeps.beam_period,
-        np.atleast_2d(sweeps.elevations).astype(np.float64),
-        0.0,
-        sweeps.ranges.ravel(),
-    )
+    heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
+    points = _places(rows, still, heads, *tables.of(sweeps), 0.0, ranges)
     times = np.round(beam_times(sweeps)[rows] * 1e9) / 1e9
     classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
     return PointCloud(points, "sensor", times, classes)

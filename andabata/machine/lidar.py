@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.beams import beam_rays, beam_times
+from andabata.machine.beams import BeamTables, beam_rays, beam_times
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Sweeps
@@ -118,6 +118,8 @@ class RotatingLidar:
         self._config = config
         self._height = robot.lidar_height
         self._rng = rng
+        self._elevations = config.elevations(0, 1)  # Those of every sweep, but for a rosette.
+        self._tables = BeamTables()
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -131,7 +133,7 @@ class RotatingLidar:
         first = int(np.ceil(start * config.sweep_hz - 1e-6))
         last = int(np.ceil(end * config.sweep_hz - 1e-6))
         stamps = np.arange(first, last) / config.sweep_hz
-        elevations = config.elevations(first, last)
+        elevations = config.elevations(first, last) if config.weave else self._elevations
         empty = Sweeps(
             stamps=stamps,
             head_angles=stamps * config.head_rate,
@@ -140,10 +142,11 @@ class RotatingLidar:
             elevations=elevations,
             ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
         )
-        origins, directions = beam_rays(empty, track.at(beam_times(empty)), self._height)
+        poses = track.at(beam_times(empty))
+        rays = beam_rays(empty, poses, self._height, self._tables)
         shape = empty.ranges.shape
         mix = self._rng.random(shape, dtype=np.float32)
-        true, classes = self._cast(origins, directions, mix.ravel())
+        true, classes = self._cast(rays, mix.ravel())
         ranges = self._measure(true.reshape(shape), classes.reshape(shape), mix)
         return Sweeps(
             stamps=stamps,
@@ -156,22 +159,19 @@ class RotatingLidar:
         )
 
     def _cast(
-        self,
-        origins: NDArray[np.float32],
-        directions: NDArray[np.float32],
-        mix: NDArray[np.float32],
+        self, rays: NDArray[np.float32], mix: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
 
         A mixed pixel lies between a near surface and the one behind it, however far. Everything
         else beyond is nobody's business, and most of the world needs no looking at.
         """
-        budgets = self._rng.standard_exponential(len(origins), dtype=np.float32)
-        ranges, classes = self._scene.cast_through(origins, directions, budgets, self._reach)
+        budgets = self._rng.standard_exponential(len(rays), dtype=np.float32)
+        ranges, classes = self._scene.cast_through(rays, budgets, self._reach)
         if self._reach is not None:
             beside = _maybe_mixed(ranges, self._config.beams, mix, self._config.mixed)
             if len(beside):
-                far = self._scene.cast_through(origins[beside], directions[beside], budgets[beside])
+                far = self._scene.cast_through(rays[beside], budgets[beside])
                 ranges[beside], classes[beside] = far
         return ranges, classes
 
@@ -248,14 +248,13 @@ class HorizontalScanner:
         self._max_range = grid.outer_radius
         self._height = robot.lidar_height
         self._rng = rng
-        self._origins = np.zeros((grid.n_sectors, 3), dtype=np.float32)
-        self._directions = np.zeros((grid.n_sectors, 3), dtype=np.float32)
+        self._rays = np.zeros((grid.n_sectors, 6), dtype=np.float32)
 
     def ranges(self, pose: Pose) -> NDArray[np.float32]:
         """Return the ranges [m], shape (n_sectors,), ``inf`` where nothing is within the grid."""
-        self._origins[:] = pose.position
-        self._origins[:, 2] += self._height
-        self._directions[:, 0] = np.cos(self._bearings + pose.yaw)
-        self._directions[:, 1] = np.sin(self._bearings + pose.yaw)
-        ranges, _ = self._scene.cast(self._origins, self._directions, self._rng)
+        self._rays[:, :3] = pose.position
+        self._rays[:, 2] += self._height
+        self._rays[:, 3] = np.cos(self._bearings + pose.yaw)
+        self._rays[:, 4] = np.sin(self._bearings + pose.yaw)
+        ranges, _ = self._scene.cast(self._rays, self._rng)
         return np.where(ranges < self._max_range, ranges, np.float32(np.inf))

@@ -1,5 +1,6 @@
 """Poses, and the track of poses that tells where the robot was at the instant of each beam."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,14 +31,18 @@ class Pose:
         cls, position: NDArray[np.float64], roll: float, pitch: float, yaw: float
     ) -> "Pose":
         """Return the pose with the given roll, pitch and yaw [rad] (intrinsic z-y-x)."""
-        quaternion = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat()
-        return cls(np.asarray(position, dtype=np.float64), quaternion)
+        sr, cr = math.sin(roll / 2), math.cos(roll / 2)
+        sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
+        sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+        x, y = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy
+        z, w = cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
+        return cls(np.asarray(position, dtype=np.float64), np.array([x, y, z, w]))
 
     @property
     def yaw(self) -> float:
         """Heading [rad], 0 = east, counter-clockwise."""
-        x, y, z, w = self.quaternion
-        return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+        x, y, z, w = self.quaternion.tolist()
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
     @property
     def matrix(self) -> NDArray[np.float64]:

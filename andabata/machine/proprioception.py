@@ -193,11 +193,12 @@ class Proprioception:
 
     def _arrived(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the fixes that arrive in a period, taking a new one each whole second."""
-        for row in rows:
-            second = round(row[0])
-            if second > self._seconds and abs(row[0] - second) < TICK / 2:
-                self._seconds = second
-                self._receive(row)
+        if rows[-1, 0] > self._seconds + 1 - TICK / 2:
+            for row in rows:
+                second = round(row[0])
+                if second > self._seconds and abs(row[0] - second) < TICK / 2:
+                    self._seconds = second
+                    self._receive(row)
         due = [fix for fix in self._fixes if fix[0] + self._config.gnss.latency <= rows[-1, 0]]
         self._fixes = self._fixes[len(due) :]
         return np.array(due).reshape(-1, 5)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.beams import cloud_of_sweeps
+from andabata.machine.beams import BeamTables, cloud_of_sweeps
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
@@ -84,6 +84,7 @@ class Simulator:
         self.feeling: Proprioception | None = None
         if sensing.proprioception is not None:
             self.feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
+        self._tables = BeamTables()
         self._many_beams = sensing.lidar.span_deg is not None
         self.lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
@@ -129,7 +130,7 @@ class Simulator:
         if self.lidar is not None and state.stamp > begin and not blind:
             sweeps = self.lidar.sweeps(begin, state.stamp, self._track)
             if self._many_beams:
-                frames, sweeps = (cloud_of_sweeps(sweeps),), None
+                frames, sweeps = (cloud_of_sweeps(sweeps, self._tables),), None
         if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
         imu = encoders = field = fixes = None

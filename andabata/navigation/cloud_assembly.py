@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.beams import place_beams, place_points
+from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.senses import Sweeps
 from traversability.cloud import PointCloud
@@ -62,6 +62,7 @@ class CloudAssembler:
         """
         self._config = config
         self._height = lidar_height
+        self._tables = BeamTables()
         self.reset()
 
     def reset(self) -> None:
@@ -99,11 +100,11 @@ class CloudAssembler:
         config = self._config
         rows = _worth_keeping(
             sweeps.ranges,
-            np.atleast_2d(sweeps.elevations),
+            self._tables.of(sweeps)[1],
             np.array([config.max_range, config.body_radius, config.dense_range]),
             config.dense_stride,
         )
-        points, times = place_beams(sweeps, track, self._height, rows)
+        points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         if sweeps.classes is None:
             classes = np.zeros(0, dtype=np.uint8)
         else:
@@ -180,18 +181,18 @@ class CloudAssembler:
 
 
 @njit(cache=True, nogil=True)
-def _worth_keeping(ranges, elevations, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return which beams are kept: not too far, not the robot's own body, thinned where dense."""
     max_range, body_radius, dense_range = limits
     beams = ranges.shape[1]
     found = np.empty(ranges.size, dtype=np.int64)
-    outward = np.abs(np.sin(elevations))
     count = 0
     for i in range(ranges.shape[0]):
-        row = i % len(outward)
+        row = i % len(tilts)
         for j in range(beams):
             distance = ranges[i, j]
-            near = distance < max_range and distance * outward[row, j] > body_radius
+            outward = distance * abs(tilts[row, j, 0])
+            near = distance < max_range and outward > body_radius
             if near and (distance > dense_range or j % stride == 0):
                 found[count] = i * beams + j
                 count += 1

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.machine.beams import cloud_of_sweeps, place_beams, place_points
+from andabata.machine.beams import BeamTables, cloud_of_sweeps, place_beams, place_points
 from andabata.machine.lidar import LidarConfig
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.senses import Sweeps
@@ -191,8 +191,8 @@ def test_points_land_where_their_beams_do():
         np.random.default_rng(rng).uniform(1, 9, (200, 16)).astype(np.float32),
     )
     track = moving_track()
-    points, times = place_beams(sweeps, track, 0.7)
-    cloud = cloud_of_sweeps(sweeps)
+    points, times = place_beams(sweeps, track, 0.7, BeamTables())
+    cloud = cloud_of_sweeps(sweeps, BeamTables())
     np.testing.assert_allclose(place_points(cloud, track, 0.7), points, atol=2e-5)
     np.testing.assert_allclose(cloud.stamps, times, atol=1e-9)
 

@@ -45,10 +45,10 @@ def test_surroundings_meet_what_the_whole_world_meets(shelf):
         origins = np.tile(np.array([[x, y, z]], dtype=np.float32), (2000, 1))
         directions = rng.normal(size=(2000, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        directions = directions.astype(np.float32)
+        beams = np.concatenate([origins, directions], axis=1).astype(np.float32)
         budgets = rng.standard_exponential(2000, dtype=np.float32)
-        near, kinds = rays.cast_through(origins, directions, budgets, 9.0)
-        whole, all_kinds = rays.cast_through(origins, directions, budgets)
+        near, kinds = rays.cast_through(beams, budgets, 9.0)
+        whole, all_kinds = rays.cast_through(beams, budgets)
         inside = whole <= 9.0
         np.testing.assert_array_equal(near[inside], whole[inside])
         assert np.isinf(near[~inside]).all()

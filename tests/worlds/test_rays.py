@@ -17,6 +17,10 @@ BATCH = 4000
 """pybullet loses a ray of a batch of 16,384."""
 
 
+def rays_of(origins, directions):
+    return np.concatenate([origins, directions], axis=1).astype(np.float32)
+
+
 def flat_world(*objects):
     ground = Heightfield(np.zeros((21, 21), dtype=np.float32), 1.0)
     truth = build_truth(ground, objects, TruthConfig())
@@ -56,7 +60,7 @@ def test_physics_and_rays_see_the_same_world(name):
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     origins, directions = origins.astype(np.float32), directions.astype(np.float32)
     physics = bullet_ranges(world, origins.astype(float), directions.astype(float), length)
-    seen, _ = scene.cast_opaque(origins, directions)
+    seen, _ = scene.cast_opaque(rays_of(origins, directions))
     seen = np.where(seen < length, seen.astype(float), np.inf)
     both = np.isfinite(physics) & np.isfinite(seen)
     assert both.sum() > 0.5 * n
@@ -74,7 +78,7 @@ def _grazes(scene, origin, direction, physics):
     rng = np.random.default_rng(1)
     near = direction + 1e-3 * rng.normal(size=(64, 3))
     near = (near / np.linalg.norm(near, axis=1, keepdims=True)).astype(np.float32)
-    ranges, _ = scene.cast_opaque(np.repeat(origin[None], 64, axis=0), near)
+    ranges, _ = scene.cast_opaque(rays_of(np.repeat(origin[None], 64, axis=0), near))
     finite = ranges[np.isfinite(ranges)]
     beyond = not np.isfinite(physics)
     if beyond:
@@ -88,7 +92,7 @@ def test_a_ray_at_a_wall_has_a_known_range_and_class():
     scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
     origins = np.array([[0, 0, 1]] * 3, dtype=np.float32)
     directions = np.array([[1, 0, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float32)
-    ranges, classes = scene.cast_opaque(origins, directions)
+    ranges, classes = scene.cast_opaque(rays_of(origins, directions))
     np.testing.assert_allclose(ranges, [2.5, 1.0, np.inf], rtol=1e-6)
     assert classes.tolist() == [SemanticClass.WALL, SemanticClass.GROUND, NO_CLASS]
 
@@ -101,7 +105,7 @@ def test_grass_stops_beams_at_its_rate(start):
     n = 20_000
     origins = np.tile(np.array([[start, 0, 1]], dtype=np.float32), (n, 1))
     directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (n, 1))
-    ranges, classes = scene.cast(origins, directions, np.random.default_rng(0))
+    ranges, classes = scene.cast(rays_of(origins, directions), np.random.default_rng(0))
     rate = TRAITS[SemanticClass.HIGH_GRASS].hits_per_metre
     inside = 4.0 - max(start, 2.0)
     stopped = classes == SemanticClass.HIGH_GRASS
@@ -119,7 +123,9 @@ def test_two_overlapping_bushes_are_one_bush():
     origins = np.tile(np.array([[0, 0, 1]], dtype=np.float32), (20_000, 1))
     directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (20_000, 1))
     shares = [
-        np.isfinite(RayScene(w).cast(origins, directions, np.random.default_rng(0))[0]).mean()
+        np.isfinite(
+            RayScene(w).cast(rays_of(origins, directions), np.random.default_rng(0))[0]
+        ).mean()
         for w in (one, two)
     ]
     assert shares[0] == pytest.approx(1 - np.exp(-5.0 * 0.2), abs=0.012)

@@ -37,16 +37,10 @@ def describe_cells(sums, means, counts, middles, values):  # type: ignore[no-unt
     for sector in range(counts.shape[0]):
         for ring in range(counts.shape[1]):
             if counts[sector, ring] >= FEW:
-                describe_cell(sums, means, counts, middles, sector, ring, values)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def describe_cell(sums, means, counts, middles, sector, ring, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write the own features of a cell with at least ``FEW`` points."""
-    out = values[sector, ring]
-    _principal_axes(sums, sector, ring, out)
-    _ground_shape(sums, means, sector, ring, middles, out)
-    _way_outwards(sums, counts, sector, ring, middles, out)
+                out = values[sector, ring]
+                _principal_axes(sums, sector, ring, out)
+                _ground_shape(sums, means, sector, ring, middles, out)
+                _way_outwards(sums, counts, sector, ring, middles, out)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from traversability.binning import fill_quarters, make_quarters, polar_tables
-from traversability.cell_shape import FEW, count_points, describe_cell, mean_points
+from traversability.cell_shape import describe_cells
 from traversability.features import ALL_FEATURES, ask_neighbours
 from traversability.forest import Exit, Forest
 from traversability.grid import PolarGrid
@@ -36,18 +36,15 @@ class TraversabilityScanner:
         self.grid = grid or forest.grid
         forest.check_grid(self.grid)
         trees, screen = forest.trees, forest.screen
+        self._nodes, self._base = trees.laid_out(ALL_FEATURES), trees.base
         stops = (*forest.exits, Exit(len(trees.roots), np.inf, -np.inf))
-        self._trees = (
-            trees.laid_out(ALL_FEATURES),
-            trees.base,
-            np.array([stop.trees for stop in stops]),
-            np.array([stop.low for stop in stops]),
-            np.array([stop.high for stop in stops]),
-        )
+        self._stops = np.array([stop.trees for stop in stops])
+        self._lows = np.array([stop.low for stop in stops])
+        self._highs = np.array([stop.high for stop in stops])
         self._limits = trees.sum_at(forest.thresholds.of_rings(self.grid))
         first = trees if screen is None else screen.trees
-        limit = -np.inf if screen is None else screen.limit
-        self._screen = (first.laid_out(ALL_FEATURES), first.base, limit)
+        self._screen, self._screen_base = first.laid_out(ALL_FEATURES), first.base
+        self._screen_limit = -np.inf if screen is None else screen.limit
         self._middles = polar_tables(self.grid).middles
         self._quarters = make_quarters(self.grid, 65_536)
         shape = (self.grid.n_sectors, self.grid.n_rings)
@@ -77,11 +74,20 @@ class TraversabilityScanner:
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
         """Judge all cells, or those up to the first red one of each sector; return the ranges."""
         self._quarters = fill_quarters(points, self.grid, self._quarters)
+        sums = self._quarters.sums
+        describe_cells(sums, self._means, self._counts, self._middles, self._values)
         ranges = np.empty(self.grid.n_sectors, dtype=np.float32)
         _judge(
-            (self._quarters.sums, self._means, self._counts, self._middles, self._values),
+            self._counts,
+            self._values,
             self._screen,
-            self._trees,
+            self._screen_base,
+            self._screen_limit,
+            self._nodes,
+            self._base,
+            self._stops,
+            self._lows,
+            self._highs,
             self._limits,
             self.grid.ring_edges,
             self.grid.min_points,
@@ -93,16 +99,27 @@ class TraversabilityScanner:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _judge(cells, screen, trees, limits, edges, min_points, every, states, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Judge cells ring by ring; a red one closes its sector. Cells are described when asked for."""
-    sums, means, counts, _, values = cells
-    screen_nodes, screen_base, screen_limit = screen
-    nodes, base, stops, lows, highs = trees
-    count_points(sums, counts)
-    mean_points(sums, means)
+def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
+    counts,  # noqa: ANN001
+    values,  # noqa: ANN001
+    screen,  # noqa: ANN001
+    screen_base,  # noqa: ANN001
+    screen_limit,  # noqa: ANN001
+    nodes,  # noqa: ANN001
+    base,  # noqa: ANN001
+    stops,  # noqa: ANN001
+    lows,  # noqa: ANN001
+    highs,  # noqa: ANN001
+    limits,  # noqa: ANN001
+    edges,  # noqa: ANN001
+    min_points,  # noqa: ANN001
+    every,  # noqa: ANN001
+    states,  # noqa: ANN001
+    ranges,  # noqa: ANN001
+):
+    """Judge described cells ring by ring; a red one closes its sector."""
     sectors, rings = counts.shape
     flat = values.reshape(sectors * rings, values.shape[2])
-    described = np.zeros((sectors, rings), dtype=np.bool_)
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)
     states[:] = 0
     ranges[:] = np.nan
@@ -113,16 +130,14 @@ def _judge(cells, screen, trees, limits, edges, min_points, every, states, range
             if counts[sector, ring] >= min_points and (every or not closed[sector]):
                 rows[n], votes[n] = sector * rings + ring, screen_base
                 n += 1
-                _ask(sector, ring, described, cells)
                 states[sector, ring] = _GREEN
                 if not closed[sector]:
                     ranges[sector] = np.inf
         if screen_limit > -np.inf:
-            add_leaves(flat, rows, n, screen_nodes, 0, len(screen_nodes[1]), votes)
+            add_leaves(flat, rows, n, screen, 0, len(screen[1]), votes)
         open_ = 0
         for k in range(n):
             if votes[k] >= screen_limit:
-                _ask_around(rows[k] // rings, ring, described, cells)
                 ask_neighbours(rows[k] // rings, ring, counts, values)
                 rows[open_], votes[open_] = rows[k], base
                 open_ += 1
@@ -140,26 +155,3 @@ def _judge(cells, screen, trees, limits, edges, min_points, every, states, range
                     if not closed[sector]:
                         ranges[sector], closed[sector] = edges[ring], True
             open_ = still
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ask(sector, ring, described, cells):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Describe a cell of the grid, unless that is done or there are too few points."""
-    sums, means, counts, middles, values = cells
-    if not 0 <= ring < counts.shape[1]:
-        return
-    if counts[sector, ring] >= FEW and not described[sector, ring]:
-        described[sector, ring] = True
-        describe_cell(sums, means, counts, middles, sector, ring, values)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ask_around(sector, ring, described, cells):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Describe the cells that ``ask_neighbours`` looks at: two each way, and the corners."""
-    sectors = described.shape[0]
-    for offset in (-2, -1, 1, 2):
-        _ask(sector, ring + offset, described, cells)
-        _ask((sector + offset) % sectors, ring, described, cells)
-    for aside in (-1, 1):
-        for offset in (-1, 1):
-            _ask((sector + aside) % sectors, ring + offset, described, cells)

@@ -147,7 +147,8 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
         (cloud_assembly, "place_beams", "place"),
         (perception, "look", "look"),
         (scanner, "fill_quarters", "project"),
-        (scanner, "_judge", "judge"),
+        (scanner, "describe_cells", "features"),
+        (scanner, "_judge", "forest"),
         (rig.navigator, "decide", "decide"),
     ):
         watch.watch(owner, name, stage)
@@ -156,7 +157,7 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
 def _stages(spent: dict[str, float]) -> dict[str, float]:
     """Return the stages in the order of the chain, without what is counted in another one."""
     rays = spent["times"] + spent["rays"]
-    judged = spent["project"] + spent["judge"]
+    judged = spent["project"] + spent["features"] + spent["forest"]
     return {
         "plant": spent["plant"],
         "senses": spent["senses"],
@@ -168,7 +169,8 @@ def _stages(spent: dict[str, float]) -> dict[str, float]:
         "store": spent["assemble"] - spent["place"],
         "carry, scan": spent["look"] - judged,
         "project": spent["project"],
-        "features, forest": spent["judge"],
+        "features": spent["features"],
+        "forest": spent["forest"],
         "policy": spent["decide"] - spent["look"],
     }
 

@@ -21,7 +21,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from andabata.localization.ukf import Spread, combine_points, correct, draw_points, turn_of
+from andabata.localization.ukf import (
+    Spread,
+    combine_points,
+    correct,
+    correct_one,
+    cross_points,
+    draw_points,
+    turn_of,
+)
 from andabata.machine.proprioception import GRAVITY
 
 STATES = 18
@@ -256,52 +264,36 @@ def predict(x, P, wx, wy, wz, dt, body, noise, weights, room):  # type: ignore[n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _finish(x, P, z0, z1, z2, r0, r1, r2, size, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Correct with a measurement of ``size`` numbers whose expectations stand in the room.
+def _finish(x, P, z0, z1, z2, r0, r1, r2, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Correct with a measurement whose expectations stand in the room.
 
     Returns:
         The squared Mahalanobis distance.
     """
-    seen, points = room.seen[:, :size], room.points
-    expected, spread = room.expected[:size], room.spread[:size, :size]
+    seen, expected = room.seen, room.expected
     combine_points(
-        seen, weights.mean, weights.covariance, room.flat, expected, room.apart[:, :size], spread
+        seen, weights.mean, weights.covariance, room.flat, expected, room.apart, room.spread
     )
-    for k in range(points.shape[0]):
-        for i in range(points.shape[1]):
-            room.deviations[k, i] = points[k, i] - x[i]
-    spread[0, 0] += r0
-    room.innovation[0] = z0 - expected[0]
-    if size > 1:
-        spread[1, 1] += r1
-        room.innovation[1] = z1 - expected[1]
-    if size > 2:
-        spread[2, 2] += r2
-        room.innovation[2] = z2 - expected[2]
-    return correct(
-        x,
-        P,
-        room.angular,
-        room.deviations,
-        room.apart[:, :size],
-        spread,
-        room.innovation[:size],
-        weights.covariance,
-        gate,
-        room.cross[:, :size],
-        room.gain[:, :size],
-    )
+    cross_points(room.factor, weights.gain, weights.covariance[1], seen, room.cross)
+    return _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def see_wheels(x, P, speed, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Correct with a measurement whose expectation and covariances stand in the room."""
+    room.spread[0, 0] += r0
+    room.spread[1, 1] += r1
+    room.spread[2, 2] += r2
+    room.innovation[0] = z0 - room.expected[0]
+    room.innovation[1] = z1 - room.expected[1]
+    room.innovation[2] = z2 - room.expected[2]
+    return correct(x, P, room.angular, room.cross, room.spread, room.innovation, gate, room.gain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def see_wheels(x, P, speed, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with the encoders' forward speed [m/s]."""
-    if not draw_points(x, P, weights.gain, room.factor, room.points):
-        return np.nan
-    for k in range(room.points.shape[0]):
-        room.seen[k, 0] = room.points[k, 9]
-    r0 = noise.wheels**2
-    return _finish(x, P, speed, 0.0, 0.0, r0, 0.0, 0.0, 1, gate, weights, room)
+    return correct_one(x, P, room.angular, 9, speed, noise.wheels**2, gate, room.gain)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -323,7 +315,7 @@ def see_gravity(x, P, imu, body, noise, gate, weights, room):  # type: ignore[no
         room.seen[k, 1] = GRAVITY * cp * sr + r * ahead + room.points[k, 17]
         room.seen[k, 2] = GRAVITY * cp * cr + p * aside - q * ahead
     r0 = noise.shake**2
-    return _finish(x, P, imu[4], imu[5], imu[6], r0, r0, 4 * r0, 3, gate, weights, room)
+    return _finish(x, P, imu[4], imu[5], imu[6], r0, r0, 4 * r0, gate, weights, room)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -342,32 +334,40 @@ def see_field(x, P, field, body, noise, gate, weights, room):  # type: ignore[no
         room.seen[k, 1] = cr * aside + sr * up + room.points[k, 12]
         room.seen[k, 2] = cr * up - sr * aside + room.points[k, 13]
     r0 = noise.compass**2
-    return _finish(x, P, field[1], field[2], field[3], r0, r0, r0, 3, gate, weights, room)
+    return _finish(x, P, field[1], field[2], field[3], r0, r0, r0, gate, weights, room)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def see_fix(x, P, fix, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct with a fix: stamp, x, y, z [m], horizontal and vertical sigma [m], shape (6,)."""
-    if not draw_points(x, P, weights.gain, room.factor, room.points):
-        return np.nan
-    for k in range(room.points.shape[0]):
-        room.seen[k, 0] = room.points[k, 6] + room.points[k, 14]
-        room.seen[k, 1] = room.points[k, 7] + room.points[k, 15]
-        room.seen[k, 2] = room.points[k, 8]
+def see_fix(x, P, fix, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Correct with a fix: stamp, x, y, z [m], horizontal and vertical sigma [m], shape (6,).
+
+    It is linear in the state, so that no points have to be drawn, as in ``see_rest``.
+    """
+    cross = room.cross
+    for i in range(STATES):
+        cross[i, 0] = P[i, 6] + P[i, 14]
+        cross[i, 1] = P[i, 7] + P[i, 15]
+        cross[i, 2] = P[i, 8]
+    for j in range(3):
+        room.spread[0, j] = cross[6, j] + cross[14, j]
+        room.spread[1, j] = cross[7, j] + cross[15, j]
+        room.spread[2, j] = cross[8, j]
+    room.expected[0], room.expected[1], room.expected[2] = x[6] + x[14], x[7] + x[15], x[8]
     r0, r2 = fix[4] ** 2, fix[5] ** 2
-    return _finish(x, P, fix[1], fix[2], fix[3], r0, r0, r2, 3, gate, weights, room)
+    return _innovate(x, P, fix[1], fix[2], fix[3], r0, r0, r2, gate, room)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def see_rest(x, P, imu, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def see_rest(x, P, imu, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct the gyro's bias with what it reads while the wheels stand still."""
-    if not draw_points(x, P, weights.gain, room.factor, room.points):
-        return np.nan
-    for k in range(room.points.shape[0]):
-        for a in range(3):
-            room.seen[k, a] = room.points[k, 3 + a]
+    for a in range(3):
+        for i in range(STATES):
+            room.cross[i, a] = P[i, 3 + a]
+        for b in range(3):
+            room.spread[a, b] = P[3 + a, 3 + b]
+        room.expected[a] = x[3 + a]
     r0 = noise.rest**2
-    return _finish(x, P, imu[1], imu[2], imu[3], r0, r0, r0, 3, gate, weights, room)
+    return _innovate(x, P, imu[1], imu[2], imu[3], r0, r0, r0, gate, room)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -429,7 +429,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
             if _whole(wheels[w]):
                 speed = body.radius * (wheels[w, 1] + wheels[w, 2]) / 2
                 still = wheels[w, 1] == 0.0 and wheels[w, 2] == 0.0
-                distance = see_wheels(x, P, speed, noise, gates.wheels, weights, room)
+                distance = see_wheels(x, P, speed, noise, gates.wheels, room)
                 _count(counts, WHEELS, distance, gates.wheels)
             else:
                 counts[WHEELS, 2] += 1
@@ -438,7 +438,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
             distance = see_gravity(x, P, imu[i], body, noise, gates.vector, weights, room)
             _count(counts, GRAVITY_SENSE, distance, gates.vector)
             if still:
-                distance = see_rest(x, P, imu[i], noise, gates.vector, weights, room)
+                distance = see_rest(x, P, imu[i], noise, gates.vector, room)
                 _count(counts, REST, distance, gates.vector)
         while m < len(field) and not field[m, 0] > now + 1e-9:
             if _whole(field[m]):
@@ -449,7 +449,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
             m += 1
         while f < len(fixes) and not fixes[f, 0] > now + 1e-9:
             if _whole(fixes[f]):
-                distance = see_fix(x, P, fixes[f], gates.fix, weights, room)
+                distance = see_fix(x, P, fixes[f], gates.fix, room)
                 _count(counts, FIX, distance, gates.fix)
             else:
                 counts[FIX, 2] += 1

@@ -134,28 +134,49 @@ def combine_points(points, weights, weights_c, angular, mean, deviations, P):  #
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def correct(x, P, angular, deviations, seen, S, innovation, weights_c, gate, cross, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def cross_points(L, reach, weight, seen, cross):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the covariance of state and expected measurement.
+
+    Points lie in pairs, ``reach`` columns of the factor to both sides of the mean: what a pair sees
+    differently counts for that column, and the mean itself for nothing.
+
+    Args:
+        L: The Cholesky factor that the points were drawn with, shape (n, n).
+        reach: See ``Spread.gain``.
+        weight: Of the covariance, of any point but the mean.
+        seen: Expected measurement of each point, shape (2 n + 1, m).
+        cross: Room for the covariance, shape (n, m).
+    """
+    n, m = cross.shape
+    for i in range(n):
+        for j in range(m):
+            cross[i, j] = 0.0
+    for c in range(n):
+        for j in range(m):
+            share = weight * reach * (seen[1 + c, j] - seen[1 + n + c, j])
+            for i in range(c, n):
+                cross[i, j] += L[i, c] * share
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct(x, P, angular, cross, S, innovation, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct mean and covariance in place, unless the measurement is too far off.
 
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
         angular: Which numbers of the state are angles, bool, shape (n,).
-        deviations: Of the sigma points from the mean, shape (p, n).
-        seen: Deviations of the expected measurements from their mean, shape (p, m).
+        cross: Covariance of state and expected measurement, shape (n, m).
         S: Covariance of the innovation, the noise included, shape (m, m); overwritten by its
             Cholesky factor.
-        innovation: Measurement less expectation, angles wrapped, shape (m,).
-        weights_c: Of the covariance, shape (p,).
+        innovation: Measurement less expectation, angles wrapped, shape (m,); overwritten.
         gate: Largest squared Mahalanobis distance that is believed.
-        cross: Room for the cross covariance, shape (n, m).
         gain: Room for the Kalman gain, shape (n, m).
 
     Returns:
         The squared Mahalanobis distance; over ``gate``, or not a number, nothing was changed.
     """
-    p, n = deviations.shape
-    m = len(innovation)
+    n, m = cross.shape
     for j in range(m):
         for k in range(j):
             S[j, j] -= S[j, k] * S[j, k]
@@ -174,14 +195,6 @@ def correct(x, P, angular, deviations, seen, S, innovation, weights_c, gate, cro
         distance += innovation[i] * innovation[i]
     if not distance <= gate:
         return distance
-    for i in range(n):
-        for j in range(m):
-            cross[i, j] = 0.0
-    for k in range(p):
-        for i in range(n):
-            share = weights_c[k] * deviations[k, i]
-            for j in range(m):
-                cross[i, j] += share * seen[k, j]
     # With S = F F', gain = cross F'^-1: then P loses gain gain', and x moves by gain F^-1 y.
     for i in range(n):
         for j in range(m):
@@ -196,5 +209,44 @@ def correct(x, P, angular, deviations, seen, S, innovation, weights_c, gate, cro
         for j in range(i + 1):
             for k in range(m):
                 P[i, j] -= gain[i, k] * gain[j, k]
+            P[j, i] = P[i, j]
+    return distance
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct_one(x, P, angular, number, z, r, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Correct in place with a measurement of one number of the state itself.
+
+    A line through sigma points is itself: nothing has to be drawn, and the result is the same.
+
+    Args:
+        x: Mean, shape (n,).
+        P: Covariance, shape (n, n).
+        angular: Which numbers of the state are angles, bool, shape (n,).
+        number: Which number is measured, no angle.
+        z: Measurement.
+        r: Its variance.
+        gate: Largest squared Mahalanobis distance that is believed.
+        gain: Room, shape (n, m).
+
+    Returns:
+        The squared Mahalanobis distance; over ``gate``, or not a number, nothing was changed.
+    """
+    n = len(x)
+    spread, innovation = P[number, number] + r, z - x[number]
+    if not spread > 0.0:
+        return np.nan
+    distance = innovation * innovation / spread
+    if not distance <= gate:
+        return distance
+    root = np.sqrt(spread)
+    for i in range(n):
+        gain[i, 0] = P[i, number] / root
+    for i in range(n):
+        x[i] += gain[i, 0] * innovation / root
+        if angular[i]:
+            x[i] = turn_of(x[i])
+        for j in range(i + 1):
+            P[i, j] -= gain[i, 0] * gain[j, 0]
             P[j, i] = P[i, j]
     return distance

@@ -122,7 +122,7 @@ def test_a_prediction_and_every_correction_equal_filterpys():
         shake = noise.shake**2
         steps = (
             (
-                lambda: model.see_wheels(x, P, 0.31, noise, GATE, weights, room),
+                lambda: model.see_wheels(x, P, 0.31, noise, GATE, room),
                 lambda s: s[9:10],
                 np.array([0.31]),
                 [noise.wheels**2],
@@ -140,13 +140,13 @@ def test_a_prediction_and_every_correction_equal_filterpys():
                 [noise.compass**2] * 3,
             ),
             (
-                lambda f=fix: model.see_fix(x, P, f, GATE, weights, room),
+                lambda f=fix: model.see_fix(x, P, f, GATE, room),
                 lambda s: s[6:9] + np.array([s[14], s[15], 0]),
                 fix[1:4],
                 [0.66**2, 0.66**2, 1.4**2],
             ),
             (
-                lambda i=imu: model.see_rest(x, P, i, noise, GATE, weights, room),
+                lambda i=imu: model.see_rest(x, P, i, noise, GATE, room),
                 lambda s: s[3:6],
                 imu[1:4],
                 [noise.rest**2] * 3,
@@ -163,11 +163,11 @@ def test_a_prediction_and_every_correction_equal_filterpys():
 
 
 def test_a_measurement_beyond_the_gate_changes_nothing():
-    weights, room = Weights.make(), Room.make()
+    room = Room.make()
     x, P = fresh(1)
     before = x.copy(), P.copy()
     fix = np.array([0.0, *(x[6:9] + 50.0), 0.66, 1.4])
-    assert model.see_fix(x, P, fix, 11.3, weights, room) > 11.3
+    assert model.see_fix(x, P, fix, 11.3, room) > 11.3
     np.testing.assert_array_equal(x, before[0])
     np.testing.assert_array_equal(P, before[1])
 
@@ -176,7 +176,12 @@ def test_a_covariance_that_is_none_is_told():
     x, P = fresh(2)
     P[4, 4] = -1.0
     assert not model.predict(x, P, 0.0, 0.0, 0.0, 0.01, BODY, Noise(), Weights.make(), Room.make())
-    assert np.isnan(model.see_wheels(x, P, 0.3, Noise(), GATE, Weights.make(), Room.make()))
+    seen, weights, room = np.array([0.0, *field(x)]), Weights.make(), Room.make()
+    assert np.isnan(model.see_field(x, P, seen, BODY, Noise(), GATE, weights, room))
+    P[9, 9] = -1.0
+    assert np.isnan(model.see_wheels(x, P, 0.3, Noise(), GATE, room))
+    P[14, 14] = -1.0
+    assert np.isnan(model.see_fix(x, P, np.array([0.0, *x[6:9], 0.1, 0.1]), GATE, room))
 
 
 def test_the_covariance_stays_symmetric_and_positive():
@@ -186,7 +191,7 @@ def test_the_covariance_stays_symmetric_and_positive():
     for k in range(4000):
         omega = rng.normal(0, 0.5, 3)
         assert model.predict(x, P, *omega, 0.01, BODY, noise, weights, room)
-        model.see_wheels(x, P, 0.3, noise, 10.83, weights, room)
+        model.see_wheels(x, P, 0.3, noise, 10.83, room)
         if k % 10 == 0:
             seen = np.array([0.0, *(field(x) + rng.normal(0, 0.5, 3))])
             model.see_field(x, P, seen, BODY, noise, 16.27, weights, room)

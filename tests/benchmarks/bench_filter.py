@@ -27,13 +27,13 @@ def repeat(which, calls, x, P, imu, field, fix, body, noise, weights, room):  # 
         if which == 0:
             model.predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
         elif which == 1:
-            model.see_wheels(x, P, 0.3, noise, 1e9, weights, room)
+            model.see_wheels(x, P, 0.3, noise, 1e9, room)
         elif which == 2:
             model.see_gravity(x, P, imu, body, noise, 1e9, weights, room)
         elif which == 3:
             model.see_field(x, P, field, body, noise, 1e9, weights, room)
         else:
-            model.see_fix(x, P, fix, 1e9, weights, room)
+            model.see_fix(x, P, fix, 1e9, room)
 
 
 def best(look: Callable[[int], object], calls: int) -> float:

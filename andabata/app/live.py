@@ -1,6 +1,7 @@
 """The nodes of a live ROS 1 graph: the robot's mind, and a simulated robot for it."""
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -9,9 +10,10 @@ from numpy.typing import NDArray
 
 from andabata.localization.first_pose import first_pose
 from andabata.machine.pose import Pose
-from andabata.machine.senses import Senses, VehicleState, WheelSpeeds
+from andabata.machine.proprioception import GRAVITY, TESLA
+from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
-from andabata.navigation.navigator import Navigator, Step
+from andabata.navigation.navigator import STANDSTILL, Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.navigation.view import Controller
 from andabata.records import topics
@@ -23,6 +25,7 @@ from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
 from andabata.tasks.scenes import Scene
+from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from worlds.world import Task
 
@@ -31,6 +34,9 @@ _HALF = NS // 20
 
 _APART = 1.0
 """Senses stamped further from the graph's time are another clock's [s]."""
+
+_LAST_WORDS = 0.2
+"""How long the last messages may take to leave [s]."""
 
 _PATIENCE = 1.0
 """How long to wait for someone who tells the start before the senses tell it [s]."""
@@ -72,6 +78,7 @@ class NavigatorNode:
         self._bearings = config.grid.bearings
         self._steps: list[Step] = []
         self._navigator.watch(self._steps.append)
+        _rehearse(self._navigator, config)
         for topic in self._gathering.wanted:
             graph.subscribe(topic, self._hear)
         graph.subscribe(topics.INITIAL, self._hear_start)
@@ -122,35 +129,56 @@ class NavigatorNode:
         graph.wait_for_clock()
         pose, rough = (start, False) if start else self._wait_for_start()
         epoch = graph.now_ns()
+        self._sensed(0.0)  # What came before the begin is of no use.
         with self._lock:
             self._gathering.epoch_ns, self._told = epoch, None
         self._navigator.reset(pose, 0.0, rough)
-        outbox = Outbox(graph, Composer(1, epoch))
-        self._recorder = Recorder(outbox, self._localizer, self._assembler, self._bearings)
-        self._outbox = outbox
-        tick = late = 0
-        found = {"commands": 0, "scans": 0, "moving": 0}
+        self._outbox = Outbox(graph, Composer(1, epoch))
+        self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
+        found = {"commands": 0, "scans": 0, "moving": 0, "missed_ticks": 0}
+        try:
+            self._tick(epoch, seconds, on_second, found)
+        finally:
+            self._halt()
+        return {
+            **found,
+            "health": str(self._localizer.health),
+            "counts": getattr(self._localizer, "counts", {}),
+            "refused": self._gathering.refused,
+        }
+
+    def _tick(
+        self,
+        epoch: int,
+        seconds: float | None,
+        on_second: Callable[[], None] | None,
+        found: dict[str, int],
+    ) -> None:
+        """Listen every half period and decide every period, and count what came of it."""
+        graph, tick = self._graph, 0
         while not graph.is_over and (seconds is None or tick * _HALF < seconds * NS):
             tick += 1
             missed = (graph.now_ns() - epoch) // _HALF - tick
             if missed > 0:  # Too slow, or put to sleep: go on now, in step.
-                late, tick = late + missed, tick + missed
+                found["missed_ticks"] += missed
+                tick += missed
             graph.sleep_until(epoch + tick * _HALF)
             self._listen(tick * _HALF / NS)
             if tick % 2 == 0:
                 step = self._decide(tick * _HALF / NS)
                 found["commands"] += 1
                 found["scans"] += step.view is not None
-                found["moving"] += step.wheels != WheelSpeeds(0.0, 0.0)
+                found["moving"] += step.wheels != STANDSTILL
                 if on_second is not None and tick % 20 == 0:
                     on_second()
-        return {
-            **found,
-            "missed_ticks": late,
-            "health": str(self._localizer.health),
-            "counts": getattr(self._localizer, "counts", {}),
-            "refused": self._gathering.refused,
-        }
+
+    def _halt(self) -> None:
+        """Tell the robot to stand still: nobody will tell it anything from now on."""
+        compose, now = self._outbox.compose, self._graph.now_ns()
+        seconds = (now - compose.epoch_ns) / NS
+        self._graph.write(topics.TWIST, now, compose.twist(0.0, 0.0))
+        self._graph.write(topics.WHEELS, now, compose.wheels("Wheels_cmd", seconds, 0.0, 0.0))
+        time.sleep(_LAST_WORDS)
 
     def _wait_for_start(self) -> tuple[Pose, bool]:
         """Return where the robot stands, and whether only its senses tell it.
@@ -232,7 +260,7 @@ class RobotNode:
             config: The robot.
         """
         self._graph, self._scene, self._config = graph, scene, config
-        self._wheels = (WheelSpeeds(0.0, 0.0), 0)
+        self._wheels = (STANDSTILL, 0)
         graph.subscribe(topics.WHEELS, self._obey)
         self._start = graph.advertise(topics.INITIAL, latch=True)
         self._goal = graph.advertise(topics.GOAL, latch=True)
@@ -296,7 +324,7 @@ class RobotNode:
         """Return the latest command; a robot that hears none for half a second stands still."""
         wheels, stamp = self._wheels
         fresh = self._graph.now_ns() - stamp < NS // 2
-        return wheels if fresh else WheelSpeeds(0.0, 0.0)
+        return wheels if fresh else STANDSTILL
 
 
 class _Paced:
@@ -319,6 +347,29 @@ def _true(senses: Senses) -> VehicleState:
     if senses.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
     return senses.truth
+
+
+def _rehearse(navigator: Navigator, config: RigConfig) -> None:
+    """Go through a period of nothing much, so that all code is compiled before it is needed."""
+    stamps = np.arange(1, 11) / 100
+    imu = np.column_stack([stamps, np.zeros((10, 5)), np.full(10, GRAVITY)])
+    wheels = np.column_stack([stamps, np.zeros((10, 2))])
+    field = np.column_stack([stamps, np.tile(config.sensing.site.flux * TESLA, (10, 1))])
+    lidar = config.sensing.lidar
+    beams = lidar.elevations(0, 1)
+    sweep = Sweeps(
+        stamps[:1],
+        np.zeros(1),
+        lidar.head_rate,
+        lidar.beam_period,
+        beams,
+        np.ones((1, beams.shape[-1]), dtype=np.float32),
+    )
+    frame = PointCloud(np.ones((10, 3), dtype=np.float32), "sensor", stamps)
+    navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
+    senses = Senses(0.1, sweep, (frame,), imu=imu, encoders=wheels, field=field)
+    navigator.listen(senses)
+    navigator.decide(senses)
 
 
 def _check_clock(stamp: float, now: float) -> None:

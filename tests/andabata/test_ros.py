@@ -142,6 +142,24 @@ def test_a_robot_that_falls_silent_is_held_and_said(graph):
 
 
 @needs_ros
+def test_a_navigator_that_is_stopped_stops_the_robot(graph):
+    graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
+    graph.wait_for("/initialpose", "Publishers:")
+    node = graph.andabata("navigator", "--controller", "straight")
+    graph.wait_for("/wheel_speed_cmd", "Publishers:")
+    recorded = graph.folder / "live.bag"
+    recorder = graph.start("rosbag", "record", "-O", recorded, "/wheel_speed_cmd")
+    time.sleep(7)
+    stop(node)
+    assert node.returncode == 130
+    stopped(recorder, recorded)
+    with Bag(recorded) as live:
+        wheels = [(m.content.left, m.content.right) for m in live.messages()]
+    assert wheels[-2] != (0.0, 0.0)
+    assert wheels[-1] == (0.0, 0.0)
+
+
+@needs_ros
 def test_senses_of_another_clock_are_refused(graph, bag):
     node = graph.andabata("navigator")
     graph.wait_for("/imu", "Subscribers:")

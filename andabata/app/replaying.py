@@ -1,7 +1,7 @@
 """A recording through the same navigator that drove."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -104,6 +104,7 @@ def replay_bag(
     on_second: Callable[[], None] | None = None,
     cloud: str | None = None,
     configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
+    renamed: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Send a recording through the navigator and compare what comes out with what came out then.
 
@@ -115,6 +116,7 @@ def replay_bag(
         on_second: Called after each recorded second.
         cloud: A 3D laser's topic instead of the turning laser's two.
         configure: Given the recorded settings, or the defaults, returns those to use.
+        renamed: Names of the recording's topics by ours, where they differ.
 
     Returns:
         Figures, ready for JSON.
@@ -124,11 +126,11 @@ def replay_bag(
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     eyes = forest or shipped_forest()
-    compared, health = Comparison(), Counter[str]()
+    compared, health, names = Comparison(), Counter[str](), renamed or {}
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
-        check_topics(bag, Gathering(0, topic))
-        setup = read_setup(bag, configure(RigConfig()).sensing.site)
+        check_topics(bag, Gathering(0, topic), names)
+        setup = read_setup(bag, configure(RigConfig()).sensing.site, names)
         config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
         name = controller or str(setup.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
@@ -137,7 +139,7 @@ def replay_bag(
         navigator = Navigator(config.robot, localizer, perception, driver)
         navigator.reset(setup.start, 0.0, setup.rough)
         gathering = Gathering(setup.epoch_ns, topic)
-        for period in read_periods(bag, gathering):
+        for period in read_periods(bag, gathering, names):
             if period.goal is not None:
                 navigator.set_goal(period.goal)
             navigator.watch(partial(compared.add, period))

@@ -36,3 +36,18 @@ def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
     if len(found) != count or not all(isfinite(number) for number in found):
         raise UsageError(f"{option}: expected {count} numbers with commas between, got {text!r}")
     return found
+
+
+def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
+    """Return the two sides of options of the form ``a=b``.
+
+    Raises:
+        UsageError: If one has no sign or an empty side.
+    """
+    found = {}
+    for text in texts:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (name and sign and value):
+            raise UsageError(f"{option}: expected a=b, got {text!r}")
+        found[name] = value
+    return found

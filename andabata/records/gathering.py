@@ -156,12 +156,30 @@ def _vector(v: Any) -> list[float]:  # noqa: ANN401
     return [float(v.x), float(v.y), float(v.z)]
 
 
+def _wheels(message: RosMessage) -> list[float]:
+    """Return left and right wheel speed [rad/s], of our own message or of a JointState.
+
+    Raises:
+        ValueError: If no joint is called left or none right.
+    """
+    if hasattr(message, "left"):
+        return [float(message.left), float(message.right)]
+    speeds = dict(zip(message.name, np.asarray(message.velocity).tolist(), strict=False))
+    sides = [
+        [speed for name, speed in speeds.items() if side in name and "wheel" in name]
+        for side in ("left", "right")
+    ]
+    if not all(sides):
+        raise ValueError(f"name: expected left and right wheels, got {', '.join(speeds)}")
+    return [float(np.mean(side)) for side in sides]
+
+
 _ROWS: dict[Topic, tuple[str, Any]] = {
     topics.IMU: (
         "imu",
         lambda m: _vector(m.angular_velocity) + _vector(m.linear_acceleration),
     ),
-    topics.ENCODERS: ("wheels", lambda m: [float(m.left), float(m.right)]),
+    topics.ENCODERS: ("wheels", _wheels),
     topics.COMPASS: ("field", lambda m: _vector(m.magnetic_field)),
     topics.FIX: ("fix", fix_of),
 }

@@ -2,7 +2,7 @@
 
 import itertools
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ from andabata.records.bags import Bag, BagError
 from andabata.records.gathering import SWEEPS, Gathering
 from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.recorder import SETUP
-from andabata.records.topics import POINT_CLOUD, Topic
+from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 
 CONTROL_HZ = 10
 """Control periods of a second where no recorded command ends them."""
@@ -85,34 +85,43 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
     return Topic(name, name, POINT_CLOUD, None)
 
 
-def check_topics(bag: Bag, gathering: Gathering) -> None:
+Renamed = Mapping[str, str]
+"""The names that a recording uses, by ours of ROS 1."""
+
+
+def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
     """Refuse a recording without the robot's senses.
 
     Raises:
         BagError: If some are missing; the message names them and what was found.
     """
     there = bag.topics
+    unknown = sorted(set(renamed) - {topic.ros1 for topic in TOPICS})
+    if unknown:
+        known = ", ".join(topic.ros1 for topic in TOPICS)
+        raise BagError(f"--map: expected one of {known} before the sign, got {unknown[0]}")
     needed = [t for t in gathering.wanted if t not in (topics.FIX, topics.GOAL)]
-    missing = [t.ros1 for t in needed if not {t.ros1, t.ros2} & set(there)]
+    missing = [t.ros1 for t in needed if not set(_names((t,), renamed)) & set(there)]
     if missing:
         found = ", ".join(f"{name} ({kind})" for name, (kind, _) in sorted(there.items())) or "none"
         raise BagError(
-            f"{bag.path}: expected the topics {', '.join(missing)}, got {found}; a single cloud "
-            "can be judged with `andabata scan --topic`"
+            f"{bag.path}: expected the topics {', '.join(missing)}, got {found}; --map names those "
+            "that are called otherwise, and `andabata scan --topic` judges a single cloud"
         )
 
 
-def read_setup(bag: Bag, site: Site) -> Setup:
+def read_setup(bag: Bag, site: Site, renamed: Renamed) -> Setup:
     """Return how a recorded drive began: as it was told then, else as its first senses tell.
 
     Args:
         bag: The recording.
         site: Where on Earth, for a recording that is not ours.
+        renamed: What its topics are called.
 
     Raises:
         BagError: If the recording tells no start.
     """
-    names = _names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS))
+    names = _names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS), renamed)
     start: Pose | None = None
     epoch, settings = 0, None
     for message in bag.messages(tuple(names)):
@@ -126,16 +135,16 @@ def read_setup(bag: Bag, site: Site) -> Setup:
             return Setup(start, epoch, settings)
     if start is not None:
         return Setup(start, epoch, settings or {})
-    return _setup_by_senses(bag, site)
+    return _setup_by_senses(bag, site, renamed)
 
 
-def _setup_by_senses(bag: Bag, site: Site) -> Setup:
+def _setup_by_senses(bag: Bag, site: Site, renamed: Renamed) -> Setup:
     """Return a start at the first fix, with the heading of the compass and the tilt of gravity.
 
     Raises:
         BagError: If one of the three is missing.
     """
-    names = _names((topics.IMU, topics.COMPASS, topics.FIX))
+    names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
     gathering = Gathering(0)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
@@ -151,7 +160,7 @@ def _setup_by_senses(bag: Bag, site: Site) -> Setup:
     )
 
 
-def read_periods(bag: Bag, gathering: Gathering) -> Iterator[Period]:
+def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[Period]:
     """Yield the control periods of a recording, by the time at which its messages came in.
 
     Periods end with the recorded commands, or ten times a second where there are none. The period
@@ -160,9 +169,10 @@ def read_periods(bag: Bag, gathering: Gathering) -> Iterator[Period]:
     Args:
         bag: The recording.
         gathering: Empty, counting from the drive's begin.
+        renamed: What its topics are called.
     """
-    names = _names((*gathering.wanted, topics.VIRTUAL, topics.WHEELS))
-    ends = _period_ends(bag, gathering.epoch_ns)
+    names = _names((*gathering.wanted, topics.VIRTUAL, topics.WHEELS), renamed)
+    ends = _period_ends(bag, gathering.epoch_ns, renamed)
     end = next(ends)
     for message in bag.messages(tuple(names)):
         while message.stamp_ns > end:
@@ -176,9 +186,9 @@ def read_periods(bag: Bag, gathering: Gathering) -> Iterator[Period]:
     yield _period(gathering, end)
 
 
-def _period_ends(bag: Bag, epoch_ns: int) -> Iterator[int]:
+def _period_ends(bag: Bag, epoch_ns: int, renamed: Renamed) -> Iterator[int]:
     """Yield when the control periods end [ns], without end where no command was recorded."""
-    names = tuple(_names((topics.TWIST,)))
+    names = tuple(_names((topics.TWIST,), renamed))
     given = [m.stamp_ns for m in bag.messages(names) if m.stamp_ns >= epoch_ns]
     if given:
         yield from given
@@ -192,6 +202,10 @@ def _period(gathering: Gathering, end_ns: int) -> Period:
     return Period(gathering.senses(gathering.seconds(end_ns)), goal, ranges, wheels)
 
 
-def _names(chosen: tuple[Topic, ...]) -> dict[str, Topic]:
-    """Return topics by both of their names."""
-    return {topic.name(ros): topic for topic in chosen for ros in (1, 2)}
+def _names(chosen: tuple[Topic, ...], renamed: Renamed) -> dict[str, Topic]:
+    """Return topics by the name that was told, or by both of their own."""
+    return {
+        name: topic
+        for topic in chosen
+        for name in ((renamed[topic.ros1],) if topic.ros1 in renamed else (topic.ros1, topic.ros2))
+    }

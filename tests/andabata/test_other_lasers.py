@@ -125,6 +125,50 @@ def test_a_bag_of_another_robot_is_replayed(capsys, foreign):
     assert code == 2
 
 
+def test_a_bag_of_a_husky_has_names_of_its_own(capsys, foreign):
+    """Names and joint states as Clearpath's robots send them."""
+    path, compose = foreign.with_name("husky.bag"), Composer(1)
+    writer = open_writer(path)
+    own = {"/imu": "/imu/data", "/mag_orientation": "/imu/mag", "/fix": "/navsat/fix"}
+    kinds = {t.ros1: t.kind for t in (topics.IMU, topics.COMPASS, topics.FIX)}
+    with Bag(foreign) as bag:
+        for message in bag.messages():
+            name, content, kind = message.topic, message.content, message.kind
+            if name == "/encoder_data":
+                name, kind = "/joint_states", "sensor_msgs/msg/JointState"
+                content = joints(compose, content)
+            elif name in own:
+                name, kind = own[name], kinds[name]
+            writer.write(Topic(name, name, kind, None), message.stamp_ns, content)
+    writer.close()
+    words = ["bag", "replay", str(path), "--controller", "reactive", "--robot", "husky"]
+    code, error = run(capsys, *words)
+    assert code == 1
+    assert "/encoder_data" in error
+    assert "--map" in error
+    maps = ["--map", "/encoder_data=/joint_states", "--map", "/fix=/navsat/fix"]
+    code, data = run(capsys, *words, *maps)
+    assert code == 0
+    assert data["scans"] > 40
+    assert data["refused"] == 0
+    assert data["counts"]["wheels"][0] > 500
+    assert data["counts"]["gnss"][0] > 3
+    assert run(capsys, *words, "--map", "/encoder_data")[0] == 2
+    assert run(capsys, *words, "--map", "/nix=/joint_states")[0] == 1
+
+
+def joints(compose, wheels):
+    names = [f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right")]
+    return compose.new(
+        "sensor_msgs/msg/JointState",
+        header=wheels.header,
+        name=names,
+        position=np.zeros(4),
+        velocity=np.array([wheels.left, wheels.right] * 2),
+        effort=np.zeros(4),
+    )
+
+
 def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
     with Bag(recorded) as ours, Bag(foreign) as theirs:
         first = next(ours.messages((topics.LASER.ros1,))).content

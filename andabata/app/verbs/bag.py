@@ -47,6 +47,15 @@ def replay(
         str | None,
         typer.Option(help="A 3D laser's topic (PointCloud2) instead of the turning laser's two."),
     ] = None,
+    renamed: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            metavar="OURS=THEIRS",
+            help="A topic's name in this recording, as /fix=/navsat/fix; may be repeated. "
+            "/encoder_data may be a JointState.",
+        ),
+    ] = None,
     controller: Annotated[
         str | None, typer.Option(help="Who steers instead of the recorded controller.")
     ] = None,
@@ -64,6 +73,7 @@ def replay(
     from andabata.app.console import Voice
     from andabata.app.replaying import replay_bag
     from andabata.app.settings import resolve
+    from andabata.app.usage import pairs
     from andabata.machine.robot import RobotModel
     from andabata.tasks.rig import RigConfig
     from rl.policy import Policy
@@ -73,6 +83,7 @@ def replay(
         body = {"robot": RobotModel.load(robot)} if robot else {}
         return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
 
+    names = pairs(renamed or (), "--map")
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
         data = replay_bag(
@@ -83,6 +94,7 @@ def replay(
             lambda: step(1),
             cloud,
             configure,
+            names,
         )
     if data["same_forest"] is False:
         voice.say("note: another forest drove; scans may differ")

@@ -11,7 +11,8 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Sweeps
 from terrain.classes import TRAITS
 from traversability.grid import PolarGrid
-from worlds.rays import NO_CLASS, RayScene
+from worlds.ray_walk import NO_CLASS
+from worlds.rays import RayScene
 
 _RETURNS = np.ones(256, dtype=np.float32)
 for _semantic, _traits in TRAITS.items():
@@ -101,7 +102,7 @@ class RotatingLidar:
         config: LidarConfig,
         robot: RobotModel,
         rng: np.random.Generator,
-        reach: float | None = None,
+        reach: float = np.inf,
     ) -> None:
         """Mount the laser.
 
@@ -110,8 +111,8 @@ class RotatingLidar:
             config: The laser.
             robot: Height of the optical centre.
             rng: Noise, dropouts and porous things.
-            reach: Nobody looks at returns further away [m], so that they need not be right; None if
-                somebody does. Nearer ones are the same to the bit.
+            reach: Nobody looks at returns further away [m], so that they need not be right. Nearer
+                ones are the same to the bit.
         """
         self._scene = scene
         self._reach = reach
@@ -168,7 +169,7 @@ class RotatingLidar:
         """
         budgets = self._rng.standard_exponential(len(rays), dtype=np.float32)
         ranges, classes = self._scene.cast_through(rays, budgets, self._reach)
-        if self._reach is not None:
+        if np.isfinite(self._reach):
             beside = _maybe_mixed(ranges, self._config.beams, mix, self._config.mixed)
             if len(beside):
                 far = self._scene.cast_through(rays[beside], budgets[beside])

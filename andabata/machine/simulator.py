@@ -64,7 +64,7 @@ class Simulator:
         plant: Plant,
         sensing: SensingConfig,
         rng: np.random.Generator,
-        reach: float | None = None,
+        reach: float = np.inf,
     ) -> None:
         """Build the plant in the world and mount the senses.
 

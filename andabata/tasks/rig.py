@@ -83,7 +83,7 @@ class Rig:
         self.scene = scene
         self.config = config
         self._rng = np.random.default_rng(0)
-        reach = None if far_sighted else config.assembly.max_range + _BEYOND
+        reach = np.inf if far_sighted else config.assembly.max_range + _BEYOND
         self.simulator = Simulator(
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng, reach
         )

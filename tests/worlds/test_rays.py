@@ -9,7 +9,9 @@ from terrain.heightfield import Heightfield
 from terrain.objects import box
 from worlds.bodies import build_bodies
 from worlds.catalogue import make_world
-from worlds.rays import NO_CLASS, RayScene
+from worlds.embree import EmbreeScene
+from worlds.ray_walk import NO_CLASS
+from worlds.rays import RayScene
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
@@ -71,6 +73,52 @@ def test_physics_and_rays_see_the_same_world(name):
     unexplained = [k for k in odd if not _grazes(scene, origins[k], directions[k], physics[k])]
     assert not unexplained, [(k, physics[k], seen[k]) for k in unexplained[:10]]
     assert len(odd) < 0.005 * n, f"{len(odd)} rays graze an edge, too many"
+
+
+def scattered_rays(world, n, rng):
+    """Rays from all over a world, beside it, inside of things; some along the axes."""
+    half = world.ground.width / 2
+    origins = rng.uniform(-1.1 * half, 1.1 * half, (n, 3))
+    ground = world.ground.height_at(origins[:, 0], origins[:, 1])
+    origins[:, 2] = ground + rng.uniform(0.05, 6, n)
+    directions = rng.normal(size=(n, 3))
+    directions[: n // 10, 0] = 0.0
+    directions[n // 20 : n // 5, 1] = 0.0
+    directions[: n // 100] = [0.0, 0.0, -1.0]
+    directions[n // 2 :, 2] *= 0.1
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return rays_of(origins, directions)
+
+
+@pytest.mark.parametrize("name", ["natural-test", "hollow", "park", "lake", "maze"])
+@pytest.mark.parametrize("porous", [True, False], ids=["first face", "through plants"])
+def test_rays_meet_what_embree_meets(name, porous):
+    world, n = make_world(name, 6), 40_000
+    rays = scattered_rays(world, n, np.random.default_rng(1))
+    expected, kinds = EmbreeScene(world, porous).first(rays)
+    budgets = np.full(n, 0.0 if porous else np.inf, dtype=np.float32)
+    # From inside, the first face is where a ray leaves; ours is in the plant from the start.
+    started = outside_of_plants(world, rays) if porous else np.ones(n, dtype=bool)
+    ranges, classes = RayScene(world).cast_through(rays, budgets)
+    with np.errstate(invalid="ignore"):
+        apart = ~(
+            (np.abs(ranges - expected) <= 1e-3 * np.maximum(1, expected)) | (ranges == expected)
+        )
+    assert np.isfinite(expected).mean() > 0.3
+    # Rays along an edge, or from a metre beside the map's border, may pass on either side of it.
+    assert (apart & started).sum() <= n // 10_000
+    assert (classes != kinds)[started & ~apart].mean() < 1e-3
+
+
+def outside_of_plants(world, rays):
+    """Whether each ray begins outside of every porous thing."""
+    outside = np.ones(len(rays), dtype=bool)
+    for thing in world.objects:
+        if np.isinf(TRAITS[thing.semantic].hits_per_metre):
+            continue
+        low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+        outside &= ~((rays[:, :3] >= low) & (rays[:, :3] <= high)).all(axis=1)
+    return outside
 
 
 def _grazes(scene, origin, direction, physics):

@@ -139,7 +139,7 @@ def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
     surface,  # noqa: ANN001
     frame,  # noqa: ANN001
     kinds,  # noqa: ANN001
-    spheres,  # noqa: ANN001
+    boxes,  # noqa: ANN001
     starts,  # noqa: ANN001
     planes,  # noqa: ANN001
     lattice,  # noqa: ANN001
@@ -162,12 +162,12 @@ def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
     for ray in range(len(rays)):
         ox, oy, oz = np.float64(rays[ray, 0]), np.float64(rays[ray, 1]), np.float64(rays[ray, 2])
         dx, dy, dz = np.float64(rays[ray, 3]), np.float64(rays[ray, 4]), np.float64(rays[ray, 5])
-        ix, iy = 1.0 / dx, 1.0 / dy  # Infinite for rays along an axis.
+        ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz  # Infinite for rays along an axis.
         end, kind, porous, side = np.inf, NO_CLASS, 0, 0
         # Where the ray is over the blocks, and where over the ground.
         here, stop = _within(ox, ix, left, left + columns * edge, 0.0, reach)
         here, stop = _within(oy, iy, below, below + rows * edge, here, stop)
-        here, stop = _within(oz, 1.0 / dz, lattice[3], lattice[4], here, stop)
+        here, stop = _within(oz, iz, lattice[3], lattice[4], here, stop)
         over, past = _within(ox, ix, x_min, x_min + squares_x * cell, here, stop)
         over, past = _within(oy, iy, y_min, y_min + squares_y * cell, over, past)
         i = min(max(int(np.floor((ox + here * dx - left) / edge)), 0), columns - 1)
@@ -212,10 +212,10 @@ def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
                     if asked[k] == ray:
                         continue
                     asked[k] = ray
-                    cx, cy, cz = spheres[k, 0] - ox, spheres[k, 1] - oy, spheres[k, 2] - oz
-                    nearest, radius = cx * dx + cy * dy + cz * dz, spheres[k, 3]
-                    aside = cx * cx + cy * cy + cz * cz - nearest * nearest
-                    if aside > radius * radius or nearest + radius < 0 or nearest - radius > end:
+                    begin, until = _within(ox, ix, boxes[k, 0], boxes[k, 3], 0.0, end)
+                    begin, until = _within(oy, iy, boxes[k, 1], boxes[k, 4], begin, until)
+                    begin, until = _within(oz, iz, boxes[k, 2], boxes[k, 5], begin, until)
+                    if begin > until:
                         continue
                     enter, leave = _cross_thing(
                         planes, starts[k], starts[k + 1], ox, oy, oz, dx, dy, dz

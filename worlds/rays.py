@@ -10,7 +10,7 @@ from terrain.objects import SceneObject
 from worlds.ray_walk import cast_rays
 from worlds.world import World
 
-_BLOCK = 2.0
+_BLOCK = 1.0
 """Edge of the squares of the map that know their highest ground and their things [m], about."""
 
 
@@ -110,13 +110,13 @@ class _Things(NamedTuple):
 
     Attributes:
         kinds: Semantic class of each, uint8, shape (n,).
-        spheres: Centre and radius of a sphere around each [m], shape (n, 4).
+        boxes: Least x, y, z, then greatest, of each [m], shape (n, 6).
         starts: Planes ``starts[k]`` to ``starts[k + 1]`` are those of thing ``k``.
         planes: Outward unit normal and distance from the map's origin [m], shape (p, 4).
     """
 
     kinds: NDArray[np.uint8]
-    spheres: NDArray[np.float64]
+    boxes: NDArray[np.float64]
     starts: NDArray[np.int64]
     planes: NDArray[np.float64]
 
@@ -151,9 +151,9 @@ def _things(objects: tuple[SceneObject, ...]) -> _Things:
     )
     firsts = np.cumsum([0] + [len(thing.vertices) for thing in objects])
     faces = np.cumsum([0] + [len(thing.triangles) for thing in objects])
-    spheres, starts, planes = _planes(corners, triangles, firsts, faces)
+    boxes, starts, planes = _planes(corners, triangles, firsts, faces)
     kinds = np.array([thing.semantic for thing in objects], dtype=np.uint8)
-    return _Things(kinds, spheres, starts, planes)
+    return _Things(kinds, boxes, starts, planes)
 
 
 _SAME = 1e-4
@@ -162,9 +162,9 @@ _SAME = 1e-4
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return spheres around convex meshes, and the planes of their faces, each once."""
+    """Return boxes around convex meshes, and the planes of their faces, each once."""
     count = len(firsts) - 1
-    spheres, starts = np.empty((count, 4)), np.zeros(count + 1, dtype=np.int64)
+    boxes, starts = np.empty((count, 6)), np.zeros(count + 1, dtype=np.int64)
     planes = np.empty((len(triangles), 4))
     n = 0
     for k in range(count):
@@ -172,14 +172,7 @@ def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def] 
             low, high = np.inf, -np.inf
             for v in range(firsts[k], firsts[k + 1]):
                 low, high = min(low, corners[v, c]), max(high, corners[v, c])
-            spheres[k, c] = (low + high) / 2
-        furthest = 0.0
-        for v in range(firsts[k], firsts[k + 1]):
-            square = 0.0
-            for c in range(3):
-                square += (corners[v, c] - spheres[k, c]) ** 2
-            furthest = max(furthest, square)
-        spheres[k, 3] = np.sqrt(furthest) + 1e-6
+            boxes[k, c], boxes[k, 3 + c] = low - _SAME, high + _SAME
         for face in range(faces[k], faces[k + 1]):
             one = firsts[k] + triangles[face, 0]
             two = firsts[k] + triangles[face, 1]
@@ -203,7 +196,7 @@ def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def] 
                 known |= apart < _SAME
             n += not known
         starts[k + 1] = n
-    return spheres, starts, planes[:n].copy()
+    return boxes, starts, planes[:n].copy()
 
 
 def _blocks(ground: _Ground, objects: tuple[SceneObject, ...]) -> _Blocks:

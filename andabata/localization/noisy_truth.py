@@ -65,6 +65,10 @@ class NoisyTruthLocalizer:
         rows = senses.true_track
         if not len(rows):  # Before the first period.
             return
+        if not self._sigma.any():
+            self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+            self._pose = Pose(rows[-1, 1:4], rows[-1, 4:8])
+            return
         keep = np.exp(-(senses.stamp - self._track.latest) / self._time)
         wander = self._sigma * np.sqrt(1 - keep * keep) * self._rng.standard_normal(5)
         before, self._error = self._error, keep * self._error + wander
@@ -81,8 +85,6 @@ class NoisyTruthLocalizer:
         errors: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return poses moved by errors x, y, yaw, roll, pitch, shape (k, 5)."""
-        if not self._sigma.any():
-            return positions, quaternions
         errors = np.broadcast_to(self._error, (len(positions), 5)) if errors is None else errors
         positions = positions.copy()
         positions[:, :2] += errors[:, :2]

@@ -42,6 +42,11 @@ class CloudAssemblyConfig(BaseModel):
     body_radius: float = Field(default=0.4, ge=0)
     stale: float = Field(default=5.0, gt=0)
 
+    @property
+    def sight(self) -> float:
+        """How far a simulation has to look [m]: noise moves returns across ``max_range``."""
+        return self.max_range + 0.5
+
 
 class CloudAssembler:
     """Gathers placed beams for a (half) turn of the head; the complete cloud replaces the last one.

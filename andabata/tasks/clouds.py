@@ -142,7 +142,9 @@ def take_cloud(
     if rng.random() < config.varied:
         robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
         kept = rng.uniform(*config.kept)
-    simulator = Simulator(scene.world, scene.rays, robot, "kinematic", sensing, rng)
+    simulator = Simulator(
+        scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
+    )
     localizers = [NoisyTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
     assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
     speed = 0.0 if rng.random() < config.still else config.robot.speed

@@ -24,9 +24,6 @@ from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from worlds.world import Start
 
-_BEYOND = 0.5
-"""How much further than clouds reach rays are followed [m]: range noise moves returns."""
-
 
 class RigConfig(BaseModel):
     """What a robot is put together from.
@@ -83,7 +80,7 @@ class Rig:
         self.scene = scene
         self.config = config
         self._rng = np.random.default_rng(0)
-        reach = np.inf if far_sighted else config.assembly.max_range + _BEYOND
+        reach = np.inf if far_sighted else config.assembly.sight
         self.simulator = Simulator(
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng, reach
         )

@@ -65,12 +65,13 @@ class NoisyTruthLocalizer:
         rows = senses.true_track
         if not len(rows):  # Before the first period.
             return
+        draw = self._rng.standard_normal(5)  # Also without errors: the others' draws stay theirs.
         if not self._sigma.any():
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
             self._pose = Pose(rows[-1, 1:4], rows[-1, 4:8])
             return
         keep = np.exp(-(senses.stamp - self._track.latest) / self._time)
-        wander = self._sigma * np.sqrt(1 - keep * keep) * self._rng.standard_normal(5)
+        wander = self._sigma * np.sqrt(1 - keep * keep) * draw
         before, self._error = self._error, keep * self._error + wander
         share = np.linspace(0, 1, len(rows) + 1)[1:, None]
         errors = (1 - share) * before + share * self._error

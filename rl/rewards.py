@@ -4,6 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+TERMS = ("attraction", "repulsion", "collision", "tipover")
+"""Names of the terms."""
+
 
 class RewardConfig(BaseModel):
     """Constants of the reward.
@@ -50,7 +53,7 @@ def paper_reward(
         distance: Distance to the goal after it [m].
         outcome: How the drive ended with this step, None when it goes on.
     """
-    repulsion = _weights(config, len(ranges)) @ (config.max_range - ranges)
+    repulsion = repulsion_weights(config, len(ranges)) @ (config.max_range - ranges)
     return {
         "attraction": config.attraction * (distance_before - distance),
         "repulsion": -float(repulsion),
@@ -59,7 +62,7 @@ def paper_reward(
     }
 
 
-def _weights(config: RewardConfig, sectors: int) -> NDArray[np.float64]:
+def repulsion_weights(config: RewardConfig, sectors: int) -> NDArray[np.float64]:
     """Return Kr of each sector [1/m]."""
     bearings = np.abs(-np.pi + 2 * np.pi / sectors * (np.arange(sectors) + 0.5))
     inner = np.where(bearings <= np.pi / 2, config.side, config.rear)

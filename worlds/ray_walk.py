@@ -179,10 +179,10 @@ def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
             there = min(to_i, to_j, stop)
             z_here, z_there = z_there, oz + there * dz
             low, high = min(z_here, z_there), max(z_here, z_there)
-            begin, until = max(here, over), min(there, past, end)
-            if begin < until and low > tops[i, j, 0]:
-                side = 1
-            elif begin < until:
+            begin, until = 0.0, -1.0
+            if low <= tops[i, j, 0]:
+                begin, until = max(here, over), min(there, past, end)
+            if begin < until:
                 first_a, first_b = first_square_x + i * per_block, first_square_y + j * per_block
                 met, a, b, side = _meet_ground(
                     heights,

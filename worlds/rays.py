@@ -19,6 +19,9 @@ class RayScene:
 
     The world is laid out in blocks that know their highest ground and what stands in them
     (``worlds.ray_walk``).
+
+    Attributes:
+        layout: The world in arrays.
     """
 
     def __init__(self, world: World) -> None:
@@ -28,13 +31,12 @@ class RayScene:
             world: Whose ground and objects are cast against.
         """
         ground = world.ground
-        self._ground = _Ground(
+        laid = Ground(
             np.ascontiguousarray(ground.heights),
             np.ascontiguousarray(world.surface),
             np.array([-ground.width / 2, -ground.depth / 2, ground.cell]),
         )
-        self._things = _things(world.objects)
-        self._blocks = _blocks(self._ground, world.objects)
+        self.layout = Layout(laid, _things(world.objects), _blocks(laid, world.objects))
 
     def cast_opaque(
         self, rays: NDArray[np.float32]
@@ -85,13 +87,12 @@ class RayScene:
         """
         ranges = np.empty(len(rays), dtype=np.float32)
         classes = np.empty(len(rays), dtype=np.uint8)
-        cast_rays(
-            rays, budgets, reach, *self._ground, *self._things, *self._blocks, ranges, classes
-        )
+        ground, things, blocks = self.layout
+        cast_rays(rays, budgets, reach, *ground, *things, *blocks, ranges, classes)
         return ranges, classes
 
 
-class _Ground(NamedTuple):
+class Ground(NamedTuple):
     """The heightfield.
 
     Attributes:
@@ -105,7 +106,7 @@ class _Ground(NamedTuple):
     frame: NDArray[np.float64]
 
 
-class _Things(NamedTuple):
+class Things(NamedTuple):
     """Convex things as the planes of their faces.
 
     Attributes:
@@ -121,7 +122,7 @@ class _Things(NamedTuple):
     planes: NDArray[np.float64]
 
 
-class _Blocks(NamedTuple):
+class Blocks(NamedTuple):
     """Squares of the map, and what is in them.
 
     Attributes:
@@ -143,7 +144,15 @@ class _Blocks(NamedTuple):
     members: NDArray[np.int64]
 
 
-def _things(objects: tuple[SceneObject, ...]) -> _Things:
+class Layout(NamedTuple):
+    """A world as compiled code walks through it."""
+
+    ground: Ground
+    things: Things
+    blocks: Blocks
+
+
+def _things(objects: tuple[SceneObject, ...]) -> Things:
     """Return the objects' planes."""
     corners = np.concatenate([np.zeros((0, 3)), *(thing.vertices for thing in objects)])
     triangles = np.concatenate(
@@ -153,7 +162,7 @@ def _things(objects: tuple[SceneObject, ...]) -> _Things:
     faces = np.cumsum([0] + [len(thing.triangles) for thing in objects])
     boxes, starts, planes = _planes(corners, triangles, firsts, faces)
     kinds = np.array([thing.semantic for thing in objects], dtype=np.uint8)
-    return _Things(kinds, boxes, starts, planes)
+    return Things(kinds, boxes, starts, planes)
 
 
 _SAME = 1e-4
@@ -199,10 +208,10 @@ def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def] 
     return boxes, starts, planes[:n].copy()
 
 
-def _blocks(ground: _Ground, objects: tuple[SceneObject, ...]) -> _Blocks:
+def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
     """Return the blocks of ground and things together."""
     corner, cell = ground.frame[:2], ground.frame[2]
-    squares = max(1, round(_BLOCK / cell))
+    squares = max(2, round(_BLOCK / cell))
     edge = squares * cell
     lows = np.array([thing.vertices.min(axis=0) for thing in objects]).reshape(-1, 3)
     highs = np.array([thing.vertices.max(axis=0) for thing in objects]).reshape(-1, 3)
@@ -241,4 +250,4 @@ def _blocks(ground: _Ground, objects: tuple[SceneObject, ...]) -> _Blocks:
     floor = min(float(ground.heights.min()), lows[:, 2].min(initial=np.inf)) - 1.0
     roof = float(tops[..., :2].max()) + 1.0
     lattice = np.array([*(corner + first * edge), edge, floor, roof])
-    return _Blocks(lattice, np.array([squares, *(first * squares)]), tops, firsts, members)
+    return Blocks(lattice, np.array([squares, *(first * squares)]), tops, firsts, members)

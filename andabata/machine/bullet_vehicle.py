@@ -128,8 +128,8 @@ class BulletVehicle:
 
     def place(self, start: Start) -> None:
         """Put the body down, let it come to rest, and set its time to zero."""
-        where = np.array([start.x, start.y, start.yaw])
-        height, roll, pitch = stand(self._heights, self._ground.cell, where, self._contacts)
+        x, y, c, s = start.x, start.y, np.cos(start.yaw), np.sin(start.yaw)
+        height, roll, pitch = stand(self._heights, self._ground.cell, x, y, c, s, self._contacts)
         turn = Rotation.from_quat(quaternion(roll, pitch, start.yaw))
         base = turn.apply([0.0, 0.0, self._robot.centre_of_mass + 0.02])
         pybullet.resetBasePositionAndOrientation(

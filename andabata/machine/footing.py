@@ -4,15 +4,17 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True, nogil=True)
-def stand(heights, cell, xy_yaw, wheels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return height [m], roll and pitch [rad] of a body on four wheels (least-squares plane)."""
-    c, s = np.cos(xy_yaw[2]), np.sin(xy_yaw[2])
+@njit(cache=True, nogil=True, error_model="numpy")
+def stand(heights, cell, x0, y0, c, s, wheels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return height [m], roll and pitch [rad] of a body on four wheels (least-squares plane).
+
+    ``c`` and ``s`` are cosine and sine of its heading.
+    """
     nx, ny = heights.shape
     mean, rise_x, rise_y, square_x, square_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(wheels)):
-        x = xy_yaw[0] + c * wheels[k, 0] - s * wheels[k, 1]
-        y = xy_yaw[1] + s * wheels[k, 0] + c * wheels[k, 1]
+        x = x0 + c * wheels[k, 0] - s * wheels[k, 1]
+        y = y0 + s * wheels[k, 0] + c * wheels[k, 1]
         u = min(max(x / cell + (nx - 1) / 2, 0.0), nx - 1.0)
         v = min(max(y / cell + (ny - 1) / 2, 0.0), ny - 1.0)
         i, j = min(int(u), nx - 2), min(int(v), ny - 2)
@@ -28,22 +30,24 @@ def stand(heights, cell, xy_yaw, wheels):  # type: ignore[no-untyped-def]  # noq
         rise_y += z * wheels[k, 1]
         square_x += wheels[k, 0] ** 2
         square_y += wheels[k, 1] ** 2
+    if rise_x == 0.0 and rise_y == 0.0:
+        return mean, 0.0, 0.0
     slope_x, slope_y = rise_x / square_x, rise_y / square_y
     pitch = -np.arctan(slope_x)
     return mean, np.arctan(slope_y * np.cos(pitch)), pitch
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def quaternion(roll, pitch, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the quaternion x, y, z, w of roll, pitch, yaw [rad]."""
+    sy, cy = np.sin(yaw / 2), np.cos(yaw / 2)
+    if roll == 0.0 and pitch == 0.0:
+        return 0.0, 0.0, sy, cy
     cr, sr = np.cos(roll / 2), np.sin(roll / 2)
     cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
-    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
-    return np.array(
-        [
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ]
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
     )

@@ -1,6 +1,7 @@
 """The fast plant: four wheels that follow the ground, with slip and contact by the map."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -13,10 +14,8 @@ from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import VehicleState, WheelSpeeds
 from andabata.machine.vehicle import TICK
-from worlds.truth import Reason
+from worlds.truth import Reason, TraversabilityMap
 from worlds.world import Start, World
-
-_SOLID = int(Reason.SOLID)
 
 
 class KinematicConfig(BaseModel):
@@ -63,9 +62,8 @@ class KinematicVehicle:
         self._kinematics = SkidSteer(robot)
         self._config = config or KinematicConfig()
         self._robot, self._rng = robot, rng
-        wheels = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
-        self._wheels = wheels * [robot.wheelbase, robot.track]
-        self._outline = _outline(robot, self._config.bumper)
+        self._numbers = plant_numbers(robot, self._config)
+        self._contact = contact_map(self._truth, self._numbers.outline)
         self._heights = np.ascontiguousarray(self._ground.heights)
         self.place(Start(0.0, 0.0, 0.0))
 
@@ -94,16 +92,15 @@ class KinematicVehicle:
         self._commanded = wheels
         rows = np.empty((len(noise), 9))
         rows[:, 7], rows[:, 8] = wheels.left, wheels.right
-        config, truth = self._config, self._truth
-        keep = math.exp(-TICK / config.slip_time)
-        _drive(
+        truth, numbers = self._truth, self._numbers
+        drive_ticks(
             self._motion,
             np.array(self._kinematics.twist(wheels)),
-            config.slip_sigma * math.sqrt(1 - keep * keep) * noise,
-            np.array([keep, 1 - math.exp(-TICK / config.lag), config.max_climb, config.max_tilt]),
-            np.array([self._robot.creep, self._robot.creep_slope, self._robot.pivot]),
-            (self._heights, self._ground.cell, self._wheels),
-            (truth.reason, truth.x_min, truth.y_min, truth.cell, self._outline),
+            numbers.slip * noise,
+            numbers.limits,
+            numbers.sliding,
+            (self._heights, self._ground.cell, numbers.wheels),
+            (self._contact, truth.x_min, truth.y_min, truth.cell, numbers.outline),
             rows,
             self._flags,
         )
@@ -128,6 +125,63 @@ class KinematicVehicle:
         """There is nothing to free."""
 
 
+_ROOMY, _NEAR, _HARD = range(3)
+
+
+def contact_map(truth: TraversabilityMap, outline: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return where a body can touch something: nowhere, perhaps, or where the cell is solid.
+
+    Args:
+        truth: The map.
+        outline: Of the body [m], shape (k, 2).
+
+    Returns:
+        0, 1 or 2 for a body in the middle of each cell, uint8, shape (n, m).
+    """
+    room = float(np.hypot(*outline.T).max()) + 2 * truth.cell
+    near = np.where(truth.clearance > room, _ROOMY, _NEAR).astype(np.uint8)
+    border = math.ceil(room / truth.cell)
+    inside = np.zeros(near.shape, dtype=np.bool_)
+    inside[border:-border, border:-border] = True
+    near[~inside] = _NEAR
+    near[truth.reason == Reason.SOLID] = _HARD
+    return near
+
+
+class PlantNumbers(NamedTuple):
+    """Numbers of the plant as compiled code takes them.
+
+    Attributes:
+        limits: Share of the slip that stays from tick to tick, share of a commanded change that is
+            made in one, steepest climb and most tilt [rad].
+        sliding: Creep, its slope and the pivot of ``RobotModel``.
+        wheels: Where they touch the ground [m], shape (4, 2).
+        outline: Of the body [m], shape (k, 2).
+        slip: Standard deviation of what a tick adds to the slip.
+    """
+
+    limits: NDArray[np.float64]
+    sliding: NDArray[np.float64]
+    wheels: NDArray[np.float64]
+    outline: NDArray[np.float64]
+    slip: float
+
+
+def plant_numbers(robot: RobotModel, config: KinematicConfig) -> PlantNumbers:
+    """Return the numbers of a robot's plant."""
+    keep = math.exp(-TICK / config.slip_time)
+    corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
+    return PlantNumbers(
+        limits=np.array(
+            [keep, 1 - math.exp(-TICK / config.lag), config.max_climb, config.max_tilt]
+        ),
+        sliding=np.array([robot.creep, robot.creep_slope, robot.pivot]),
+        wheels=corners * [robot.wheelbase, robot.track],
+        outline=_outline(robot, config.bumper),
+        slip=config.slip_sigma * math.sqrt(1 - keep * keep),
+    )
+
+
 def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
     """Return points along the body's outline [m], shape (k, 2), at most 9 cm apart."""
     half_x, half_y = robot.length / 2 - bumper, robot.width / 2 - bumper
@@ -137,8 +191,8 @@ def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
     return np.array(sides + ends)
 
 
-@njit(cache=True, nogil=True)
-def _drive(motion, wanted, noise, limits, sliding, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+@njit(cache=True, nogil=True, error_model="numpy")
+def drive_ticks(motion, wanted, noise, limits, sliding, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Move for as many ticks as ``rows`` has.
 
     ``motion`` holds x, y, yaw, speed, yaw rate, the relative errors of the two and the sideways
@@ -147,8 +201,9 @@ def _drive(motion, wanted, noise, limits, sliding, ground, contact, rows, flags)
     keep, blend, max_climb, max_tilt = limits
     creep, creep_slope, pivot = sliding
     heights, cell, wheels = ground
-    moved = np.empty(3)
-    height, roll, pitch = stand(heights, cell, motion, wheels)
+    near, x_min, y_min, raster, outline = contact
+    cosine, sine = np.cos(motion[2]), np.sin(motion[2])
+    height, roll, pitch = stand(heights, cell, motion[0], motion[1], cosine, sine, wheels)
     for k in range(len(rows)):
         for c in range(2):
             motion[5 + c] = keep * motion[5 + c] + noise[k, c]
@@ -158,32 +213,41 @@ def _drive(motion, wanted, noise, limits, sliding, ground, contact, rows, flags)
         if -pitch * np.sign(motion[3]) > max_climb:  # Nose up: the wheels spin.
             motion[3] = 0.0
         middle = motion[2] + motion[4] * TICK / 2
-        motion[7] = -abs(motion[4]) * creep * np.tanh(np.sin(roll) / creep_slope)
-        motion[7] -= motion[4] * pivot * np.sin(pitch)
-        step, aside = motion[3] * TICK * np.cos(pitch), motion[7] * TICK * np.cos(roll)
-        moved[0] = motion[0] + step * np.cos(middle) - aside * np.sin(middle)
-        moved[1] = motion[1] + step * np.sin(middle) + aside * np.cos(middle)
-        moved[2] = np.pi - (np.pi - motion[2] - motion[4] * TICK) % (2 * np.pi)
-        if _touches(moved, contact):
+        step, aside = motion[3] * TICK, 0.0
+        if roll != 0.0 or pitch != 0.0:
+            motion[7] = -abs(motion[4]) * creep * np.tanh(np.sin(roll) / creep_slope)
+            motion[7] -= motion[4] * pivot * np.sin(pitch)
+            step, aside = step * np.cos(pitch), motion[7] * TICK * np.cos(roll)
+        else:
+            motion[7] = 0.0
+        c, s = np.cos(middle), np.sin(middle)
+        x = motion[0] + step * c - aside * s
+        y = motion[1] + step * s + aside * c
+        yaw = motion[2] + motion[4] * TICK
+        if not -np.pi < yaw <= np.pi:
+            yaw = np.pi - (np.pi - yaw) % (2 * np.pi)
+        c, s = np.cos(yaw), np.sin(yaw)
+        if _touches(x, y, c, s, near, x_min, y_min, raster, outline):
             flags[0] = True
         else:
-            motion[:3] = moved
-        height, roll, pitch = stand(heights, cell, motion, wheels)
+            motion[0], motion[1], motion[2], cosine, sine = x, y, yaw, c, s
+        height, roll, pitch = stand(heights, cell, motion[0], motion[1], cosine, sine, wheels)
         flags[1] |= max(abs(roll), abs(pitch)) > max_tilt
         rows[k, 0], rows[k, 1], rows[k, 2] = motion[0], motion[1], height
-        rows[k, 3:7] = quaternion(roll, pitch, motion[2])
+        rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6] = quaternion(roll, pitch, motion[2])
 
 
-@njit(cache=True, nogil=True)
-def _touches(xy_yaw, contact):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+@njit(cache=True, nogil=True, error_model="numpy")
+def _touches(x0, y0, c, s, near, x_min, y_min, cell, outline):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return whether a point of the outline lies in a solid cell or beyond the map."""
-    reason, x_min, y_min, cell, outline = contact
-    c, s = np.cos(xy_yaw[2]), np.sin(xy_yaw[2])
-    n, m = reason.shape
+    n, m = near.shape
+    i, j = int(np.floor((x0 - x_min) / cell)), int(np.floor((y0 - y_min) / cell))
+    if 0 <= i < n and 0 <= j < m and near[i, j] == _ROOMY:
+        return False
     for k in range(len(outline)):
-        x = xy_yaw[0] + c * outline[k, 0] - s * outline[k, 1]
-        y = xy_yaw[1] + s * outline[k, 0] + c * outline[k, 1]
+        x = x0 + c * outline[k, 0] - s * outline[k, 1]
+        y = y0 + s * outline[k, 0] + c * outline[k, 1]
         i, j = int(np.floor((x - x_min) / cell)), int(np.floor((y - y_min) / cell))
-        if i < 0 or j < 0 or i >= n or j >= m or reason[i, j] == _SOLID:
+        if i < 0 or j < 0 or i >= n or j >= m or near[i, j] == _HARD:
             return True
     return False

@@ -257,5 +257,5 @@ class HorizontalScanner:
         self._rays[:, 2] += self._height
         self._rays[:, 3] = np.cos(self._bearings + pose.yaw)
         self._rays[:, 4] = np.sin(self._bearings + pose.yaw)
-        ranges, _ = self._scene.cast(self._rays, self._rng)
-        return np.where(ranges < self._max_range, ranges, np.float32(np.inf))
+        budgets = self._rng.standard_exponential(len(self._rays), dtype=np.float32)
+        return self._scene.cast_through(self._rays, budgets, self._max_range)[0]

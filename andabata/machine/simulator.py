@@ -24,6 +24,11 @@ TICKS_PER_STEP = 10
 """Ticks of one control period (paper: 0.1 s)."""
 
 
+def reseed(stream: np.random.Generator, rng: np.random.Generator) -> None:
+    """Begin a stream of draws afresh, from one draw of ``rng``."""
+    stream.bit_generator.state = np.random.PCG64(int(rng.integers(2**63))).state
+
+
 class SensingConfig(BaseModel):
     """Which scanner the robot carries.
 
@@ -77,8 +82,11 @@ class Simulator:
             rng: Every noise of plant and senses comes from here.
             reach: See ``RotatingLidar``.
         """
-        self.vehicle = make_vehicle(plant, world, robot, rng)
-        self._rng = rng
+        # Plant and laser have streams of their own: what one draws changes nothing for the other.
+        self._rng, self._streams = rng, (np.random.default_rng(0), np.random.default_rng(0))
+        slip, beams = self._streams
+        self._reseed()
+        self.vehicle = make_vehicle(plant, world, robot, slip)
         self._track = PoseTrack()
         self._tick = 0
         self.feeling: Proprioception | None = None
@@ -89,12 +97,13 @@ class Simulator:
         self.lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
-            self.lidar = RotatingLidar(rays, sensing.lidar, robot, rng, reach)
+            self.lidar = RotatingLidar(rays, sensing.lidar, robot, beams, reach)
         else:
-            self._scanner = HorizontalScanner(rays, sensing.grid, robot, rng)
+            self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams)
 
     def reset(self, start: Start) -> Senses:
         """Put the robot down at rest and return what it senses before the first period."""
+        self._reseed()
         self.vehicle.place(start)
         self._tick = 0
         self._track.clear()
@@ -104,6 +113,11 @@ class Simulator:
             pose = np.concatenate([state.pose.position, state.pose.quaternion])
             self.feeling.reset(pose, self._rng)
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
+
+    def _reseed(self) -> None:
+        """Begin the streams of plant and laser afresh."""
+        for stream in self._streams:
+            reseed(stream, self._rng)
 
     def step(self, wheels: WheelSpeeds, blind: bool = False) -> Senses:
         """Drive one control period of 0.1 s and return what was sensed in it.

@@ -103,10 +103,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._forest = forest
         self._rigs: dict[int, Rig] = {}
         self._limit = config.rig.robot.max_steering
-        layout = ObservationLayout(config.rig.grid.n_sectors)
-        low, high = layout.bounds(config.rig.grid.outer_radius, self._limit)
-        self.observation_space = gym.spaces.Box(low, high, dtype=np.float32)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -170,6 +167,14 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         return self._rigs[world_seed]
 
 
+def offroad_spaces(config: OffroadConfig) -> tuple[gym.spaces.Space[Any], gym.spaces.Space[Any]]:
+    """Return the spaces of states and actions; see ``OffroadEnv``."""
+    layout = ObservationLayout(config.rig.grid.n_sectors)
+    low, high = layout.bounds(config.rig.grid.outer_radius, config.rig.robot.max_steering)
+    actions = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+    return gym.spaces.Box(low, high, dtype=np.float32), actions
+
+
 def _truth(senses: Senses) -> VehicleState:
     """Return the true state, which a simulation always gives."""
     if senses.truth is None:
@@ -185,14 +190,16 @@ def _state(view: View) -> NDArray[np.float32]:
 def stage_config(stage: str) -> OffroadConfig:
     """Return the environment of one of the paper's stages: ``Maze2D``, ``Maze3D`` or ``Natural``.
 
-    Training drives the kinematic plant; results are judged in bullet.
+    Training drives the kinematic plant; results are judged in bullet. The first stage has no senses
+    but its beams: it drives by the true pose with wandering errors (assumption).
 
     Raises:
         ValueError: If there is no such stage.
     """
     rig = RigConfig(plant="kinematic")
     if stage == "Maze2D":
-        flat = rig.model_copy(update={"sensing": SensingConfig(scanner="horizontal")})
+        sensing = SensingConfig(scanner="horizontal", proprioception=None)
+        flat = rig.model_copy(update={"sensing": sensing, "localizer": "truth"})
         return OffroadConfig(preset="maze", rig=flat, judge=JudgeConfig(time_limit=180.0))
     if stage == "Maze3D":
         return OffroadConfig(preset="maze", rig=rig, judge=JudgeConfig(time_limit=180.0))

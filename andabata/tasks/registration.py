@@ -15,5 +15,8 @@ def register_environments() -> None:
         name = f"andabata/{stage}-v0"
         if name not in gym.registry:
             gym.register(
-                name, entry_point="andabata.tasks.offroad:make_offroad", kwargs={"stage": stage}
+                name,
+                entry_point="andabata.tasks.offroad:make_offroad",
+                vector_entry_point="andabata.tasks.vector:make_vector",
+                kwargs={"stage": stage},
             )

@@ -12,7 +12,7 @@ from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses
-from andabata.machine.simulator import SensingConfig, Simulator
+from andabata.machine.simulator import SensingConfig, Simulator, reseed
 from andabata.machine.vehicle import Plant
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.navigator import Navigator
@@ -85,13 +85,15 @@ class Rig:
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng, reach
         )
         self.perception = make_perception(config, forest)
-        self.localizer = make_localizer(config, self._rng)
+        self._errors = np.random.default_rng(0)
+        self.localizer = make_localizer(config, self._errors)
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
         """Put the robot down; every noise comes from a child of ``rng``."""
         self._rng.bit_generator.state = rng.spawn(1)[0].bit_generator.state
         senses = self.simulator.reset(start)
+        reseed(self._errors, self._rng)
         if senses.truth is None:
             raise ValueError("truth: expected the simulator's true state, got none")
         self.navigator.reset(self._believed(senses.truth.pose), senses.stamp)

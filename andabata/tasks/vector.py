@@ -1,0 +1,204 @@
+"""Many robots at once, over as many processes as there are cores."""
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from numpy.typing import NDArray
+
+from andabata.tasks.flat import FlatVectorEnv
+from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, stage_config
+from andabata.tasks.scenes import SceneShelf
+from traversability.forest import Forest
+
+State = NDArray[np.float32]
+
+
+def make_vector(
+    stage: str,
+    num_envs: int = 1,
+    config: OffroadConfig | None = None,
+    workers: int = 1,
+    shelf: SceneShelf | None = None,
+) -> VectorEnv[Any, Any, Any]:
+    """Make a stage's environment for many robots: the entry point of ``gymnasium.make_vec``.
+
+    All of them begin the next episode in the step in which the last one ended
+    (``AutoresetMode.SAME_STEP``), and do what as many single environments do.
+
+    Args:
+        stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
+        num_envs: Robots.
+        config: Instead of the stage's own.
+        workers: Processes, each with its share of the robots; stage 1 needs one.
+        shelf: Scenes to share in this process.
+    """
+    config = config or stage_config(stage)
+    if config.rig.sensing.scanner == "horizontal" and config.rig.localizer == "truth":
+        return FlatVectorEnv(config, num_envs, shelf)
+    if workers <= 1:
+        return robots_in_one_process(config, num_envs, shelf=shelf)
+    return OffroadVectorEnv(config, num_envs, workers)
+
+
+def robots_in_one_process(
+    config: OffroadConfig,
+    count: int,
+    forest: Forest | None = None,
+    shelf: SceneShelf | None = None,
+) -> SyncVectorEnv:
+    """Return robots that share scenes, forest and process, one after the other.
+
+    What a robot costs is compiled work on its own arrays, so that casting the rays of several in
+    one call would save nothing; what they share is the world.
+
+    Args:
+        config: The stage.
+        count: Robots.
+        forest: As for ``OffroadEnv``.
+        shelf: Scenes to share with others of this process.
+    """
+    make = partial(OffroadEnv, config, forest, shelf or SceneShelf())
+    return SyncVectorEnv([make] * count, autoreset_mode=AutoresetMode.SAME_STEP)
+
+
+class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
+    """Robots over several processes; see ``OffroadEnv`` for actions, states and rewards.
+
+    Robot ``k`` does the same with any number of processes. What one step's infos hold is merged;
+    entries that only some robots have are masked as Gymnasium does.
+    """
+
+    def __init__(
+        self, config: OffroadConfig, num_envs: int, workers: int, forest: bytes | None = None
+    ) -> None:
+        """Start the processes.
+
+        Args:
+            config: The stage.
+            num_envs: Robots.
+            workers: Processes.
+            forest: The cell classifier's file; None for the shipped one.
+        """
+        self.num_envs = num_envs
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
+        self.single_observation_space, self.single_action_space = offroad_spaces(config)
+        self.observation_space = gym.vector.utils.batch_space(
+            self.single_observation_space, num_envs
+        )
+        self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
+        edges = np.linspace(0, num_envs, min(workers, num_envs) + 1).astype(int)
+        self._shares = [slice(a, b) for a, b in pairwise(edges.tolist())]
+        context = get_context("spawn")
+        self._pipes: list[Connection] = []
+        self._processes = []
+        for share in self._shares:
+            ours, theirs = context.Pipe()
+            count = share.stop - share.start
+            process = context.Process(target=_serve, args=(theirs, config, count, forest))
+            process.daemon = True
+            process.start()
+            theirs.close()
+            self._pipes.append(ours)
+            self._processes.append(process)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[State, dict[str, Any]]:
+        """Begin an episode of each robot; an integer seeds robot ``k`` with ``seed + k``."""
+        if seed is None or isinstance(seed, int):
+            seed = [None if seed is None else seed + k for k in range(self.num_envs)]
+        for pipe, share in zip(self._pipes, self._shares, strict=True):
+            pipe.send(("reset", list(seed[share]), options))
+        answers = [_answer(pipe) for pipe in self._pipes]
+        return np.concatenate([states for states, _ in answers]), self._merged(
+            [info for _, info in answers]
+        )
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[State, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Steer every robot for one control period of 0.1 s."""
+        for pipe, share in zip(self._pipes, self._shares, strict=True):
+            pipe.send(("step", actions[share]))
+        answers = [_answer(pipe) for pipe in self._pipes]
+        states, rewards, terminated, truncated = (
+            np.concatenate([answer[n] for answer in answers]) for n in range(4)
+        )
+        return states, rewards, terminated, truncated, self._merged([one[4] for one in answers])
+
+    def _merged(self, infos: list[dict[str, Any]]) -> dict[str, Any]:
+        """Return the infos of all shares as one."""
+        found: dict[str, Any] = {}
+        names = {name: value for info in infos for name, value in info.items()}
+        for name, sample in names.items():
+            parts = [info.get(name) for info in infos]
+            if isinstance(sample, dict):
+                found[name] = self._merged([part or {} for part in parts])
+                continue
+            whole = np.zeros((self.num_envs, *sample.shape[1:]), dtype=sample.dtype)
+            for share, part in zip(self._shares, parts, strict=True):
+                if part is not None:
+                    whole[share] = part
+            found[name] = whole
+        return found
+
+    def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
+        """End the processes."""
+        for pipe, process in zip(self._pipes, self._processes, strict=True):
+            if process.is_alive():
+                pipe.send(("close",))
+            process.join(timeout=5)
+            if process.is_alive():
+                process.terminate()
+            pipe.close()
+
+
+def _answer(pipe: Connection) -> Any:  # noqa: ANN401 - what the environment returns.
+    """Return what a process answers.
+
+    Raises:
+        ValueError: What it says went wrong.
+    """
+    try:
+        answer = pipe.recv()
+    except EOFError as error:
+        raise ValueError("worker: expected an answer, got none: it has ended") from error
+    if isinstance(answer, str):
+        raise ValueError(answer)
+    return answer
+
+
+def _serve(pipe: Connection, config: OffroadConfig, count: int, forest: bytes | None) -> None:
+    """Drive a share of the robots until told to stop; Ctrl-C is for the parent."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    loaded = Forest.from_bytes(forest) if forest is not None else None
+    robots = robots_in_one_process(config, count, loaded)
+    try:
+        while True:
+            kind, *rest = pipe.recv()
+            if kind == "close":
+                return
+            try:
+                if kind == "reset":
+                    answer: Any = robots.reset(seed=rest[0], options=rest[1])
+                else:
+                    answer = robots.step(rest[0])
+            except ValueError as error:
+                answer = str(error)
+            pipe.send(answer)
+    except (EOFError, BrokenPipeError):
+        return  # The parent is gone.
+    finally:
+        robots.close()

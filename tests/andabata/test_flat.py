@@ -1,0 +1,107 @@
+"""Many robots of stage 1 at once do what each would do alone."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from andabata.tasks.flat import FlatVectorEnv
+from andabata.tasks.judge import JudgeConfig
+from andabata.tasks.offroad import OffroadEnv, stage_config
+from andabata.tasks.registration import register_environments
+
+SMALL = stage_config("Maze2D").model_copy(
+    update={"seeds": (0, 1, 2), "judge": JudgeConfig(time_limit=40.0)}
+)
+
+
+def wiggle(k, robot):
+    return np.float32(np.sin(k / (5 + robot)) * (0.3 + 0.1 * robot))
+
+
+def test_they_drive_as_each_would_alone(shelf):
+    count, steps = 6, 500
+    together = FlatVectorEnv(SMALL, count, shelf, autoreset=False)
+    seeds = [40 + robot for robot in range(count)]
+    states, info = together.reset(seed=seeds)
+    alone = [OffroadEnv(SMALL, shelf=shelf) for _ in range(count)]
+    over, ends = np.zeros(count, dtype=bool), set()
+    for robot, env in enumerate(alone):
+        state, about = env.reset(seed=seeds[robot])
+        assert about["world_seed"] == info["world_seed"][robot]
+        np.testing.assert_allclose(states[robot], state, atol=2e-6)
+    for k in range(steps):
+        actions = np.array([[wiggle(k, robot)] for robot in range(count)])
+        states, rewards, terminated, truncated, info = together.step(actions)
+        for robot, env in enumerate(alone):
+            if over[robot]:
+                assert not (terminated | truncated)[robot]
+                continue
+            state, reward, end, cut, about = env.step(actions[robot])
+            # Sines by numpy and by the compiler differ in the last bit.
+            np.testing.assert_allclose(states[robot], state, atol=1e-5)
+            assert rewards[robot] == pytest.approx(reward, abs=1e-3)
+            assert (terminated[robot], truncated[robot]) == (end, cut)
+            if end or cut:
+                over[robot] = True
+                ends.add(about["outcome"])
+                assert info["outcome"][robot] == about["outcome"]
+                assert info["is_success"][robot] == about["is_success"]
+            for name, term in about["reward_terms"].items():
+                assert info["reward_terms"][name][robot] == pytest.approx(term, abs=1e-3)
+    assert over.all()
+    assert ends >= {"collision", "timeout"}
+
+
+def test_an_episode_that_ends_is_followed_by_the_next_in_the_same_step(shelf):
+    config = SMALL.model_copy(update={"judge": JudgeConfig(time_limit=1.0)})
+    env = FlatVectorEnv(config, 3, shelf)
+    assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    env.reset(seed=5)
+    forward = np.zeros((3, 1), dtype=np.float32)
+    for _ in range(9):
+        _, _, terminated, truncated, _ = env.step(forward)
+        assert not (terminated | truncated).any()
+    states, _, terminated, truncated, info = env.step(forward)
+    assert truncated.all()
+    assert not terminated.any()
+    assert (info["outcome"] == "timeout").all()
+    assert not np.allclose(states, info["final_obs"])
+    assert env.observation_space.contains(states)
+    again, rewards, _, truncated, _ = env.step(forward)
+    assert not truncated.any()
+    assert np.isfinite(rewards).all()
+    assert np.abs(again[:, :32] - states[:, :32]).max() < 2.0  # It goes on from there.
+
+
+def test_a_robot_that_is_begun_again_leaves_the_others_alone(shelf):
+    env, other = (FlatVectorEnv(SMALL, 2, shelf, autoreset=False) for _ in range(2))
+    env.reset(seed=1)
+    other.reset(seed=1)
+    actions = np.full((2, 1), 0.5, dtype=np.float32)
+    for _ in range(20):
+        env.step(actions)
+        other.step(actions)
+    before, _ = env.reset(seed=[None, 9], options={"reset_mask": np.array([False, True])})
+    fresh, _ = FlatVectorEnv(SMALL, 1, shelf).reset(seed=9)
+    np.testing.assert_array_equal(before[1], fresh[0])
+    np.testing.assert_array_equal(env.step(actions)[0][0], other.step(actions)[0][0])
+
+
+def test_gymnasium_makes_it():
+    register_environments()
+    env = gym.make_vec("andabata/Maze2D-v0", num_envs=2, config=SMALL)
+    assert isinstance(env.unwrapped, FlatVectorEnv)
+    env.reset(seed=0)
+    states, *_ = env.step(env.action_space.sample())
+    assert env.observation_space.contains(states)
+    env.close()
+
+
+def test_nonsense_is_named(shelf):
+    with pytest.raises(ValueError, match="expected the horizontal scanner"):
+        FlatVectorEnv(stage_config("Maze3D"), 2, shelf)
+    env = FlatVectorEnv(SMALL, 2, shelf)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="expected finite"):
+        env.step(np.array([[np.nan], [0.0]], dtype=np.float32))

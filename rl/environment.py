@@ -26,3 +26,23 @@ class Environment(Protocol):
 
     def close(self) -> None:
         """Free everything."""
+
+
+class Robots(Protocol):
+    """A Gymnasium vector environment that begins episodes when it is told to.
+
+    A robot whose episode is over stands still until ``reset`` with a ``reset_mask`` begins its next
+    one. The infos of a step in which episodes end hold ``is_success`` and ``outcome`` of each.
+    """
+
+    num_envs: int
+
+    def reset(
+        self, *, seed: list[int | None], options: dict[str, Any]
+    ) -> tuple[State, dict[str, Any]]:
+        """Begin episodes and return the states of all robots, shape (n, m)."""
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[State, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Return states, rewards, terminated, truncated and infos after one control step."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.environment import Environment
+from rl.environment import Environment, Robots
 from rl.policy import Policy
 
 
@@ -86,6 +86,85 @@ def play(
         outcome=str(info["outcome"]),
         is_success=bool(info["is_success"]),
         steps=steps,
+    )
+
+
+class _Lane:
+    """One robot's episode as it is played."""
+
+    def __init__(self, number: int, seed: Seed) -> None:
+        """Begin the episode of a seed, which is to be the ``number``-th of the result."""
+        self.number, self.rng = number, np.random.default_rng(seed)
+        self.first_seed = int(self.rng.integers(2**31))
+        self.states: list[NDArray[np.float32]] = []
+        self.actions: list[float] = []
+        self.rewards: list[float] = []
+        self.steps = 0
+
+
+def play_together(
+    robots: Robots, policy: Policy, hold: int, seeds: Sequence[Seed], explore: bool = True
+) -> list[Episode]:
+    """Play an episode for each seed, as ``play`` does, with many robots side by side.
+
+    Args:
+        robots: Where; see ``Robots``.
+        policy: Chooses the actions.
+        hold: Control steps that an action is held.
+        seeds: Of the episodes.
+        explore: As for ``play``.
+    """
+    waiting = list(enumerate(seeds))[::-1]
+    found: dict[int, Episode] = {}
+    lanes: list[_Lane | None] = [None] * robots.num_envs
+    states = np.zeros((robots.num_envs, policy.layout.size), dtype=np.float32)
+    actions = np.zeros((robots.num_envs, 1), dtype=np.float32)
+    while len(found) < len(seeds):
+        idle = np.array([lane is None for lane in lanes])
+        for k in np.flatnonzero(idle)[: len(waiting)].tolist():
+            lanes[k] = _Lane(*waiting.pop())
+        begun = idle & np.array([lane is not None for lane in lanes])
+        if begun.any():
+            first = [lane.first_seed if lane else None for lane in lanes]
+            states, _ = robots.reset(seed=first, options={"reset_mask": begun})
+        for k, lane in enumerate(lanes):
+            if lane is None:
+                continue
+            state = states[k]
+            action = (
+                policy.explore(state, lane.rng) if explore else policy.act(state) / policy.limit
+            )
+            lane.states.append(state)
+            lane.actions.append(action)
+            lane.rewards.append(0.0)
+            actions[k] = action
+        for _ in range(hold):
+            states, rewards, terminated, truncated, info = robots.step(actions)
+            over = terminated | truncated
+            for k, lane in enumerate(lanes):
+                if lane is None:
+                    continue
+                lane.rewards[-1] += float(rewards[k])
+                lane.steps += 1
+                if over[k]:
+                    found[lane.number] = _finished(lane, states[k], bool(terminated[k]), info, k)
+                    lanes[k] = None
+    return [found[number] for number in range(len(seeds))]
+
+
+def _finished(
+    lane: _Lane, last: NDArray[np.float32], terminated: bool, info: dict[str, Any], robot: int
+) -> Episode:
+    """Return a robot's episode that has ended."""
+    return Episode(
+        states=np.array(lane.states, dtype=np.float32),
+        actions=np.array(lane.actions, dtype=np.float32),
+        rewards=np.array(lane.rewards),
+        last_state=last,
+        terminated=terminated,
+        outcome=str(info["outcome"][robot]),
+        is_success=bool(info["is_success"][robot]),
+        steps=lane.steps,
     )
 
 

@@ -151,10 +151,11 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             ValueError: If the stage is another.
         """
         rig = config.rig
-        if (rig.sensing.scanner, rig.plant, rig.localizer) != ("horizontal", "kinematic", "truth"):
+        if not is_flat(config):
             raise ValueError(
-                "rig: expected the horizontal scanner, the kinematic plant and the true pose, got "
-                f"{rig.sensing.scanner}, {rig.plant}, {rig.localizer}; use OffroadVectorEnv"
+                "rig: expected a maze, horizontal scanner, kinematic plant and true pose, got "
+                f"{config.preset}, {rig.sensing.scanner}, {rig.plant}, {rig.localizer}; use "
+                "OffroadVectorEnv"
             )
         self.config, self.num_envs = config, num_envs
         mode = AutoresetMode.SAME_STEP if autoreset else AutoresetMode.DISABLED
@@ -348,6 +349,13 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
 
     def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
         """There is nothing to free."""
+
+
+def is_flat(config: OffroadConfig) -> bool:
+    """Return whether a stage is one that the compiled pass drives."""
+    rig = config.rig
+    kind = (config.preset, rig.sensing.scanner, rig.plant, rig.localizer)
+    return kind == ("maze", "horizontal", "kinematic", "truth") and not rig.sensing.proprioception
 
 
 def _lay_out(scenes: list[Scene], contacts: list[NDArray[np.uint8]]) -> _Worlds:

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
-from andabata.tasks.flat import FlatVectorEnv
+from andabata.tasks.flat import FlatVectorEnv, is_flat
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, stage_config
 from andabata.tasks.scenes import SceneShelf
 from traversability.forest import Forest
@@ -40,7 +40,7 @@ def make_vector(
         shelf: Scenes to share in this process.
     """
     config = config or stage_config(stage)
-    if config.rig.sensing.scanner == "horizontal" and config.rig.localizer == "truth":
+    if is_flat(config):
         return FlatVectorEnv(config, num_envs, shelf)
     if workers <= 1:
         return robots_in_one_process(config, num_envs, shelf=shelf)

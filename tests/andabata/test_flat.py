@@ -9,10 +9,14 @@ from andabata.tasks.flat import FlatVectorEnv
 from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.registration import register_environments
+from rl.policy import Policy
+from rl.training import play, play_together
 
 SMALL = stage_config("Maze2D").model_copy(
     update={"seeds": (0, 1, 2), "judge": JudgeConfig(time_limit=40.0)}
 )
+
+SHAPES = tuple(enumerate([(16, 35), (2, 16)]))
 
 
 def wiggle(k, robot):
@@ -99,9 +103,37 @@ def test_gymnasium_makes_it():
 
 
 def test_nonsense_is_named(shelf):
-    with pytest.raises(ValueError, match="expected the horizontal scanner"):
+    with pytest.raises(ValueError, match="expected a maze, horizontal scanner"):
         FlatVectorEnv(stage_config("Maze3D"), 2, shelf)
     env = FlatVectorEnv(SMALL, 2, shelf)
     env.reset(seed=0)
     with pytest.raises(ValueError, match="expected finite"):
         env.step(np.array([[np.nan], [0.0]], dtype=np.float32))
+
+
+def test_episodes_depend_on_their_seeds_alone(shelf):
+    layers = [(0.1 * np.random.default_rng(k).normal(size=s), np.zeros(s[0])) for k, s in SHAPES]
+    policy = Policy(
+        tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers), 10.0, 0.5, 0.15
+    )
+    seeds = [(3, 0, k) for k in range(9)]
+    played = []
+    for lanes in (1, 4, 16):
+        robots = FlatVectorEnv(SMALL, lanes, shelf, autoreset=False)
+        played.append(play_together(robots, policy, 5, seeds))
+    alone = [play(OffroadEnv(SMALL, shelf=shelf), policy, 5, seed) for seed in seeds]
+    for few, more, many, one in zip(*played, alone, strict=True):
+        for other in (more, many):
+            for name in ("states", "actions", "rewards", "last_state"):
+                np.testing.assert_array_equal(getattr(few, name), getattr(other, name))
+            assert (few.outcome, few.steps) == (other.outcome, other.steps)
+        # The last bits of sines differ from a single environment's.
+        assert (few.outcome, few.is_success, few.terminated, few.steps) == (
+            one.outcome,
+            one.is_success,
+            one.terminated,
+            one.steps,
+        )
+        np.testing.assert_allclose(few.states, one.states, atol=1e-3)
+        np.testing.assert_allclose(few.rewards, one.rewards, atol=0.1)
+    assert len({episode.outcome for episode in alone}) > 1

@@ -9,11 +9,12 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from andabata.tasks.offroad import make_offroad, stage_config
+from andabata.tasks.flat import FlatVectorEnv, is_flat
+from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.seeds import evaluation_world
 from rl.metrics import wilson_interval
 from rl.policy import Policy
-from rl.training import play
+from rl.training import play, play_together
 
 
 def main(
@@ -26,10 +27,15 @@ def main(
     config = stage_config("Maze2D")
     seeds = tuple(range(first, first + 60))
     rig = config.rig.model_validate(config.rig.model_dump() | {"plant": plant})
-    env = make_offroad("Maze2D", config.model_copy(update={"seeds": seeds, "rig": rig}))
-    loaded = Policy.load(policy)
-    played = [play(env, loaded, 1, (7, k), explore=False) for k in range(episodes)]
-    env.close()
+    config = config.model_copy(update={"seeds": seeds, "rig": rig})
+    loaded, drives = Policy.load(policy), [(7, k) for k in range(episodes)]
+    if is_flat(config):
+        robots = FlatVectorEnv(config, 64, autoreset=False)
+        played = play_together(robots, loaded, 1, drives, explore=False)
+    else:
+        env = OffroadEnv(config)
+        played = [play(env, loaded, 1, drive, explore=False) for drive in drives]
+        env.close()
     reached = sum(episode.is_success for episode in played)
     low, high = wilson_interval(reached, episodes)
     outcomes = dict(Counter(episode.outcome for episode in played))

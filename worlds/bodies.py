@@ -53,10 +53,12 @@ def _build_solids(world: World, client: int) -> list[int]:
     vertices: list[np.ndarray] = []
     triangles: list[np.ndarray] = []
     things = [thing for thing in world.objects if TRAITS[thing.semantic].solid]
+    corners = faces = 0
     for number, thing in enumerate(things):
-        triangles.append(thing.triangles + sum(len(part) for part in vertices))
+        triangles.append(thing.triangles + corners)
         vertices.append(thing.vertices)
-        full = sum(len(part) for part in triangles) > _MAX_TRIANGLES
+        corners, faces = corners + len(thing.vertices), faces + len(thing.triangles)
+        full = faces > _MAX_TRIANGLES
         if full or number == len(things) - 1:
             shape = pybullet.createCollisionShape(
                 pybullet.GEOM_MESH,
@@ -67,4 +69,5 @@ def _build_solids(world: World, client: int) -> list[int]:
             )
             bodies.append(pybullet.createMultiBody(0, shape, physicsClientId=client))
             vertices, triangles = [], []
+            corners = faces = 0
     return bodies

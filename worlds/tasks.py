@@ -26,6 +26,7 @@ class Places:
         self.truth = truth
         self._regions, _ = label(truth.clearance >= PATH_ROOM)
         self._roomy = np.argwhere((truth.clearance >= START_ROOM) & (self._regions > 0))
+        self._region_of = self._regions[tuple(self._roomy.T)]
 
     def draw(self, rng: np.random.Generator) -> NDArray[np.float64]:
         """Return a random roomy place [m], shape (2,).
@@ -53,10 +54,13 @@ class Places:
     ) -> NDArray[np.float64] | None:
         """Return a random roomy place of the same region, ``near`` to ``far`` [m] away, or None."""
         origin = np.array([self.truth.x_min, self.truth.y_min])
-        cells = self._roomy
+        # The cells are in order of x: only those within reach are looked at.
+        column, reach = (place[0] - origin[0]) / self.truth.cell, far / self.truth.cell + 1
+        first, last = np.searchsorted(self._roomy[:, 0], [column - reach, column + reach])
+        cells = self._roomy[first:last]
         gaps = np.hypot(*(origin + (cells + 0.5) * self.truth.cell - place).T)
         region = self._regions[tuple(((place - origin) / self.truth.cell).astype(int))]
-        fits = (gaps >= near) & (gaps <= far) & (self._regions[tuple(cells.T)] == region)
+        fits = (gaps >= near) & (gaps <= far) & (self._region_of[first:last] == region)
         choices = np.flatnonzero(fits)
         return self._place(cells[rng.choice(choices)]) if len(choices) else None
 

@@ -139,7 +139,6 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
         (simulator.vehicle, "drive", "plant"),
         (simulator.feeling, "sample", "senses"),
         (simulator.lidar, "sweeps", "laser"),
-        (lidar, "beam_times", "times"),
         (lidar, "beam_rays", "rays"),
         (rig.scene.rays, "cast_through", "cast"),
         (rig.localizer, "update", "filter"),
@@ -156,7 +155,7 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
 
 def _stages(spent: dict[str, float]) -> dict[str, float]:
     """Return the stages in the order of the chain, without what is counted in another one."""
-    rays = spent["times"] + spent["rays"]
+    rays = spent["rays"]
     judged = spent["project"] + spent["features"] + spent["forest"]
     return {
         "plant": spent["plant"],

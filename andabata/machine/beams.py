@@ -4,19 +4,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from andabata.machine.pose import PoseTrack
+from andabata.machine.pose import PoseTrack, pose_at
 from andabata.machine.senses import Sweeps
 from traversability.cloud import PointCloud
 
 
-def beam_times(sweeps: Sweeps) -> NDArray[np.float64]:
-    """Return when each beam leaves [s], float64, shape (s * b,)."""
-    offsets = np.arange(sweeps.elevations.shape[-1]) * sweeps.beam_period
-    return (sweeps.stamps[:, None] + offsets).ravel()
-
-
 class BeamTables:
-    """Sines and cosines of a laser's beams, made once and kept while the beams stay the same.
+    """Sines and cosines of a laser's beams, kept while these stay the same, and room for rays.
 
     A beam's direction is a sum of angles, and needs no sine of its own: that is three quarters of
     the work.
@@ -26,6 +20,13 @@ class BeamTables:
         """Begin without beams."""
         self._elevations: NDArray[np.float32] | None = None
         self._step = np.nan
+        self._rays = np.empty((0, 6), dtype=np.float32)
+
+    def room(self, count: int) -> NDArray[np.float32]:
+        """Return memory for some rays, the same at each call, float32, shape (count, 6)."""
+        if len(self._rays) < count:
+            self._rays = np.empty((count, 6), dtype=np.float32)
+        return self._rays[:count]
 
     def of(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return sine and cosine of the head's turn from beam to beam, and of the elevations.
@@ -47,54 +48,65 @@ def _sines(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def beam_rays(
-    sweeps: Sweeps, poses: NDArray[np.float64], lidar_height: float, tables: BeamTables
+    sweeps: Sweeps, track: PoseTrack, lidar_height: float, tables: BeamTables
 ) -> NDArray[np.float32]:
-    """Return where each beam leaves and where it points.
+    """Return where each beam leaves and where it points, from the pose of its own instant.
 
     Args:
         sweeps: The sweeps; their ranges are not looked at.
-        poses: Pose of ``base_footprint`` at each beam's time: x, y, z [m], quaternion x, y, z, w,
-            shape (s * b, 7).
+        track: Where the robot is when.
         lidar_height: Optical centre above ``base_footprint`` [m].
         tables: The caller's.
 
     Returns:
-        Origin in the map [m] and unit direction of each, float32, shape (s * b, 6).
+        Origin in the map [m] and unit direction of each, float32, shape (s * b, 6), in memory that
+        the next call writes to.
     """
-    return _rays(poses, _sines(sweeps.head_angles), *tables.of(sweeps), lidar_height)
-
-
-@njit(cache=True, nogil=True)
-def _rays(poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Turn each beam from the head's plane into the base and into the map."""
-    rays = np.empty((len(poses), 6), dtype=np.float32)
-    for k in range(len(poses)):
-        origin, direction = _ray(k, k, poses, heads, steps, tilts, height)
-        for c in range(3):
-            rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
+    count = sweeps.ranges.size
+    rays = tables.room(count)
+    heads = _sines(sweeps.head_angles)
+    steps, tilts = tables.of(sweeps)
+    _rays(sweeps.stamps, sweeps.beam_period, *track.table, heads, steps, tilts, lidar_height, rays)
     return rays
 
 
-@njit(cache=True, nogil=True)
-def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
-    points = np.empty((len(rows), 3), dtype=np.float32)
-    for place, k in enumerate(rows):
-        origin, direction = _ray(k, place, poses, heads, steps, tilts, height)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rays(stamps, period, known, poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Turn each beam from the head's plane into the base and into the map."""
+    beams, after = tilts.shape[1], 1
+    for sweep in range(len(stamps)):
+        for beam in range(beams):
+            pose, after = pose_at(known, poses, stamps[sweep] + beam * period, after)
+            origin, direction = _ray(sweep, beam, pose, heads, steps, tilts, height)
+            k = sweep * beams + beam
+            for c in range(3):
+                rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _places(rows, stamps, period, known, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where some beams ended, float32, shape (k, 3), and when they left."""
+    beams, after = tilts.shape[1], 1
+    points, times = np.empty((len(rows), 3), dtype=np.float32), np.empty(len(rows))
+    for place in range(len(rows)):
+        k = rows[place]
+        sweep, beam = k // beams, k % beams
+        times[place] = stamps[sweep] + beam * period
+        pose, after = pose_at(known, poses, times[place], after)
+        origin, direction = _ray(sweep, beam, pose, heads, steps, tilts, height)
         for c in range(3):
             points[place, c] = origin[c] + ranges[k] * direction[c]
-    return points
+    return points, times
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _ray(k, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where beam ``k`` leaves at the pose of a row, and where it points, in the map."""
-    sweep, beam = divmod(k, tilts.shape[1])
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _ray(sweep, beam, pose, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where a beam leaves at a pose, and where it points, in the map."""
     plane = sweep % len(tilts)
     outward, c = tilts[plane, beam, 0], tilts[plane, beam, 1]
     a = outward * (heads[sweep, 1] * steps[beam, 1] - heads[sweep, 0] * steps[beam, 0])
     b = outward * (heads[sweep, 0] * steps[beam, 1] + heads[sweep, 1] * steps[beam, 0])
-    x, y, z, w = poses[row, 3], poses[row, 4], poses[row, 5], poses[row, 6]
+    px, py, pz, x, y, z, w = pose
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -102,12 +114,7 @@ def _ray(k, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped
         2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c,
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
-    origin = (
-        poses[row, 0] + r02 * height,
-        poses[row, 1] + r12 * height,
-        poses[row, 2] + r22 * height,
-    )
-    return origin, direction
+    return (px + r02 * height, py + r12 * height, pz + r22 * height), direction
 
 
 def place_beams(
@@ -131,10 +138,17 @@ def place_beams(
     """
     if rows is None:
         rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    times = beam_times(sweeps)[rows]
     heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
-    poses = track.at(times)
-    return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
+    steps, tilts = tables.of(sweeps)
+    stamps, period = sweeps.stamps, sweeps.beam_period
+    placed: tuple[NDArray[np.float32], NDArray[np.float64]] = _places(
+        rows, stamps, period, *track.table, heads, steps, tilts, lidar_height, ranges
+    )
+    return placed
+
+
+_STILL = PoseTrack(1)
+_STILL.append(0.0, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 def cloud_of_sweeps(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
@@ -143,11 +157,8 @@ def cloud_of_sweeps(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
     Times count whole nanoseconds, as a message holds them.
     """
     rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    still = np.zeros((len(rows), 7))
-    still[:, 6] = 1.0
-    heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
-    points = _places(rows, still, heads, *tables.of(sweeps), 0.0, ranges)
-    times = np.round(beam_times(sweeps)[rows] * 1e9) / 1e9
+    points, times = place_beams(sweeps, _STILL, 0.0, tables, rows)
+    times = np.round(times * 1e9) / 1e9
     classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
     return PointCloud(points, "sensor", times, classes)
 

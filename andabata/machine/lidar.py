@@ -5,7 +5,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.beams import BeamTables, beam_rays, beam_times
+from andabata.machine.beams import BeamTables, beam_rays
+from andabata.machine.draws import normal, uniform
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Sweeps
@@ -121,6 +122,7 @@ class RotatingLidar:
         self._rng = rng
         self._elevations = config.elevations(0, 1)  # Those of every sweep, but for a rosette.
         self._tables = BeamTables()
+        self._budgets = np.empty(0, dtype=np.float32)
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -143,12 +145,17 @@ class RotatingLidar:
             elevations=elevations,
             ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
         )
-        poses = track.at(beam_times(empty))
-        rays = beam_rays(empty, poses, self._height, self._tables)
-        shape = empty.ranges.shape
-        mix = self._rng.random(shape, dtype=np.float32)
-        true, classes = self._cast(rays, mix.ravel())
-        ranges = self._measure(true.reshape(shape), classes.reshape(shape), mix)
+        rays = beam_rays(empty, track, self._height, self._tables)
+        shape, key = empty.ranges.shape, np.uint64(self._rng.integers(2**63))
+        true, classes = self._cast(rays, key)
+        ranges = _measured(
+            true.reshape(shape),
+            classes.reshape(shape),
+            key,
+            _RETURNS,
+            np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
+            np.array([config.min_range, config.max_range]),
+        )
         return Sweeps(
             stamps=stamps,
             head_angles=empty.head_angles,
@@ -160,45 +167,34 @@ class RotatingLidar:
         )
 
     def _cast(
-        self, rays: NDArray[np.float32], mix: NDArray[np.float32]
+        self, rays: NDArray[np.float32], key: np.uint64
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
 
         A mixed pixel lies between a near surface and the one behind it, however far. Everything
         else beyond is nobody's business, and most of the world needs no looking at.
         """
-        budgets = self._rng.standard_exponential(len(rays), dtype=np.float32)
+        if len(self._budgets) < len(rays):
+            self._budgets = np.empty(len(rays), dtype=np.float32)
+        budgets = self._budgets[: len(rays)]
+        self._rng.standard_exponential(dtype=np.float32, out=budgets)
         ranges, classes = self._scene.cast_through(rays, budgets, self._reach)
         if np.isfinite(self._reach):
-            beside = _maybe_mixed(ranges, self._config.beams, mix, self._config.mixed)
+            beside = _maybe_mixed(ranges, self._config.beams, key, self._config.mixed)
             if len(beside):
                 far = self._scene.cast_through(rays[beside], budgets[beside])
                 ranges[beside], classes[beside] = far
         return ranges, classes
 
-    def _measure(
-        self, true: NDArray[np.float32], classes: NDArray[np.uint8], mix: NDArray[np.float32]
-    ) -> NDArray[np.float32]:
-        """Return what the laser reads for true ranges [m]; lost returns lose their class.
 
-        A mixed pixel keeps the class of the surface behind. Each beam has its own draws, so that
-        what one meets changes nothing for the others.
-        """
-        config, rng = self._config, self._rng
-        return _measured(
-            true,
-            classes,
-            rng.standard_normal(true.shape, dtype=np.float32),
-            mix,
-            rng.random(true.shape, dtype=np.float32),
-            _RETURNS,
-            np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
-            np.array([config.min_range, config.max_range]),
-        )
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _mix(key, beam):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return a beam's draw of where between two surfaces it may fall."""
+    return uniform(key, np.uint64(3) * np.uint64(beam))
 
 
-@njit(cache=True, nogil=True)
-def _maybe_mixed(ranges, beams, mix, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+@njit(cache=True, nogil=True, error_model="numpy")
+def _maybe_mixed(ranges, beams, key, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the beams that met nothing, draw a mixed pixel and have a neighbour that did not.
 
     Neighbours are those of the same sweep.
@@ -206,34 +202,47 @@ def _maybe_mixed(ranges, beams, mix, mixed):  # type: ignore[no-untyped-def]  # 
     found = np.empty(len(ranges), dtype=np.int64)
     count = 0
     for k in range(len(ranges)):
-        if not mix[k] < mixed or np.isfinite(ranges[k]):
+        if np.isfinite(ranges[k]):
             continue
         before = k % beams > 0 and np.isfinite(ranges[k - 1])
         after = (k + 1) % beams > 0 and np.isfinite(ranges[k + 1])
-        if before or after:
+        if (before or after) and _mix(key, k) < mixed:
             found[count] = k
             count += 1
     return found[:count]
 
 
-@njit(cache=True, nogil=True)
-def _measured(true, classes, normal, mix, keep, returns, faults, bounds):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return ranges with noise, dropouts and mixed pixels; ``inf`` is no return."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measured(true, classes, key, returns, faults, bounds):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return what the laser reads: noise, dropouts and mixed pixels; ``inf`` is no return.
+
+    A lost return loses its class; a mixed pixel keeps that of the surface behind. Each beam has its
+    own draws, so that what one meets changes nothing for the others.
+    """
     noise, dropout, edge, mixed = faults
     ranges = np.empty(true.shape, dtype=np.float32)
     last = true.shape[1] - 1
     for i in range(true.shape[0]):
         for j in range(true.shape[1]):
             here = true[i, j]
+            if not np.isfinite(here):
+                ranges[i, j], classes[i, j] = np.inf, NO_CLASS
+                continue
+            beam = i * true.shape[1] + j
+            number = np.uint64(3) * np.uint64(beam)
             near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
-            measured = here
-            if here - near > edge and np.isfinite(here) and mix[i, j] < mixed:
-                measured = near + (mix[i, j] / mixed) * (here - near)
-            measured += noise * normal[i, j]
-            lost = keep[i, j] >= (1 - dropout) * returns[classes[i, j]]
+            measured = np.float64(here)
+            if here - near > edge:
+                mix = _mix(key, beam)
+                if mix < mixed:
+                    measured = near + mix / mixed * (here - near)
+            measured += noise * normal(uniform(key, number + np.uint64(1)))
+            keep = uniform(key, number + np.uint64(2))
+            lost = keep >= (1 - dropout) * returns[classes[i, j]]
             if lost or not bounds[0] <= measured <= bounds[1]:
-                measured, classes[i, j] = np.inf, NO_CLASS
-            ranges[i, j] = measured
+                ranges[i, j], classes[i, j] = np.inf, NO_CLASS
+            else:
+                ranges[i, j] = measured
     return ranges
 
 

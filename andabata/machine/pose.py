@@ -125,6 +125,17 @@ class PoseTrack:
         """Stamp of the newest pose [s]; minus infinity when there is none."""
         return float(self._stamps[self._count - 1]) if self._count else -np.inf
 
+    @property
+    def table(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Stamps [s], shape (k,), and poses as ``at`` returns them, for compiled code.
+
+        Raises:
+            ValueError: If the track is empty.
+        """
+        if not self._count:
+            raise ValueError("pose track: expected at least one pose, got none")
+        return self._stamps[: self._count], self._poses
+
     def at(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the poses at the given instants; before the first and after the last, those.
 
@@ -137,33 +148,50 @@ class PoseTrack:
         Raises:
             ValueError: If the track is empty.
         """
-        if not self._count:
-            raise ValueError("pose track: expected at least one pose, got none")
-        return _interpolate(self._stamps[: self._count], self._poses, stamps)
+        return _interpolate(*self.table, stamps)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def pose_at(known, poses, stamp, after):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Return the pose at a stamp, and where the next search begins: stamps mostly grow."""
+    while after > 1 and known[after - 1] > stamp:
+        after -= 1
+    while after < len(known) - 1 and known[after] < stamp:
+        after += 1
+    if len(known) == 1:
+        share, before = 1.0, 0
+        after = 0
+    else:
+        before = after - 1
+        share = (stamp - known[before]) / (known[after] - known[before])
+        share = min(max(share, 0.0), 1.0)
+    rest = 1.0 - share
+    x = rest * poses[before, 3] + share * poses[after, 3]
+    y = rest * poses[before, 4] + share * poses[after, 4]
+    z = rest * poses[before, 5] + share * poses[after, 5]
+    w = rest * poses[before, 6] + share * poses[after, 6]
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    pose = (
+        rest * poses[before, 0] + share * poses[after, 0],
+        rest * poses[before, 1] + share * poses[after, 1],
+        rest * poses[before, 2] + share * poses[after, 2],
+        x / size,
+        y / size,
+        z / size,
+        w / size,
+    )
+    return pose, max(after, 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _interpolate(known, poses, stamps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the poses at stamps that mostly grow: the search goes on from the last one's place."""
+    """Return the poses at stamps."""
     result = np.empty((len(stamps), 7))
     after = 1
     for k in range(len(stamps)):
-        while after > 1 and known[after - 1] > stamps[k]:
-            after -= 1
-        while after < len(known) - 1 and known[after] < stamps[k]:
-            after += 1
-        if len(known) == 1:
-            result[k] = poses[0]
-            continue
-        share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
-        share = min(max(share, 0.0), 1.0)
-        square = 0.0
+        pose, after = pose_at(known, poses, stamps[k], after)
         for c in range(7):
-            result[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
-            if c > 2:
-                square += result[k, c] ** 2
-        for c in range(3, 7):
-            result[k, c] /= np.sqrt(square)
+            result[k, c] = pose[c]
     return result
 
 

@@ -28,7 +28,7 @@ def recorded(tmp_path_factory):
     """A short drive with a 3D laser."""
     path = tmp_path_factory.mktemp("lasers") / "drive.bag"
     options = ["--out", str(path.parent / "out"), "--set", "plant=kinematic", "--no-clouds"]
-    words = [*options, "--sensor", "vlp-16", "--time-limit", "8", "--record", str(path)]
+    words = [*options, "--sensor", "vlp-16", "--time-limit", "12", "--record", str(path)]
     assert main([*DRIVE, *words, "--json", "--quiet"]) == 0
     return path
 

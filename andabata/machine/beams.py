@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from andabata.machine.pose import PoseTrack, pose_at
+from andabata.machine.pose import PoseTrack, interpolate
 from andabata.machine.senses import Sweeps
 from traversability.cloud import PointCloud
 
@@ -21,12 +21,17 @@ class BeamTables:
         self._elevations: NDArray[np.float32] | None = None
         self._step = np.nan
         self._rays = np.empty((0, 6), dtype=np.float32)
+        self._poses = np.empty((0, 7))
+        self._times = np.empty(0)
 
-    def room(self, count: int) -> NDArray[np.float32]:
-        """Return memory for some rays, the same at each call, float32, shape (count, 6)."""
+    def room(
+        self, count: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32]]:
+        """Return memory for times, poses (count, 7) and rays (count, 6), the same at each call."""
         if len(self._rays) < count:
+            self._times, self._poses = np.empty(count), np.empty((count, 7))
             self._rays = np.empty((count, 6), dtype=np.float32)
-        return self._rays[:count]
+        return self._times[:count], self._poses[:count], self._rays[:count]
 
     def of(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return sine and cosine of the head's turn from beam to beam, and of the elevations.
@@ -62,51 +67,55 @@ def beam_rays(
         Origin in the map [m] and unit direction of each, float32, shape (s * b, 6), in memory that
         the next call writes to.
     """
-    count = sweeps.ranges.size
-    rays = tables.room(count)
+    times, poses, rays = tables.room(sweeps.ranges.size)
     heads = _sines(sweeps.head_angles)
     steps, tilts = tables.of(sweeps)
-    _rays(sweeps.stamps, sweeps.beam_period, *track.table, heads, steps, tilts, lidar_height, rays)
+    offsets = np.arange(sweeps.ranges.shape[1]) * sweeps.beam_period
+    np.add.outer(sweeps.stamps, offsets, out=times.reshape(sweeps.ranges.shape))
+    interpolate(*track.table, times, poses)
+    _rays(poses, heads, steps, tilts, lidar_height, rays)
     return rays
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rays(stamps, period, known, poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _leave(rows, stamps, period, beams, times):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write when some beams leave."""
+    for place, k in enumerate(rows):
+        times[place] = stamps[k // beams] + (k % beams) * period
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rays(poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Turn each beam from the head's plane into the base and into the map."""
-    beams, after = tilts.shape[1], 1
-    for sweep in range(len(stamps)):
+    beams = tilts.shape[1]
+    for sweep in range(len(heads)):
         for beam in range(beams):
-            pose, after = pose_at(known, poses, stamps[sweep] + beam * period, after)
-            origin, direction = _ray(sweep, beam, pose, heads, steps, tilts, height)
             k = sweep * beams + beam
+            origin, direction = _ray(sweep, beam, k, poses, heads, steps, tilts, height)
             for c in range(3):
                 rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _places(rows, stamps, period, known, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where some beams ended, float32, shape (k, 3), and when they left."""
-    beams, after = tilts.shape[1], 1
-    points, times = np.empty((len(rows), 3), dtype=np.float32), np.empty(len(rows))
-    for place in range(len(rows)):
-        k = rows[place]
-        sweep, beam = k // beams, k % beams
-        times[place] = stamps[sweep] + beam * period
-        pose, after = pose_at(known, poses, times[place], after)
-        origin, direction = _ray(sweep, beam, pose, heads, steps, tilts, height)
+def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
+    points = np.empty((len(rows), 3), dtype=np.float32)
+    for place, k in enumerate(rows):
+        sweep, beam = divmod(k, tilts.shape[1])
+        origin, direction = _ray(sweep, beam, place, poses, heads, steps, tilts, height)
         for c in range(3):
             points[place, c] = origin[c] + ranges[k] * direction[c]
-    return points, times
+    return points
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _ray(sweep, beam, pose, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where a beam leaves at a pose, and where it points, in the map."""
+def _ray(sweep, beam, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return where a beam leaves at the pose of a row, and where it points, in the map."""
     plane = sweep % len(tilts)
     outward, c = tilts[plane, beam, 0], tilts[plane, beam, 1]
     a = outward * (heads[sweep, 1] * steps[beam, 1] - heads[sweep, 0] * steps[beam, 0])
     b = outward * (heads[sweep, 0] * steps[beam, 1] + heads[sweep, 1] * steps[beam, 0])
-    px, py, pz, x, y, z, w = pose
+    x, y, z, w = poses[row, 3], poses[row, 4], poses[row, 5], poses[row, 6]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -114,7 +123,12 @@ def _ray(sweep, beam, pose, heads, steps, tilts, height):  # type: ignore[no-unt
         2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c,
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
-    return (px + r02 * height, py + r12 * height, pz + r22 * height), direction
+    origin = (
+        poses[row, 0] + r02 * height,
+        poses[row, 1] + r12 * height,
+        poses[row, 2] + r22 * height,
+    )
+    return origin, direction
 
 
 def place_beams(
@@ -139,12 +153,11 @@ def place_beams(
     if rows is None:
         rows = np.flatnonzero(np.isfinite(sweeps.ranges))
     heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
-    steps, tilts = tables.of(sweeps)
-    stamps, period = sweeps.stamps, sweeps.beam_period
-    placed: tuple[NDArray[np.float32], NDArray[np.float64]] = _places(
-        rows, stamps, period, *track.table, heads, steps, tilts, lidar_height, ranges
-    )
-    return placed
+    _, poses, _ = tables.room(len(rows))
+    times = np.empty(len(rows))
+    _leave(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
+    interpolate(*track.table, times, poses)
+    return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
 
 
 _STILL = PoseTrack(1)

@@ -148,51 +148,33 @@ class PoseTrack:
         Raises:
             ValueError: If the track is empty.
         """
-        return _interpolate(*self.table, stamps)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def pose_at(known, poses, stamp, after):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return the pose at a stamp, and where the next search begins: stamps mostly grow."""
-    while after > 1 and known[after - 1] > stamp:
-        after -= 1
-    while after < len(known) - 1 and known[after] < stamp:
-        after += 1
-    if len(known) == 1:
-        share, before = 1.0, 0
-        after = 0
-    else:
-        before = after - 1
-        share = (stamp - known[before]) / (known[after] - known[before])
-        share = min(max(share, 0.0), 1.0)
-    rest = 1.0 - share
-    x = rest * poses[before, 3] + share * poses[after, 3]
-    y = rest * poses[before, 4] + share * poses[after, 4]
-    z = rest * poses[before, 5] + share * poses[after, 5]
-    w = rest * poses[before, 6] + share * poses[after, 6]
-    size = np.sqrt(x * x + y * y + z * z + w * w)
-    pose = (
-        rest * poses[before, 0] + share * poses[after, 0],
-        rest * poses[before, 1] + share * poses[after, 1],
-        rest * poses[before, 2] + share * poses[after, 2],
-        x / size,
-        y / size,
-        z / size,
-        w / size,
-    )
-    return pose, max(after, 1)
+        found = np.empty((len(stamps), 7))
+        interpolate(*self.table, stamps, found)
+        return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _interpolate(known, poses, stamps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the poses at stamps."""
-    result = np.empty((len(stamps), 7))
+def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Write the poses at stamps that mostly grow: the search goes on from the last one's place."""
     after = 1
     for k in range(len(stamps)):
-        pose, after = pose_at(known, poses, stamps[k], after)
+        while after > 1 and known[after - 1] > stamps[k]:
+            after -= 1
+        while after < len(known) - 1 and known[after] < stamps[k]:
+            after += 1
+        if len(known) == 1:
+            found[k] = poses[0]
+            continue
+        share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
+        share = min(max(share, 0.0), 1.0)
+        square = 0.0
         for c in range(7):
-            result[k, c] = pose[c]
-    return result
+            found[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
+            if c > 2:
+                square += found[k, c] ** 2
+        size = np.sqrt(square)
+        for c in range(3, 7):
+            found[k, c] /= size
 
 
 @njit(cache=True, nogil=True)

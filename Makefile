@@ -8,7 +8,7 @@ APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 
 ROS_PACKAGES := ros-core python3-rospy python3-rosbag
 
-.PHONY: demo test check bench clean install ros
+.PHONY: demo test check bench peers clean install ros
 
 demo: install
 	$(BIN)/andabata demo
@@ -22,7 +22,9 @@ check: install
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-bench: install
+bench: peers
+	$(BIN)/andabata bench
+	$(BIN)/andabata bench chain
 	$(BIN)/python tests/benchmarks/bench_vehicle.py
 	$(BIN)/python tests/benchmarks/bench_maze.py andabata/models/policy.safetensors
 	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
@@ -39,6 +41,10 @@ $(STAMP): pyproject.toml .ci/setup.sh
 # Debian's ROS 1, for the live graph and its tests; nothing else needs it.
 ros:
 	@bash .ci/apt.sh $(ROS_PACKAGES)
+
+# The tools that `andabata bench` compares with.
+peers: install
+	$(BIN)/python -m pip install --quiet --editable '.[peers]'
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache build dist *.egg-info

@@ -84,11 +84,11 @@ def bench_chain(
     totals: list[float] = []
     parts: list[dict[str, float]] = []
     for _ in range(runs):
-        with _driving(scene, config, controller, seed) as (_, advance):
+        with driving(scene, config, controller, seed) as (_, advance):
             began = time.perf_counter()
             advance(steps)
             totals.append((time.perf_counter() - began) / steps)
-        with _driving(scene, config, controller, seed) as (rig, advance):
+        with driving(scene, config, controller, seed) as (rig, advance):
             watch = Stopwatch()
             _watch(watch, rig)
             try:
@@ -110,7 +110,7 @@ def bench_chain(
 
 
 @contextmanager
-def _driving(
+def driving(
     scene: Scene, config: RigConfig, controller: str, seed: int
 ) -> Iterator[tuple[Rig, Callable[[int], None]]]:
     """Yield a robot that has run in, and a function that drives it some steps further."""

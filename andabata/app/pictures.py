@@ -202,6 +202,32 @@ def vehicle_picture(found: Mapping[str, Any]) -> bytes:
     return _png(figure)
 
 
+def speed_picture(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return PNG bytes of ``bench``: a bar for each runner, on a logarithmic scale.
+
+    Args:
+        rows: Of ``andabata.app.speed_bench.race``, those of a kind of work together.
+    """
+    names = list(dict.fromkeys(row["name"] for row in rows))
+    counts = [sum(row["name"] == name for row in rows) for name in names]
+    figure = Figure(figsize=(9, 0.42 * len(rows) + 0.75 * len(names)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(names), 1, height_ratios=[c + 0.6 for c in counts]))
+    for place, name in zip(axes, names, strict=True):
+        group = [row for row in rows if row["name"] == name][::-1]
+        values = [row["value"] for row in group]
+        colours = ["tab:green" if "andabata" in row["subject"] else "tab:grey" for row in group]
+        spread = [[v - row["low"] for v, row in zip(values, group, strict=True)]]
+        spread.append([row["high"] - v for v, row in zip(values, group, strict=True)])
+        place.barh([row["subject"] for row in group], values, color=colours, xerr=spread)
+        place.set_xscale("log")
+        place.set_xlim(min(values) / 3, max(values) * 8)
+        for k, row in enumerate(group):
+            place.text(row["high"] * 1.1, k, f"{row['value']:.3g}", va="center", fontsize=8)
+        place.set_title(f"{name} [{group[0]['unit']}]", fontsize=9, loc="left")
+        place.tick_params(labelsize=8)
+    return _png(figure)
+
+
 def _draw_ground(axes: Axes, world: World) -> None:
     """Draw shaded relief and forbidden ground."""
     half_x, half_y = world.ground.width / 2, world.ground.depth / 2

@@ -201,14 +201,16 @@ def _maybe_mixed(ranges, beams, key, mixed):  # type: ignore[no-untyped-def]  # 
     """
     found = np.empty(len(ranges), dtype=np.int64)
     count = 0
-    for k in range(len(ranges)):
-        if np.isfinite(ranges[k]):
-            continue
-        before = k % beams > 0 and np.isfinite(ranges[k - 1])
-        after = (k + 1) % beams > 0 and np.isfinite(ranges[k + 1])
-        if (before or after) and _mix(key, k) < mixed:
-            found[count] = k
-            count += 1
+    for first in range(0, len(ranges), beams):
+        last = first + beams - 1
+        for k in range(first, last + 1):
+            if np.isfinite(ranges[k]):
+                continue
+            before = k > first and np.isfinite(ranges[k - 1])
+            after = k < last and np.isfinite(ranges[k + 1])
+            if (before or after) and _mix(key, k) < mixed:
+                found[count] = k
+                count += 1
     return found[:count]
 
 

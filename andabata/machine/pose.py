@@ -172,9 +172,9 @@ def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  #
             found[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
             if c > 2:
                 square += found[k, c] ** 2
-        size = np.sqrt(square)
+        scale = 1.0 / np.sqrt(square)
         for c in range(3, 7):
-            found[k, c] /= size
+            found[k, c] *= scale
 
 
 @njit(cache=True, nogil=True)

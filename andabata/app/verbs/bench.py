@@ -7,7 +7,51 @@ import typer
 
 from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Robot, Seed, Set, Workers
 
-app = typer.Typer(help="Accuracy and speed, ours and the peers'.", no_args_is_help=True)
+app = typer.Typer(help="Accuracy and speed, ours and the peers'.", invoke_without_command=True)
+
+
+@app.callback()
+def speed(
+    context: typer.Context,
+    world: Annotated[str, typer.Option(help="Preset of the world.")] = "natural",
+    runs: Annotated[int, typer.Option(min=1, help="Turns, whose median counts.")] = 5,
+    seconds: Annotated[float, typer.Option(min=0, help="Least time of a turn [s].")] = 0.3,
+    only: Annotated[str, typer.Option(help="Kinds of work whose name holds this.")] = "",
+    out: Annotated[Path | None, typer.Option(help="Picture to write, PNG.")] = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compare speed with every peer that is installed: one scene, in turns, in one run.
+
+    Without a command. Peers come with `make peers`; those that are missing are named and left out.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    from andabata.app.console import Voice, table_of
+    from andabata.app.pictures import speed_picture
+    from andabata.app.speed_bench import race, races
+    from andabata.records.storage import write_atomically
+
+    voice = Voice(quiet, as_json)
+    rows: list[dict[str, Any]] = []
+    for contest in races(world, seed):
+        if only in contest.name:
+            voice.say(contest.name)
+            rows += race(contest, runs, seconds, voice.say)
+    if out is not None:
+        write_atomically(out, speed_picture(rows))
+    table = [
+        {
+            "work": row["name"],
+            "who": row["subject"],
+            "speed": f"{row['value']:.4g} {row['unit']}",
+            "of ours": f"{row['ratio_to_ours']:.3g}",
+            "least to most": f"{row['low']:.4g} to {row['high']:.4g}",
+        }
+        for row in rows
+    ]
+    voice.result({"rows": rows}, table_of(table, f"medians of {runs} turns"))
 
 
 @app.command()

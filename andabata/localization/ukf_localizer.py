@@ -42,6 +42,8 @@ _BRIDGE = 100
 _NOTHING = Sensed(*(np.empty((0, width)) for width in (7, 3, 4, 6)))
 """Nothing sensed."""
 
+_MICROTESLA = np.array([1.0, 1 / TESLA, 1 / TESLA, 1 / TESLA])
+
 _FEW = 5
 """Fixes whose median is compared."""
 
@@ -147,7 +149,8 @@ class UkfLocalizer:
         flux = (float(part) for part in site.flux)
         self._body = Body(robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, *flux)
         self._yaw_rate = robot.wheel_radius / robot.effective_track
-        self._weights, self._room = Weights.make(), Room.make()
+        self._belief = Belief(self._body, config.noise, config.gates, Weights.make())
+        self._room = Room.make()
         self._track = PoseTrack()
         self._rows = np.zeros((64, 8))
         self._scratch = np.zeros(4)
@@ -187,12 +190,14 @@ class UkfLocalizer:
     def update(self, senses: Senses) -> None:
         """Take in one control period of senses, late ones where they belong."""
         before = self._counts[:, 0].copy()
-        arrived = self._in_map(senses.fixes)
-        for fix in arrived[arrived[:, 0] <= self._now]:
-            self._go_back(fix)
+        arrived = early = self._in_map(senses.fixes)
+        if len(arrived):
+            late = arrived[:, 0] <= self._now
+            for fix in arrived[late]:
+                self._go_back(fix)
+            early = arrived[~late]
         imu, noise = self._inertial(senses)
-        field = _rows(senses.field, 4) * [1.0, *[1 / TESLA] * 3]
-        early = arrived[~(arrived[:, 0] <= self._now)] if len(arrived) else arrived
+        field = _rows(senses.field, 4) * _MICROTESLA
         sensed = self._parted(Sensed(imu, _rows(senses.encoders, 3), field, early))
         period = self._begun(sensed, noise)
         self._keep(period)
@@ -207,7 +212,7 @@ class UkfLocalizer:
         """Return fixes as stamp, x, y, z, horizontal and vertical sigma, shape (k, 6)."""
         given = _rows(fixes, 5)
         if not len(given):
-            return np.empty((0, 6))
+            return _NOTHING.fixes
         given = given[~np.isinf(given[:, 4])]  # The receiver had no fix, and says so.
         good = np.isfinite(given).all(axis=1) & (np.abs(given[:, 1]) <= 90) & (given[:, 4] > 0)
         self._counts[FIX, 2] += int((~good).sum())
@@ -225,11 +230,10 @@ class UkfLocalizer:
         Where rows are missing for longer than ``imu_silence``, the wheels tell the turning.
         """
         given, noise = _rows(senses.imu, 7), self._config.noise
-        good = np.isfinite(given[:, :4]).all(axis=1) & (np.abs(given[:, 1:4]) < MOST_TURN).all(
-            axis=1
-        )
-        self._counts[IMU, 2] += int((~good).sum())
-        given = given[good]
+        good = (np.abs(given[:, 1:4]) < MOST_TURN).all(axis=1) & np.isfinite(given[:, 0])
+        if not good.all():
+            self._counts[IMU, 2] += int((~good).sum())
+            given = given[good]
         if len(given):
             self._heard["imu"] = senses.stamp
         until = float(given[0, 0]) if len(given) else senses.stamp + TICK
@@ -257,7 +261,7 @@ class UkfLocalizer:
             if len(waited):
                 rows = np.concatenate([waited, rows])
             ahead = rows[:, 0] > last + 1e-9
-            if not ahead.any():
+            if not len(rows) or not ahead.any():
                 now.append(rows)
                 later.append(_NOTHING[k])
                 continue
@@ -284,13 +288,16 @@ class UkfLocalizer:
         """Run the filter through a period and return how many rows of the track were filled."""
         if len(period.sensed.imu) > len(self._rows):  # A long gap was bridged.
             self._rows = np.zeros((2 * len(period.sensed.imu), 8))
+        belief = self._belief
+        if period.noise is not belief.noise:
+            belief = belief._replace(noise=period.noise)
         self._now, filled, whole = run_period(
             self._x,
             self._P,
             self._now,
             odometry,
             period.sensed,
-            Belief(self._body, period.noise, self._config.gates, self._weights),
+            belief,
             self._room,
             self._counts,
             self._rows,

@@ -102,7 +102,7 @@ class PoseTrack:
         count = len(stamps)
         if not count:
             return
-        if not (stamps[0] > self.latest and (np.diff(stamps) > 0).all()):
+        if not (stamps[0] > self.latest and (stamps[1:] > stamps[:-1]).all()):
             raise ValueError(f"stamps: expected growing from {self.latest} s, got {stamps}")
         if self._count + count > len(self._stamps):
             for row in zip(stamps, positions, quaternions, strict=True):

@@ -68,6 +68,7 @@ class CloudAssembler:
         self._config = config
         self._height = lidar_height
         self._tables = BeamTables()
+        self._moved = np.empty((0, 3), dtype=np.float32)
         self.reset()
 
     def reset(self) -> None:
@@ -173,8 +174,22 @@ class CloudAssembler:
         """
         if self.cloud is None:
             raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
-        points = _carried(self.cloud.points, pose.position, pose.yaw)
+        points = self.around(pose).copy()
         return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
+
+    def around(self, pose: Pose) -> NDArray[np.float32]:
+        """Return the points of ``relative`` in memory that the next call writes to.
+
+        Raises:
+            ValueError: If no cloud is complete yet.
+        """
+        if self.cloud is None:
+            raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
+        if len(self._moved) < len(self.cloud):
+            self._moved = np.empty((len(self.cloud), 3), dtype=np.float32)
+        moved = self._moved[: len(self.cloud)]
+        _carry(self.cloud.points, pose.position, pose.yaw, moved)
+        return moved
 
     def is_stale(self, stamp: float) -> bool:
         """Return whether there is no cloud at ``stamp`` [s] to drive by."""
@@ -205,9 +220,8 @@ def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, nogil=True)
-def _carried(points, position, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return points of the map in the levelled base at a pose, float32, shape (n, 3)."""
-    found = np.empty((len(points), 3), dtype=np.float32)
+def _carry(points, position, yaw, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write points of the map as they are in the levelled base at a pose."""
     c, s = np.cos(yaw), np.sin(yaw)
     px, py, pz = position[0], position[1], position[2]
     for k in range(len(points)):
@@ -215,7 +229,6 @@ def _carried(points, position, yaw):  # type: ignore[no-untyped-def]  # noqa: AN
         found[k, 0] = c * x + s * y
         found[k, 1] = c * y - s * x
         found[k, 2] = points[k, 2] - pz
-    return found
 
 
 def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:

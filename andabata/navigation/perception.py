@@ -50,7 +50,7 @@ class CloudPerception:
         """
         if self.assembler.is_stale(stamp):
             return None
-        return self._scanner.scan(self.assembler.relative(localizer.odometry).points)
+        return self._scanner.scan(self.assembler.around(localizer.odometry))
 
 
 class HorizontalPerception:

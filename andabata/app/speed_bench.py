@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from andabata.app import speed_peers as peers_
@@ -21,13 +22,14 @@ from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Sweeps
-from andabata.models import shipped_forest
+from andabata.models import shipped_forest, shipped_policy
 from andabata.tasks.clouds import CloudsConfig, labelled_cloud
 from andabata.tasks.flat import FlatVectorEnv
 from andabata.tasks.offroad import stage_config
 from andabata.tasks.rig import RigConfig
 from andabata.tasks.scenes import Scene, SceneShelf
 from andabata.tasks.seeds import evaluation_world
+from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.observation import ObservationLayout
 from rl.sac import SacConfig, SoftActorCritic
 from rl.training import play_together
@@ -139,6 +141,7 @@ def races(world: str, seed: int) -> Iterator[Race]:
     yield _filter_race()
     yield from _loop_races(scene, seed)
     yield _training_race(shelf)
+    yield _crowd_race(world, seed, shelf)
 
 
 def _ray_race(scene: Scene, seed: int) -> Race:
@@ -355,3 +358,41 @@ def _training_race(shelf: SceneShelf) -> Race:
         return work
 
     return Race("training, stage 1", "steps/s", (Runner(OURS, 1, ours),))
+
+
+def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Race:
+    """Return many robots in one world, each with rotating laser, filter and classifier."""
+    stage = stage_config("Natural")
+    config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
+
+    def crowd(count: int, workers: int) -> Work:
+        if workers == 1:
+            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, shelf)
+        else:
+            robots = OffroadVectorEnv(config, count, workers)
+        states, _ = robots.reset(seed=0)
+        policy, steps = shipped_policy(), max(2, 64 // count)
+
+        def work() -> float:
+            nonlocal states
+            began = time.perf_counter()
+            for _ in range(steps):
+                turns = [[policy.act(state) / policy.limit] for state in states]
+                states, *_ = robots.step(np.array(turns, dtype=np.float32))
+            return (time.perf_counter() - began) / steps
+
+        return work
+
+    sizes = ((1, 1), (4, 1), (16, 1), (64, 1), (16, 2), (64, 2))
+    return Race(
+        "robots in one world",
+        "robot-seconds/s",
+        tuple(
+            Runner(
+                f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
+                count * STEP,
+                partial(crowd, count, workers),
+            )
+            for count, workers in sizes
+        ),
+    )

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Vote = Literal["mean", "logistic"]
-Nodes = tuple[int, NDArray[np.uint64], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
+Nodes = tuple[int, NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
 
 _DEEPEST = 7
 _FEATURE_BITS = 10
@@ -93,11 +93,11 @@ class Trees:
         if depth > _DEEPEST:
             link = np.where(inner, (self.left.astype(np.int64) << _FEATURE_BITS) + splits, -1)
             value = np.where(inner, cut, self.leaf)[None]
-            none = np.zeros((1, 1), dtype=np.uint64)
+            none = np.zeros((1, 1), dtype=np.uint8)
             return 0, none, value, self.roots.astype(np.float32)[None], link.astype(np.int32)
         leaves = 1 << depth
         complete = np.zeros((len(self.roots), leaves), dtype=np.int64)
-        complete_splits = np.zeros((len(self.roots), leaves), dtype=np.uint64)
+        complete_splits = np.zeros((len(self.roots), leaves), dtype=np.uint8)
         cuts = np.full((len(self.roots), leaves), np.inf, dtype=np.float32)
         complete[:, 0] = complete_splits[:, 0] = 0
         here = self.roots.astype(np.int64)[:, None]
@@ -196,7 +196,9 @@ def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignor
             row = rows[k]
             i = one
             for _ in range(depth):
-                i = (i << one) | np.uint64(features[row, splits[tree, i]] > cuts[tree, i])
+                i = (i << one) | np.uint64(
+                    features[row, np.uint64(splits[tree, i])] > cuts[tree, i]
+                )
             sums[k] += leaves[tree, i - bottom]
 
 

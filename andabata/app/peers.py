@@ -4,10 +4,11 @@ Every peer labels points; a cell is red by the same 15 % rule as the truth. The 
 with the extra ``peers``.
 """
 
+import io
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -81,7 +82,7 @@ def cloth(
     def obstacles(points: Points) -> NDArray[np.bool_]:
         filter_.setPointCloud(points.astype(np.float64))
         ground, rest = CSF.VecInt(), CSF.VecInt()
-        with _quiet():
+        with quiet():
             filter_.do_filtering(ground, rest, False)
         flags = np.zeros(len(points), dtype=bool)
         flags[np.array(rest, dtype=int)] = True
@@ -107,7 +108,7 @@ def patchwork(
 
     def obstacles(points: Points) -> NDArray[np.bool_]:
         # It learns from cloud to cloud; ours come from many places, so each starts afresh.
-        with _quiet():
+        with quiet():
             method = pypatchworkpp.patchworkpp(parameters)
             sensor = points.astype(np.float64) - [0.0, 0.0, parameters.sensor_height]
             method.estimateGround(np.column_stack([sensor, np.zeros(len(points))]))
@@ -119,11 +120,11 @@ def patchwork(
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep what a C++ library prints off standard output, which belongs to ``--json``."""
+def quiet() -> Iterator[None]:
+    """Keep what a library prints off standard output, which belongs to ``--json``."""
     kept = os.dup(1)
     try:
-        with tempfile.TemporaryFile() as sink:
+        with tempfile.TemporaryFile() as sink, redirect_stdout(io.StringIO()):
             os.dup2(sink.fileno(), 1)
             yield
     finally:

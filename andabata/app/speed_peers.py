@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.peers import quiet
 from andabata.localization.model import STATES
 from terrain.classes import SemanticClass
 from traversability.forest import Forest
@@ -105,7 +106,8 @@ def irsim_steps(world: World, beams: int, steps: int) -> Work:
     kept = os.environ.get("MPLBACKEND")
     os.environ["MPLBACKEND"] = "Agg"
     try:
-        import irsim
+        with quiet():
+            import irsim
     finally:
         if kept is None:
             del os.environ["MPLBACKEND"]
@@ -133,9 +135,16 @@ def irsim_steps(world: World, beams: int, steps: int) -> Work:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "maze.yaml"
         path.write_text(text, encoding="utf-8")
-        env = irsim.make(str(path), display=False, disable_all_plot=True)
+        with quiet():
+            env = irsim.make(str(path), display=False, disable_all_plot=True)
     twist = np.array([[0.3], [0.1]])
-    return lambda: [env.step(twist) for _ in range(steps)]
+
+    def work() -> None:
+        with quiet():
+            for _ in range(steps):
+                env.step(twist)
+
+    return work
 
 
 def filterpy_steps(steps: int) -> Work:

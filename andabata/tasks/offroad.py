@@ -206,7 +206,7 @@ def stage_config(stage: str) -> OffroadConfig:
     if stage == "Natural":
         return OffroadConfig(
             preset="natural",
-            seeds=TRAINING_SEEDS[:16],  # A natural world's ray scene takes 60 MB.
+            seeds=TRAINING_SEEDS[:16],  # A natural world takes 16 MB and a second.
             rig=rig,
             judge=JudgeConfig(time_limit=300.0),
         )

@@ -109,7 +109,7 @@ class _Worlds(NamedTuple):
 
 
 class _Rules(NamedTuple):
-    """Numbers of robot, plant, errors, beams, judge and reward; see ``FlatVectorEnv._rules``."""
+    """Numbers of robot, plant, errors, beams, judge and reward; see ``_make_rules``."""
 
     body: NDArray[np.float64]
     limits: NDArray[np.float64]
@@ -187,10 +187,16 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[State, dict[str, Any]]:
-        """Begin an episode of each robot, or of those in ``options["reset_mask"]``."""
+        """Begin an episode of each robot, or of those in ``options["reset_mask"]``.
+
+        Raises:
+            ValueError: If there is not one seed for each robot.
+        """
         if seed is None or isinstance(seed, int):
             first = seed
             seed = [None if first is None else first + k for k in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"seed: expected {self.num_envs} of them, got {len(seed)}")
         options = options or {}
         chosen = options.get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
         worlds = np.zeros(self.num_envs, dtype=np.int64)
@@ -205,14 +211,17 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         """Steer every robot for one control period of 0.1 s.
 
         Raises:
-            ValueError: If an action is not a finite number.
+            ValueError: If an action is not a finite number, or nothing was reset yet.
         """
+        if not self._scenes:
+            raise ValueError("reset: expected before the first step, got none")
         if not np.isfinite(actions).all():
             raise ValueError("actions: expected finite shares of the steering limit, got others")
         going = ~self._over
         self._draw(going)
         steering = actions[:, 0].astype(np.float64) * self.config.rig.robot.max_steering
         self._pass(steering, going, True)
+        self._terms[~going] = 0.0
         rewards = self._terms.sum(axis=1)
         over = going & (self._outcomes != _GOING)
         truncated = over & (self._outcomes == _TIMEOUT)
@@ -355,7 +364,8 @@ def is_flat(config: OffroadConfig) -> bool:
     """Return whether a stage is one that the compiled pass drives."""
     rig = config.rig
     kind = (config.preset, rig.sensing.scanner, rig.plant, rig.localizer)
-    return kind == ("maze", "horizontal", "kinematic", "truth") and not rig.sensing.proprioception
+    plain = rig.sensing.proprioception is None and rig.sensing.grid == rig.grid
+    return plain and kind == ("maze", "horizontal", "kinematic", "truth")
 
 
 def _lay_out(scenes: list[Scene], contacts: list[NDArray[np.uint8]]) -> _Worlds:

@@ -40,6 +40,7 @@ def test_they_drive_as_each_would_alone(shelf):
         for robot, env in enumerate(alone):
             if over[robot]:
                 assert not (terminated | truncated)[robot]
+                assert rewards[robot] == 0.0
                 continue
             state, reward, end, cut, about = env.step(actions[robot])
             # Sines by numpy and by the compiler differ in the last bit.
@@ -106,6 +107,10 @@ def test_nonsense_is_named(shelf):
     with pytest.raises(ValueError, match="expected a maze, horizontal scanner"):
         FlatVectorEnv(stage_config("Maze3D"), 2, shelf)
     env = FlatVectorEnv(SMALL, 2, shelf)
+    with pytest.raises(ValueError, match="reset: expected before the first step"):
+        env.step(np.zeros((2, 1), dtype=np.float32))
+    with pytest.raises(ValueError, match="seed: expected 2"):
+        env.reset(seed=[1])
     env.reset(seed=0)
     with pytest.raises(ValueError, match="expected finite"):
         env.step(np.array([[np.nan], [0.0]], dtype=np.float32))

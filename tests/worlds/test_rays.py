@@ -178,3 +178,22 @@ def test_two_overlapping_bushes_are_one_bush():
     ]
     assert shares[0] == pytest.approx(1 - np.exp(-5.0 * 0.2), abs=0.012)
     assert shares[1] == pytest.approx(shares[0], abs=0.012)
+
+
+def test_rays_that_are_no_rays_meet_nothing():
+    scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
+    rays = np.tile(np.array([[0, 0, 1, 1, 0, 0]], dtype=np.float32), (7, 1))
+    rays[np.arange(6), np.arange(6)] = np.nan
+    with np.errstate(invalid="ignore"):
+        ranges, classes = scene.cast_opaque(rays)
+    assert np.isinf(ranges[:6]).all()
+    assert (classes[:6] == NO_CLASS).all()
+    assert ranges[6] == pytest.approx(2.5)
+
+
+def test_a_scene_without_things_is_bare_ground():
+    scene = RayScene(flat_world())
+    down = np.array([[0.3, 0.4, 1.0, 0.0, 0.0, -1.0], [0, 0, 1, 0, 0, 1]], dtype=np.float32)
+    ranges, classes = scene.cast_opaque(down)
+    np.testing.assert_allclose(ranges, [1.0, np.inf])
+    assert classes.tolist() == [SemanticClass.GROUND, NO_CLASS]

@@ -29,6 +29,9 @@ class RayScene:
 
         Args:
             world: Whose ground and objects are cast against.
+
+        Raises:
+            ValueError: If a thing is not convex.
         """
         ground = world.ground
         laid = Ground(
@@ -153,14 +156,25 @@ class Layout(NamedTuple):
 
 
 def _things(objects: tuple[SceneObject, ...]) -> Things:
-    """Return the objects' planes."""
+    """Return the objects' planes.
+
+    Raises:
+        ValueError: If one is not convex.
+    """
     corners = np.concatenate([np.zeros((0, 3)), *(thing.vertices for thing in objects)])
     triangles = np.concatenate(
         [np.zeros((0, 3), dtype=np.int64), *(thing.triangles.astype(np.int64) for thing in objects)]
     )
     firsts = np.cumsum([0] + [len(thing.vertices) for thing in objects])
     faces = np.cumsum([0] + [len(thing.triangles) for thing in objects])
-    boxes, starts, planes = _planes(corners, triangles, firsts, faces)
+    boxes, starts, planes, dents = _planes(corners, triangles, firsts, faces)
+    if dents.max(initial=0.0) > _DENT:
+        k = int(np.argmax(dents))
+        where = ", ".join(f"{value:.1f}" for value in boxes[k, :3])
+        raise ValueError(
+            f"objects: expected convex things, got a {objects[k].semantic.name.lower()} at "
+            f"({where}) with a dent of {dents[k]:.2f} m; put it together from convex pieces"
+        )
     kinds = np.array([thing.semantic for thing in objects], dtype=np.uint8)
     return Things(kinds, boxes, starts, planes)
 
@@ -168,13 +182,16 @@ def _things(objects: tuple[SceneObject, ...]) -> Things:
 _SAME = 1e-4
 """Planes whose numbers are nearer than this are one: the triangles of one face."""
 
+_DENT = 0.005
+"""How far a corner may stand out over another face of a convex thing [m]."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return boxes around convex meshes, and the planes of their faces, each once."""
+    """Return boxes around convex meshes, the planes of their faces, each once, and their dents."""
     count = len(firsts) - 1
     boxes, starts = np.empty((count, 6)), np.zeros(count + 1, dtype=np.int64)
-    planes = np.empty((len(triangles), 4))
+    planes, dents = np.empty((len(triangles), 4)), np.zeros(count)
     n = 0
     for k in range(count):
         for c in range(3):
@@ -196,6 +213,8 @@ def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def] 
             nx, ny, nz, offset = nx / size, ny / size, nz / size, -np.inf
             for v in range(firsts[k], firsts[k + 1]):  # The furthest: rounded corners stay inside.
                 offset = max(offset, nx * corners[v, 0] + ny * corners[v, 1] + nz * corners[v, 2])
+            own = nx * corners[one, 0] + ny * corners[one, 1] + nz * corners[one, 2]
+            dents[k] = max(dents[k], offset - own)
             planes[n, 0], planes[n, 1], planes[n, 2], planes[n, 3] = nx, ny, nz, offset
             known = False
             for other in range(starts[k], n):
@@ -205,7 +224,7 @@ def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def] 
                 known |= apart < _SAME
             n += not known
         starts[k + 1] = n
-    return boxes, starts, planes[:n].copy()
+    return boxes, starts, planes[:n].copy(), dents
 
 
 def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:

@@ -6,7 +6,7 @@ import pytest
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
-from terrain.objects import box
+from terrain.objects import SceneObject, box
 from worlds.bodies import build_bodies
 from worlds.catalogue import make_world
 from worlds.embree import EmbreeScene
@@ -197,3 +197,13 @@ def test_a_scene_without_things_is_bare_ground():
     ranges, classes = scene.cast_opaque(down)
     np.testing.assert_allclose(ranges, [1.0, np.inf])
     assert classes.tolist() == [SemanticClass.GROUND, NO_CLASS]
+
+
+def test_a_dented_thing_is_named():
+    corners = np.array(
+        [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0.3, 0.3, 0], [0.5, 0.5, 2]], dtype=np.float32
+    )
+    faces = [[0, 1, 3], [0, 3, 2], [0, 4, 1], [0, 2, 4], [1, 4, 3], [3, 4, 2]]
+    dented = SceneObject(SemanticClass.ROCK, corners, np.array(faces, dtype=np.uint32))
+    with pytest.raises(ValueError, match="expected convex things, got a rock at"):
+        RayScene(flat_world(dented))

@@ -41,22 +41,11 @@ class RayScene:
         )
         self.layout = Layout(laid, _things(world.objects), _blocks(laid, world.objects))
 
-    def cast_opaque(
-        self, rays: NDArray[np.float32]
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Cast rays that pass through everything porous.
-
-        Args:
-            rays: Origin in the map [m] and unit direction of each, float32, shape (n, 6).
-
-        Returns:
-            Ranges [m], ``inf`` where nothing is met, and semantic classes, ``NO_CLASS`` there, (n,)
-            each.
-        """
-        return self.cast_through(rays, np.full(len(rays), np.inf, dtype=np.float32))
-
     def cast(
-        self, rays: NDArray[np.float32], rng: np.random.Generator
+        self,
+        rays: NDArray[np.float32],
+        budgets: NDArray[np.float32],
+        reach: float = np.inf,
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Cast rays that grass, bushes and leaves stop with a probability per metre.
 
@@ -64,29 +53,14 @@ class RayScene:
         overlap, and a ray may begin inside of one.
 
         Args:
-            rays: As for ``cast_opaque``.
-            rng: Decides where a ray ends inside a porous volume; one draw a ray.
-
-        Returns:
-            As ``cast_opaque``.
-        """
-        return self.cast_through(rays, rng.standard_exponential(len(rays), dtype=np.float32))
-
-    def cast_through(
-        self,
-        rays: NDArray[np.float32],
-        budgets: NDArray[np.float32],
-        reach: float = np.inf,
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Cast rays as ``cast`` does, each with its own draw.
-
-        Args:
-            rays: As for ``cast_opaque``.
-            budgets: Optical depth of porous things at which each ray ends, float32, shape (n,).
+            rays: Origin in the map [m] and unit direction of each, float32, shape (n, 6).
+            budgets: Optical depth of porous things at which each ray ends: standard exponential
+                draws, or infinity to pass through them all, float32, shape (n,).
             reach: Nobody looks further [m]: what is met beyond counts as nothing.
 
         Returns:
-            As ``cast_opaque``.
+            Ranges [m], ``inf`` where nothing is met, and semantic classes, ``NO_CLASS`` there, (n,)
+            each.
         """
         ranges = np.empty(len(rays), dtype=np.float32)
         classes = np.empty(len(rays), dtype=np.uint8)

@@ -140,7 +140,7 @@ def _watch(watch: Stopwatch, rig: Rig) -> None:
         (simulator.feeling, "sample", "senses"),
         (simulator.lidar, "sweeps", "laser"),
         (lidar, "beam_rays", "rays"),
-        (rig.scene.rays, "cast_through", "cast"),
+        (rig.scene.rays, "cast", "cast"),
         (rig.localizer, "update", "filter"),
         (perception.assembler, "add", "assemble"),
         (cloud_assembly, "place_beams", "place"),

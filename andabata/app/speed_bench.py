@@ -174,12 +174,12 @@ def _ray_race(scene: Scene, seed: int) -> Race:
             Runner(
                 f"{OURS}: rays within reach",
                 n,
-                lambda: lambda: scene.rays.cast_through(rays, budgets, reach),
+                lambda: lambda: scene.rays.cast(rays, budgets, reach),
             ),
             Runner(
                 f"{OURS}: rays without end",
                 n,
-                lambda: lambda: scene.rays.cast_through(rays, budgets),
+                lambda: lambda: scene.rays.cast(rays, budgets),
             ),
             Runner("embree (open3d), first hit", n, partial(peers_.embree_rays, scene.world, rays)),
             Runner("pybullet, without plants", n, partial(peers_.pybullet_rays, scene.world, rays)),

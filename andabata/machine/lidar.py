@@ -178,11 +178,11 @@ class RotatingLidar:
             self._budgets = np.empty(len(rays), dtype=np.float32)
         budgets = self._budgets[: len(rays)]
         self._rng.standard_exponential(dtype=np.float32, out=budgets)
-        ranges, classes = self._scene.cast_through(rays, budgets, self._reach)
+        ranges, classes = self._scene.cast(rays, budgets, self._reach)
         if np.isfinite(self._reach):
             beside = _maybe_mixed(ranges, self._config.beams, key, self._config.mixed)
             if len(beside):
-                far = self._scene.cast_through(rays[beside], budgets[beside])
+                far = self._scene.cast(rays[beside], budgets[beside])
                 ranges[beside], classes[beside] = far
         return ranges, classes
 
@@ -269,4 +269,4 @@ class HorizontalScanner:
         self._rays[:, 3] = np.cos(self._bearings + pose.yaw)
         self._rays[:, 4] = np.sin(self._bearings + pose.yaw)
         budgets = self._rng.standard_exponential(len(self._rays), dtype=np.float32)
-        return self._scene.cast_through(self._rays, budgets, self._max_range)[0]
+        return self._scene.cast(self._rays, budgets, self._max_range)[0]

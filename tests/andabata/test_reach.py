@@ -47,8 +47,8 @@ def test_rays_that_end_early_meet_what_endless_ones_meet(shelf):
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         beams = np.concatenate([origins, directions], axis=1).astype(np.float32)
         budgets = rng.standard_exponential(2000, dtype=np.float32)
-        near, kinds = rays.cast_through(beams, budgets, 9.0)
-        whole, all_kinds = rays.cast_through(beams, budgets)
+        near, kinds = rays.cast(beams, budgets, 9.0)
+        whole, all_kinds = rays.cast(beams, budgets)
         inside = whole <= 9.0
         np.testing.assert_array_equal(near[inside], whole[inside])
         np.testing.assert_array_equal(kinds[inside], all_kinds[inside])

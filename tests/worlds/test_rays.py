@@ -23,6 +23,15 @@ def rays_of(origins, directions):
     return np.concatenate([origins, directions], axis=1).astype(np.float32)
 
 
+def through_plants(scene, rays):
+    return scene.cast(rays, np.full(len(rays), np.inf, dtype=np.float32))
+
+
+def drawn(rays):
+    """Rays, each with a draw of how much of a plant it passes."""
+    return rays, np.random.default_rng(0).standard_exponential(len(rays), dtype=np.float32)
+
+
 def flat_world(*objects):
     ground = Heightfield(np.zeros((21, 21), dtype=np.float32), 1.0)
     truth = build_truth(ground, objects, TruthConfig())
@@ -62,7 +71,7 @@ def test_physics_and_rays_see_the_same_world(name):
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     origins, directions = origins.astype(np.float32), directions.astype(np.float32)
     physics = bullet_ranges(world, origins.astype(float), directions.astype(float), length)
-    seen, _ = scene.cast_opaque(rays_of(origins, directions))
+    seen, _ = through_plants(scene, rays_of(origins, directions))
     seen = np.where(seen < length, seen.astype(float), np.inf)
     both = np.isfinite(physics) & np.isfinite(seen)
     assert both.sum() > 0.5 * n
@@ -99,7 +108,7 @@ def test_rays_meet_what_embree_meets(name, porous):
     budgets = np.full(n, 0.0 if porous else np.inf, dtype=np.float32)
     # From inside, the first face is where a ray leaves; ours is in the plant from the start.
     started = outside_of_plants(world, rays) if porous else np.ones(n, dtype=bool)
-    ranges, classes = RayScene(world).cast_through(rays, budgets)
+    ranges, classes = RayScene(world).cast(rays, budgets)
     with np.errstate(invalid="ignore"):
         apart = ~(
             (np.abs(ranges - expected) <= 1e-3 * np.maximum(1, expected)) | (ranges == expected)
@@ -126,7 +135,7 @@ def _grazes(scene, origin, direction, physics):
     rng = np.random.default_rng(1)
     near = direction + 1e-3 * rng.normal(size=(64, 3))
     near = (near / np.linalg.norm(near, axis=1, keepdims=True)).astype(np.float32)
-    ranges, _ = scene.cast_opaque(rays_of(np.repeat(origin[None], 64, axis=0), near))
+    ranges, _ = through_plants(scene, rays_of(np.repeat(origin[None], 64, axis=0), near))
     finite = ranges[np.isfinite(ranges)]
     beyond = not np.isfinite(physics)
     if beyond:
@@ -140,7 +149,7 @@ def test_a_ray_at_a_wall_has_a_known_range_and_class():
     scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
     origins = np.array([[0, 0, 1]] * 3, dtype=np.float32)
     directions = np.array([[1, 0, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float32)
-    ranges, classes = scene.cast_opaque(rays_of(origins, directions))
+    ranges, classes = through_plants(scene, rays_of(origins, directions))
     np.testing.assert_allclose(ranges, [2.5, 1.0, np.inf], rtol=1e-6)
     assert classes.tolist() == [SemanticClass.WALL, SemanticClass.GROUND, NO_CLASS]
 
@@ -153,7 +162,7 @@ def test_grass_stops_beams_at_its_rate(start):
     n = 20_000
     origins = np.tile(np.array([[start, 0, 1]], dtype=np.float32), (n, 1))
     directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (n, 1))
-    ranges, classes = scene.cast(rays_of(origins, directions), np.random.default_rng(0))
+    ranges, classes = scene.cast(*drawn(rays_of(origins, directions)))
     rate = TRAITS[SemanticClass.HIGH_GRASS].hits_per_metre
     inside = 4.0 - max(start, 2.0)
     stopped = classes == SemanticClass.HIGH_GRASS
@@ -171,9 +180,7 @@ def test_two_overlapping_bushes_are_one_bush():
     origins = np.tile(np.array([[0, 0, 1]], dtype=np.float32), (20_000, 1))
     directions = np.tile(np.array([[1, 0, 0]], dtype=np.float32), (20_000, 1))
     shares = [
-        np.isfinite(
-            RayScene(w).cast(rays_of(origins, directions), np.random.default_rng(0))[0]
-        ).mean()
+        np.isfinite(RayScene(w).cast(*drawn(rays_of(origins, directions)))[0]).mean()
         for w in (one, two)
     ]
     assert shares[0] == pytest.approx(1 - np.exp(-5.0 * 0.2), abs=0.012)
@@ -185,7 +192,7 @@ def test_rays_that_are_no_rays_meet_nothing():
     rays = np.tile(np.array([[0, 0, 1, 1, 0, 0]], dtype=np.float32), (7, 1))
     rays[np.arange(6), np.arange(6)] = np.nan
     with np.errstate(invalid="ignore"):
-        ranges, classes = scene.cast_opaque(rays)
+        ranges, classes = through_plants(scene, rays)
     assert np.isinf(ranges[:6]).all()
     assert (classes[:6] == NO_CLASS).all()
     assert ranges[6] == pytest.approx(2.5)
@@ -194,7 +201,7 @@ def test_rays_that_are_no_rays_meet_nothing():
 def test_a_scene_without_things_is_bare_ground():
     scene = RayScene(flat_world())
     down = np.array([[0.3, 0.4, 1.0, 0.0, 0.0, -1.0], [0, 0, 1, 0, 0, 1]], dtype=np.float32)
-    ranges, classes = scene.cast_opaque(down)
+    ranges, classes = through_plants(scene, down)
     np.testing.assert_allclose(ranges, [1.0, np.inf])
     assert classes.tolist() == [SemanticClass.GROUND, NO_CLASS]
 

@@ -100,6 +100,13 @@ class TraversabilityMap:
         """Return the distance from map places [m] to the nearest forbidden cell [m]."""
         return self.clearance[self._index(x, y)]
 
+    def at(self, x: float, y: float) -> tuple[bool, float]:
+        """Return whether one place [m] is forbidden, and its clearance [m], without arrays."""
+        n, m = self.reason.shape
+        i = min(max(int((x - self.x_min) / self.cell), 0), n - 1)
+        j = min(max(int((y - self.y_min) / self.cell), 0), m - 1)
+        return bool(self.reason[i, j] != Reason.FREE), float(self.clearance[i, j])
+
     def severity_of(
         self, points: NDArray[np.floating], classes: NDArray[np.uint8]
     ) -> NDArray[np.float32]:

@@ -10,6 +10,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.colors import LightSource, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from andabata.app.scanning import Scanned
@@ -220,6 +221,7 @@ def speed_picture(rows: Sequence[Mapping[str, Any]]) -> bytes:
         spread.append([row["high"] - v for v, row in zip(values, group, strict=True)])
         place.barh([row["subject"] for row in group], values, color=colours, xerr=spread)
         place.set_xscale("log")
+        place.xaxis.set_minor_formatter(NullFormatter())
         place.set_xlim(min(values) / 3, max(values) * 8)
         for k, row in enumerate(group):
             place.text(row["high"] * 1.1, k, f"{row['value']:.3g}", va="center", fontsize=8)

@@ -1,5 +1,6 @@
 """Who says how a drive ended: physics and the true map, never the classifier."""
 
+import math
 from enum import StrEnum
 
 import numpy as np
@@ -71,15 +72,14 @@ class Judge:
     def watch(self, state: VehicleState) -> Outcome | None:
         """Take in the true state after a control step; return the outcome, None before the end."""
         here = state.pose.position[:2]
-        moved = float(np.hypot(*(here - self.path[-1][:2])))
+        moved = math.hypot(*(here - self.path[-1][:2]).tolist())
         self.distance += moved
         self.restlessness += float(state.angular[2] ** 2) * (state.stamp - self._began - self.time)
         self.time = state.stamp - self._began
-        if moved > 0 and bool(self._truth.forbidden_at(here[0], here[1])):
+        forbidden, clearance = self._truth.at(float(here[0]), float(here[1]))
+        if moved > 0 and forbidden:
             self.trespass += moved
-        self.min_clearance = min(
-            self.min_clearance, float(self._truth.clearance_at(here[0], here[1]))
-        )
+        self.min_clearance = min(self.min_clearance, clearance)
         self.path.append(state.pose.position.copy())
         return self._verdict(state, here)
 
@@ -91,7 +91,7 @@ class Judge:
             return Outcome.COLLISION
         if self.goal_distance(state) < self._config.goal_radius:
             return Outcome.GOAL
-        if np.hypot(*(here - self._anchor)) > self._config.stuck_radius:
+        if math.hypot(*(here - self._anchor).tolist()) > self._config.stuck_radius:
             self._anchor, self._anchor_stamp = here, state.stamp
         if state.stamp - self._anchor_stamp > self._config.stuck_time:
             return Outcome.STUCK
@@ -99,4 +99,4 @@ class Judge:
 
     def goal_distance(self, state: VehicleState) -> float:
         """Return the true horizontal distance to the goal [m]."""
-        return float(np.hypot(*(self._goal - state.pose.position[:2])))
+        return math.hypot(*(self._goal - state.pose.position[:2]).tolist())

@@ -99,3 +99,12 @@ def test_the_way_on_does_not_lead_through_a_gap_that_is_too_narrow():
     assert shortest < round_the_end < 1.2 * shortest  # Eight directions cost up to 8 % more.
     inside = narrow.cost_to_go(goal, 0.45, 0.0)(np.array(0.0), np.array(0.0))
     assert np.isfinite(inside)
+
+
+def test_one_place_alone_is_as_many_places_together():
+    truth = truth_of(slope(22) * (np.arange(101)[:, None] > 50))
+    places = np.random.default_rng(0).uniform(-13, 13, (200, 2))  # Beyond the border too.
+    found = [truth.at(float(x), float(y)) for x, y in places]
+    np.testing.assert_array_equal([bad for bad, _ in found], truth.forbidden_at(*places.T))
+    np.testing.assert_array_equal([room for _, room in found], truth.clearance_at(*places.T))
+    assert 0 < np.mean([bad for bad, _ in found]) < 1

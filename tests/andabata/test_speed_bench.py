@@ -45,3 +45,8 @@ def test_the_verb_prints_rows_and_draws_them(capsys, tmp_path, only):
     assert rows[0]["ratio_to_ours"] == 1.0
     assert all(row["value"] > 0 for row in rows)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_work_that_nobody_does_is_named(capsys):
+    assert main(["bench", "--only", "flying", "--runs", "1", "--quiet"]) == 1
+    assert "only: expected part of one of laser, maze in 2D" in capsys.readouterr().err

@@ -35,10 +35,14 @@ def speed(
 
     voice = Voice(quiet, as_json)
     rows: list[dict[str, Any]] = []
+    names = []
     for contest in races(world, seed):
+        names.append(contest.name)
         if only in contest.name:
             voice.say(contest.name)
             rows += race(contest, runs, seconds, voice.say)
+    if not rows:
+        raise ValueError(f"only: expected part of one of {', '.join(names)}, got {only!r}")
     if out is not None:
         write_atomically(out, speed_picture(rows))
     table = [

@@ -15,7 +15,9 @@ def speed(
     context: typer.Context,
     world: Annotated[str, typer.Option(help="Preset of the world.")] = "natural",
     runs: Annotated[int, typer.Option(min=1, help="Turns, whose median counts.")] = 5,
-    seconds: Annotated[float, typer.Option(min=0, help="Seconds that a turn takes at least.")] = 0.3,
+    seconds: Annotated[
+        float, typer.Option(min=0, help="Seconds that a turn takes at least.")
+    ] = 0.3,
     only: Annotated[str, typer.Option(help="Kinds of work whose name holds this.")] = "",
     out: Annotated[Path | None, typer.Option(help="Picture to write, PNG.")] = None,
     seed: Seed = 0,

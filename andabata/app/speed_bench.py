@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv
+from numba import njit
 from numpy.typing import NDArray
 
 from andabata.app import speed_peers as peers_
@@ -15,8 +16,15 @@ from andabata.app.chain_bench import STEP, driving
 from andabata.app.peers import PEERS
 from andabata.app.speed_peers import Work
 from andabata.app.workers import use_one_thread
-from andabata.localization import model
-from andabata.localization.model import STATES, Body, Noise, Room, Weights
+from andabata.localization.model import (
+    STATES,
+    Body,
+    Noise,
+    Room,
+    Weights,
+    predict,
+    see_gravity,
+)
 from andabata.machine.beams import BeamTables, beam_rays
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
@@ -291,7 +299,7 @@ def _filter_race() -> Race:
         imu = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])
         body = Body(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
         weights, room = Weights.make(), Room.make()
-        return lambda: model.repeat(_FILTER_STEPS, x, P, imu, body, Noise(), weights, room)
+        return lambda: _filter(_FILTER_STEPS, x, P, imu, body, Noise(), weights, room)
 
     return Race(
         "filter of 18 numbers",
@@ -303,6 +311,14 @@ def _filter_race() -> Race:
             ),
         ),
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _filter(steps, x, P, imu, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Predict and correct by gravity again and again."""
+    for _ in range(steps):
+        predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
+        see_gravity(x, P, imu, body, noise, 1e9, weights, room)
 
 
 def _loop_races(scene: Scene, seed: int) -> Iterator[Race]:

@@ -488,11 +488,3 @@ def _write(now, x, odometry, row):  # type: ignore[no-untyped-def]  # noqa: ANN0
     row[5] = cr * sp * cy + sr * cp * sy
     row[6] = cr * cp * sy - sr * sp * cy
     row[7] = cr * cp * cy + sr * sp * sy
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def repeat(steps, x, P, imu, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Predict and correct by gravity again and again: for whoever measures how long that takes."""
-    for _ in range(steps):
-        predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
-        see_gravity(x, P, imu, body, noise, 1e9, weights, room)

@@ -1,17 +1,57 @@
 """Stage after stage, generation after generation, each one a place to stop and to go on."""
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Annotated, Any, Protocol
 
 import numpy as np
+import torch
 from pydantic import BaseModel, ConfigDict, Field
 
+from rl import checkpoint as checkpoints
+from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.observation import ObservationLayout
 from rl.policy import Policy
 from rl.sac import SacConfig, SoftActorCritic
-from rl.training import Episode, Sampler
+from rl.training import Assignment, Episode, Sampler
+
+LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]
+
+CIRCLING = 4.0
+"""Whole turns one way in an episode that are taken for circling."""
+
+
+class Difficulty(BaseModel):
+    """How hard a stage's worlds are, by how well they go.
+
+    Attributes:
+        start: Difficulty of the first episodes.
+        least: Least difficulty.
+        most: Most difficulty; a stage is passed there alone.
+        step: From one level to the next.
+        window: Episodes on a level before it is changed.
+        raise_at: Share of successes in them from which it rises.
+        lower_at: Share of successes below which it falls.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    start: float = Field(default=0.3, ge=0, le=1)
+    least: float = Field(default=0.1, ge=0, le=1)
+    most: float = Field(default=0.5, ge=0, le=1)
+    step: float = Field(default=0.1, gt=0, le=1)
+    window: int = Field(default=16, ge=1)
+    raise_at: float = Field(default=0.8, ge=0, le=1)
+    lower_at: float = Field(default=0.4, ge=0, le=1)
+
+    def after(self, level: float, successes: Sequence[bool]) -> float:
+        """Return the next level after the episodes on this one; the same while they are few."""
+        if len(successes) < self.window:
+            return level
+        share = float(np.mean(successes[-self.window :]))
+        change = self.step * (int(share >= self.raise_at) - int(share < self.lower_at))
+        return round(min(max(level + change, self.least), self.most), 6)
 
 
 class Stage(BaseModel):
@@ -20,12 +60,22 @@ class Stage(BaseModel):
     Attributes:
         name: Of its environment.
         episodes: Budget (paper: 200).
+        promote_at: Share of successes in the latest ``window`` episodes that ends the stage before
+            its budget is spent; None never does (paper).
+        window: See ``promote_at``.
+        rehearsal: Share of the episodes that are played in the stages before, so that nothing is
+            forgotten.
+        difficulty: Of its worlds, None for its environment's own.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     episodes: int = Field(ge=1)
+    promote_at: float | None = Field(default=None, gt=0, le=1)
+    window: int = Field(default=32, ge=1)
+    rehearsal: float = Field(default=0.0, ge=0, le=0.9)
+    difficulty: Difficulty | None = None
 
 
 class CurriculumConfig(BaseModel):
@@ -40,18 +90,54 @@ class CurriculumConfig(BaseModel):
         limit: Largest yaw rate [rad/s].
         dead_zone: Yaw rates below this are zero [rad/s].
         final_pace: Share of the learning rate at the end of each stage; it falls in a line.
+        validation: Episodes in worlds kept for it that are driven without exploring at the end of
+            each stage, in that stage and in all before; 0 leaves them out.
+        validate_every: Generations between validations within a stage, from which the policy that
+            did best is kept; 0 keeps the last.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     stages: tuple[Stage, ...]
-    learner: SacConfig = Field(default_factory=SacConfig)
+    learner: LearnerConfig = Field(default_factory=SacConfig)
     seed: int = Field(default=0, ge=0)
     n_sectors: int = Field(default=32, ge=4)
     max_range: float = Field(default=10.0, gt=0)
     limit: float = Field(default=0.5, gt=0)
     dead_zone: float = Field(default=0.15, ge=0)
     final_pace: float = Field(default=0.2, gt=0, le=1)
+    validation: int = Field(default=0, ge=0)
+    validate_every: int = Field(default=0, ge=0)
+
+
+class Learner(Protocol):
+    """Whatever learns from whole episodes."""
+
+    def explorer(self, dead_zone: float) -> Policy:
+        """Return the actor that plays the episodes to learn from."""
+
+    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
+        """Return what has been learnt, as a complete policy."""
+
+    def update(
+        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float
+    ) -> dict[str, float]:
+        """Learn from episodes at a share of the learning rate; return figures by name."""
+
+    def to_bytes(self, progress: dict[str, Any], others: dict[str, torch.Tensor]) -> bytes:
+        """Return everything that learning needs to go on."""
+
+    def restore(self, data: bytes) -> dict[str, torch.Tensor]:
+        """Take up the state of ``to_bytes`` and return its tensors."""
+
+
+def make_learner(config: CurriculumConfig) -> Learner:
+    """Return a fresh learner."""
+    layout = ObservationLayout(config.n_sectors)
+    learner = config.learner
+    if isinstance(learner, ActorCriticConfig):
+        return ActorCritic(layout, config.max_range, config.limit, learner, config.seed)
+    return SoftActorCritic(layout, config.max_range, config.limit, learner, config.seed)
 
 
 @dataclass(frozen=True)
@@ -61,14 +147,21 @@ class Generation:
     Attributes:
         stage: Index of the stage, from 0.
         name: Of the stage.
-        played: Episodes of this generation.
+        played: Episodes of this generation in the stage itself.
         episodes: Episodes of the stage so far.
         budget: Episodes of the whole stage.
+        is_last: Whether the stage ends here.
         steps: Control steps of the whole run so far.
-        success_rate: Of this generation's episodes.
-        outcomes: Count of each outcome.
-        mean_return: Mean sum of rewards.
-        losses: As ``SoftActorCritic.update`` gives them.
+        success_rate: Of this generation's episodes in the stage.
+        recent_success: Of the latest episodes of the stage, ``Stage.window`` at most.
+        difficulty: Of the stage's worlds, None for the stage's own.
+        outcomes: Count of each outcome in the stage.
+        mean_return: Mean sum of rewards in the stage.
+        terms: Mean sum of each term of the reward.
+        circling: Share of the episodes in which the robot went round and round.
+        losses: As the learner gives them.
+        validation: Share of successes in the worlds kept for it, by stage; empty where there was no
+            validation.
     """
 
     stage: int
@@ -76,19 +169,39 @@ class Generation:
     played: int
     episodes: int
     budget: int
+    is_last: bool
     steps: int
     success_rate: float
+    recent_success: float
+    difficulty: float | None
     outcomes: dict[str, int]
     mean_return: float
+    terms: dict[str, float]
+    circling: float
     losses: dict[str, float]
+    validation: dict[str, float]
+
+
+@dataclass
+class _Position:
+    """Where a run stands."""
+
+    stage: int = 0
+    episodes: int = 0
+    generation: int = 0
+    generations: int = 0
+    steps: int = 0
+    levels: list[float | None] = field(default_factory=list)
+    recent: list[bool] = field(default_factory=list)
+    on_level: list[bool] = field(default_factory=list)
+    best: float = -1.0
 
 
 class Curriculum:
     """A run: learner and position. ``to_bytes`` after any generation is a checkpoint.
 
     Attributes:
-        learner: Actor and critic.
-        generations: Generations since the run began, over all stages.
+        learner: What learns.
     """
 
     def __init__(
@@ -98,7 +211,8 @@ class Curriculum:
 
         Args:
             config: The run's.
-            sampler: Plays episodes.
+            sampler: Plays episodes; the stages that follow the config's own are the same again in
+                the worlds kept for validation.
             checkpoint: Of an earlier run with the same config.
 
         Raises:
@@ -106,75 +220,174 @@ class Curriculum:
         """
         self._config = config
         self._sampler = sampler
-        layout = ObservationLayout(config.n_sectors)
-        self.learner = SoftActorCritic(
-            layout, config.max_range, config.limit, config.learner, config.seed
-        )
-        self._stage = self._episodes = self._generation = self._steps = 0
-        self.generations = 0
+        self.learner = make_learner(config)
+        self._at = _Position(levels=[_first_level(stage) for stage in config.stages])
+        self._best: Policy | None = None
         if checkpoint is not None:
-            progress = self.learner.restore(checkpoint)
+            progress = checkpoints.progress_of(checkpoint)
             if progress["config"] != config.model_dump(mode="json"):
                 raise ValueError(
                     "checkpoint: expected one of this configuration, got another's; start a new run"
                 )
-            self._stage, self._episodes = progress["stage"], progress["episodes"]
-            self._generation, self._steps = progress["generation"], progress["steps"]
-            self.generations = progress["generations"]
+            tensors = self.learner.restore(checkpoint)
+            self._at = _Position(**progress["position"])
+            if "best" in tensors:
+                self._best = Policy.from_bytes(tensors["best"].numpy().tobytes())
+
+    @property
+    def generations(self) -> int:
+        """Generations since the run began, over all stages."""
+        return self._at.generations
 
     def run(self) -> Iterator[Generation]:
         """Play, learn and yield, one generation at a time, until every stage is done."""
-        while self._stage < len(self._config.stages):
-            stage = self._config.stages[self._stage]
-            while self._episodes < stage.episodes:
-                yield self._advance(stage)
-            self._stage, self._episodes, self._generation = self._stage + 1, 0, 0
+        while self._at.stage < len(self._config.stages):
+            stage = self._config.stages[self._at.stage]
+            generation = self._advance(stage)
+            if generation.is_last:
+                self._at.stage += 1
+                self._at.episodes = self._at.generation = 0
+                self._at.recent, self._at.on_level, self._at.best = [], [], -1.0
+            yield generation
 
     def _advance(self, stage: Stage) -> Generation:
         """Play one generation's episodes and learn from them."""
-        config = self._config
-        count = min(config.learner.batch, stage.episodes - self._episodes)
-        seeds = [(config.seed, self._stage, self._episodes + k) for k in range(count)]
-        episodes = self._sampler(
-            self._stage, self.learner.explorer(config.dead_zone), config.learner.hold, seeds
-        )
-        pace = 1 - (1 - config.final_pace) * self._episodes / stage.episodes
-        order = np.random.default_rng((config.seed, self._stage, self._generation, 1))
+        config, at = self._config, self._at
+        assignments = self._assignments(stage)
+        explorer = self.learner.explorer(config.dead_zone)
+        episodes = self._sampler(explorer, config.learner.hold, assignments, True)
+        pace = 1 - (1 - config.final_pace) * at.episodes / stage.episodes
+        order = np.random.default_rng((config.seed, at.stage, at.generation, 1))
         losses = self.learner.update(episodes, order, pace)
-        self._episodes += count
-        self._generation += 1
-        self.generations += 1
-        self._steps += sum(episode.steps for episode in episodes)
-        return self._tell(stage, episodes, losses)
+        own = [e for e, one in zip(episodes, assignments, strict=True) if one.stage == at.stage]
+        level = at.levels[at.stage]
+        self._move_on(stage, own, sum(episode.steps for episode in episodes))
+        is_last = at.episodes >= stage.episodes or self._is_passed(stage)
+        validation = self._validate(stage, is_last)
+        return self._tell(stage, own, level, losses, validation, is_last)
 
-    def _tell(self, stage: Stage, episodes: list[Episode], losses: dict[str, float]) -> Generation:
+    def _assignments(self, stage: Stage) -> list[Assignment]:
+        """Return the next generation's episodes: some of them in the stages before."""
+        config, at = self._config, self._at
+        count = config.learner.batch
+        old = round(count * stage.rehearsal) if at.stage else 0
+        own = min(count - old, stage.episodes - at.episodes)
+        found = [
+            Assignment(at.stage, (config.seed, at.stage, at.episodes + k), at.levels[at.stage])
+            for k in range(own)
+        ]
+        for k in range(old):
+            number = at.generation * old + k
+            before = number % at.stage
+            seed = (config.seed, at.stage, number, before, 2)
+            found.append(Assignment(before, seed, at.levels[before]))
+        return found
+
+    def _move_on(self, stage: Stage, own: Sequence[Episode], steps: int) -> None:
+        """Count what was played, and make the stage's worlds harder or easier."""
+        at = self._at
+        successes = [episode.is_success for episode in own]
+        at.episodes += len(own)
+        at.generation += 1
+        at.generations += 1
+        at.steps += steps
+        at.recent = (at.recent + successes)[-stage.window :]
+        at.on_level += successes
+        level = at.levels[at.stage]
+        if stage.difficulty is not None and level is not None:
+            at.levels[at.stage] = stage.difficulty.after(level, at.on_level)
+            if len(at.on_level) >= stage.difficulty.window:
+                at.on_level = []
+
+    def _is_passed(self, stage: Stage) -> bool:
+        """Return whether the stage is learnt."""
+        if stage.promote_at is None or len(self._at.recent) < stage.window:
+            return False
+        level = self._at.levels[self._at.stage]
+        hard = stage.difficulty is None or level == stage.difficulty.most
+        return hard and float(np.mean(self._at.recent)) >= stage.promote_at
+
+    def _validate(self, stage: Stage, is_last: bool) -> dict[str, float]:
+        """Drive in the worlds kept for it, and keep the policy that does best."""
+        config, at = self._config, self._at
+        due = config.validate_every and at.generation % config.validate_every == 0
+        policy = self.learner.policy(config.dead_zone, {})
+        if not config.validation or not (due or is_last):
+            if is_last:
+                self._best = policy
+            return {}
+        rate = self._try(policy, at.stage)
+        if rate >= at.best:
+            at.best, self._best = rate, policy
+        if not is_last or self._best is None:
+            return {stage.name: rate}
+        before = {config.stages[k].name: self._try(self._best, k) for k in range(at.stage)}
+        return before | {stage.name: at.best}
+
+    def _try(self, policy: Policy, stage: int) -> float:
+        """Return the share of successes of a policy in a stage's worlds for validation."""
+        config = self._config
+        level = config.stages[stage].difficulty
+        assignments = [
+            Assignment(
+                len(config.stages) + stage,
+                (config.seed, stage, k, 0, 0, 3),
+                None if level is None else level.most,
+            )
+            for k in range(config.validation)
+        ]
+        episodes = self._sampler(policy, 1, assignments, False)
+        return float(np.mean([episode.is_success for episode in episodes]))
+
+    def _tell(
+        self,
+        stage: Stage,
+        own: Sequence[Episode],
+        level: float | None,
+        losses: dict[str, float],
+        validation: dict[str, float],
+        is_last: bool,
+    ) -> Generation:
         """Return what the generation was."""
+        at = self._at
+        names = own[0].terms
         return Generation(
-            stage=self._stage,
+            stage=at.stage,
             name=stage.name,
-            played=len(episodes),
-            episodes=self._episodes,
+            played=len(own),
+            episodes=at.episodes,
             budget=stage.episodes,
-            steps=self._steps,
-            success_rate=float(np.mean([episode.is_success for episode in episodes])),
-            outcomes=dict(Counter(episode.outcome for episode in episodes)),
-            mean_return=float(np.mean([episode.rewards.sum() for episode in episodes])),
+            is_last=is_last,
+            steps=at.steps,
+            success_rate=float(np.mean([episode.is_success for episode in own])),
+            recent_success=float(np.mean(at.recent)),
+            difficulty=level,
+            outcomes=dict(Counter(episode.outcome for episode in own)),
+            mean_return=float(np.mean([episode.rewards.sum() for episode in own])),
+            terms={name: float(np.mean([e.terms[name] for e in own])) for name in names},
+            circling=float(np.mean([episode.turns > CIRCLING for episode in own])),
             losses=losses,
+            validation=validation,
         )
 
     def policy(self, info: dict[str, Any]) -> Policy:
-        """Return the policy that the run has come to."""
+        """Return the policy that the run has come to: the best of the stage that ended last."""
+        if self._at.episodes == 0 and self._best is not None:
+            return replace(self._best, info=info)
         return self.learner.policy(self._config.dead_zone, info)
 
     def to_bytes(self) -> bytes:
         """Return a checkpoint."""
-        return self.learner.to_bytes(
-            {
-                "config": self._config.model_dump(mode="json"),
-                "stage": self._stage,
-                "episodes": self._episodes,
-                "generation": self._generation,
-                "generations": self.generations,
-                "steps": self._steps,
-            }
-        )
+        progress = {
+            "config": self._config.model_dump(mode="json"),
+            "position": asdict(self._at),
+        }
+        best = {}
+        if self._best is not None:
+            best["best"] = torch.frombuffer(bytearray(self._best.to_bytes()), dtype=torch.uint8)
+        return self.learner.to_bytes(progress, best)
+
+
+def _first_level(stage: Stage) -> float | None:
+    """Return the difficulty at which a stage begins."""
+    return None if stage.difficulty is None else stage.difficulty.start

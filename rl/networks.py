@@ -49,9 +49,15 @@ class Actor(nn.Module):
         normal = torch.randn(mean.shape, generator=noise)
         before = mean + sigma * normal
         log_p = -normal.square() / 2 - sigma.log() - 0.5 * float(np.log(2 * np.pi))
-        # log(1 - tanh(x)^2), without cancellation.
-        squash = 2 * (float(np.log(2)) - before - nn.functional.softplus(-2 * before))
-        return torch.tanh(before), log_p - squash
+        return torch.tanh(before), log_p - _squash(before)
+
+    def log_probability(self, states: Tensor, actions: Tensor) -> Tensor:
+        """Return the log-probabilities of actions, -1 to 1, that were drawn before, shape (n,)."""
+        mean, sigma = self(states)
+        before = torch.atanh(actions.clamp(-0.999, 0.999))
+        normal = (before - mean) / sigma
+        log_p = -normal.square() / 2 - sigma.log() - 0.5 * float(np.log(2 * np.pi))
+        return log_p - _squash(before)
 
     def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
         """Return the actor as a policy that runs without torch.
@@ -62,6 +68,37 @@ class Actor(nn.Module):
         """
         layers = tuple((_array(layer.weight), _array(layer.bias)) for layer in self.linear)
         return Policy(layers, self.max_range, self.limit, dead_zone, info)
+
+
+class ValueCritic(nn.Module):
+    """State to its value, 35-200-200-1, or with the reward beside it, 36-200-200-1 (as printed)."""
+
+    def __init__(
+        self, layout: ObservationLayout, limit: float, hidden: Sequence[int], takes_reward: bool
+    ) -> None:
+        """Draw weights from torch's generator.
+
+        Args:
+            layout: The state.
+            limit: Largest yaw rate [rad/s].
+            hidden: Width of each hidden layer.
+            takes_reward: Whether the reward that came with the state is an input.
+        """
+        super().__init__()
+        self._takes_reward = takes_reward
+        widths = [layout.size + takes_reward, *hidden, 1]
+        self.linear = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
+        self.register_buffer("scale", torch.from_numpy(layout.scale(limit)), persistent=False)
+
+    def forward(self, states: Tensor, rewards: Tensor) -> Tensor:
+        """Return the values of states in SI units, (n, 35), that came with rewards, shape (n,)."""
+        x = _scaled(states, self.scale)
+        if self._takes_reward:
+            x = torch.cat([x, rewards[:, None]], dim=1)
+        for layer in self.linear[:-1]:
+            x = torch.relu(layer(x))
+        value: Tensor = self.linear[-1](x)
+        return value.squeeze(1)
 
 
 class TwinCritic(nn.Module):
@@ -101,6 +138,11 @@ class TwinCritic(nn.Module):
             if number < last:
                 x = torch.relu(nn.functional.layer_norm(x, x.shape[-1:]))
         return x.squeeze(-1)
+
+
+def _squash(before: Tensor) -> Tensor:
+    """Return log(1 - tanh(x)^2), without cancellation."""
+    return 2 * (float(np.log(2)) - before - nn.functional.softplus(-2 * before))
 
 
 def _scaled(states: Tensor, scale: Tensor) -> Tensor:

@@ -4,15 +4,15 @@ The paper names actor and critic, not the update. Its one-step update collapses 
 some seeds; this one does not, and learns from each decision many times (assumption).
 """
 
-import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
 
+from rl import checkpoint
 from rl.networks import Actor, TwinCritic
 from rl.observation import ObservationLayout
 from rl.policy import Policy
@@ -24,6 +24,7 @@ class SacConfig(BaseModel):
     """Numbers of the learner (assumptions but for the networks).
 
     Attributes:
+        algorithm: Its name.
         hidden: Width of the hidden layers (paper: 200, 200).
         learning_rate: Of Adam.
         discount: Of a decision.
@@ -42,6 +43,7 @@ class SacConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    algorithm: Literal["sac"] = "sac"
     hidden: tuple[int, ...] = (200, 200)
     learning_rate: float = Field(default=5e-4, gt=0)
     discount: float = Field(default=0.98, gt=0, lt=1)
@@ -116,7 +118,7 @@ class SoftActorCritic:
             pace: Share of the learning rate.
 
         Returns:
-            Mean critic loss, mean value, and the temperature.
+            Mean critic loss, value and entropy of the actions, and the temperature.
         """
         for optimiser in self._optimisers.values():
             for group in optimiser.param_groups:
@@ -124,17 +126,20 @@ class SoftActorCritic:
         fresh = sum(self.replay.add(episode, self.config.reward_scale) for episode in episodes)
         noise = torch.Generator().manual_seed(int(rng.integers(2**31)))
         count = max(1, round(fresh * self.config.steps_per_decision))
-        figures = np.zeros(2)
+        figures = np.zeros(3)
         for _ in range(count):
             rows = self.replay.draw(self.config.minibatch, rng)
             figures += self._descend(rows, noise)
         return {
             "critic_loss": float(figures[0] / count),
             "value": float(figures[1] / count),
+            "entropy": float(figures[2] / count),
             "temperature": float(self.log_temperature.detach().exp()),
         }
 
-    def _descend(self, rows: dict[str, Tensor], noise: torch.Generator) -> tuple[float, float]:
+    def _descend(
+        self, rows: dict[str, Tensor], noise: torch.Generator
+    ) -> tuple[float, float, float]:
         """Take one gradient step of critics, actor and temperature."""
         config = self.config
         temperature = self.log_temperature.detach().exp()
@@ -154,7 +159,8 @@ class SoftActorCritic:
         self._step("temperature", -self.log_temperature * surplus)
         _follow(self.targets, self.critics, config.smoothing)
         _follow(self.average, self.actor, config.averaging)
-        return float(critic_loss.detach()), float(values.detach().mean())
+        entropy = -float(log_p.detach().mean())
+        return float(critic_loss.detach()), float(values.detach().mean()), entropy
 
     def _step(self, name: str, loss: Tensor) -> None:
         """Move one optimiser down a loss."""
@@ -162,67 +168,35 @@ class SoftActorCritic:
         loss.backward()
         self._optimisers[name].step()
 
-    def _tensors(self) -> dict[str, Tensor]:
+    def _parameters(self) -> dict[str, Tensor]:
         """Return every learnt tensor by name."""
-        parts: dict[str, torch.nn.Module] = {
+        parts = {
             "actor": self.actor,
             "average": self.average,
             "critics": self.critics,
             "targets": self.targets,
         }
-        found = {
-            f"{part}.{name}": tensor
-            for part, module in parts.items()
-            for name, tensor in module.named_parameters()
-        }
-        return found | {"temperature": self.log_temperature}
+        return checkpoint.named(parts) | {"temperature": self.log_temperature}
 
-    def to_bytes(self, progress: dict[str, Any]) -> bytes:
-        """Return everything that learning needs to go on, as safetensors.
+    def to_bytes(self, progress: dict[str, Any], others: dict[str, Tensor]) -> bytes:
+        """Return everything that learning needs to go on, and what ``others`` need.
 
         Args:
             progress: Where the run stands, ready for JSON.
+            others: Tensors to keep beside it.
         """
-        from safetensors.torch import save
+        others = self.replay.tensors() | others
+        return checkpoint.to_bytes(self._parameters(), self._optimisers, others, progress)
 
-        tensors = {name: tensor.detach().clone() for name, tensor in self._tensors().items()}
-        for name, optimiser in self._optimisers.items():
-            for number, parameter in enumerate(optimiser.param_groups[0]["params"]):
-                for key, moment in optimiser.state.get(parameter, {}).items():
-                    tensors[f"adam.{name}.{number}.{key}"] = moment.detach().clone()
-        tensors |= self.replay.tensors()
-        return save(tensors, metadata={"progress": json.dumps(progress, sort_keys=True)})
-
-    def restore(self, data: bytes) -> dict[str, Any]:
-        """Take up the state of ``to_bytes`` and return its progress.
+    def restore(self, data: bytes) -> dict[str, Tensor]:
+        """Take up the state of ``to_bytes`` and return its tensors.
 
         Raises:
-            ValueError: If the bytes are no checkpoint of such a learner.
+            CheckpointError: If the bytes are no checkpoint of such a learner.
         """
-        from safetensors import SafetensorError
-        from safetensors.torch import load
-
-        try:
-            tensors = load(data)
-            size = int.from_bytes(data[:8], "little")
-            progress = json.loads(json.loads(data[8 : 8 + size])["__metadata__"]["progress"])
-            with torch.no_grad():
-                for name, tensor in self._tensors().items():
-                    tensor.copy_(tensors[name])
-            for name, optimiser in self._optimisers.items():
-                for number, parameter in enumerate(optimiser.param_groups[0]["params"]):
-                    prefix = f"adam.{name}.{number}."
-                    if f"{prefix}step" in tensors:
-                        optimiser.state[parameter] = {
-                            key: tensors[prefix + key] for key in ("step", "exp_avg", "exp_avg_sq")
-                        }
-            self.replay.restore(tensors)
-        except (SafetensorError, KeyError, ValueError, RuntimeError) as error:
-            raise ValueError(
-                f"checkpoint: expected one of this learner, got {str(error).splitlines()[0]}; "
-                "start a new run"
-            ) from error
-        return dict(progress)
+        tensors = checkpoint.restore(data, self._parameters(), self._optimisers)
+        self.replay.restore(tensors)
+        return tensors
 
 
 @torch.no_grad()

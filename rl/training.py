@@ -5,14 +5,35 @@ processes play the episodes.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rl.environment import Environment, Robots
+from rl.observation import N_EXTRAS
 from rl.policy import Policy
+
+Seed = tuple[int, ...]
+
+TURN_STEP = 0.1
+"""Time of a control step [s]: the states hold yaw rates."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """An episode that is to be played.
+
+    Attributes:
+        stage: Index of the stage.
+        seed: Of everything random in it.
+        difficulty: Of its world, from 0 to 1; None for the stage's own.
+    """
+
+    stage: int
+    seed: Seed
+    difficulty: float | None = None
 
 
 @dataclass(frozen=True)
@@ -28,6 +49,7 @@ class Episode:
         outcome: How it ended.
         is_success: Whether it reached the goal.
         steps: Control steps.
+        terms: Sum of each term of the reward.
     """
 
     states: NDArray[np.float32]
@@ -38,140 +60,161 @@ class Episode:
     outcome: str
     is_success: bool
     steps: int
+    terms: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def turns(self) -> float:
+        """Whole turns that the robot made, left less right: a robot that circles makes many."""
+        rates = self.states[:, -N_EXTRAS].astype(np.float64)
+        held = TURN_STEP * self.steps / max(len(rates), 1)
+        return float(abs(rates.sum()) * held / (2 * np.pi))
 
 
-Seed = tuple[int, ...]
-
-Sampler = Callable[[int, Policy, int, Sequence[Seed]], list[Episode]]
-"""Plays an episode for each seed in a stage's environment: (stage, policy, hold, seeds)."""
+Sampler = Callable[[Policy, int, Sequence[Assignment], bool], list[Episode]]
+"""Plays what is assigned: (policy, hold, assignments, explore)."""
 
 
 def play(
-    environment: Environment, policy: Policy, hold: int, seed: Seed, explore: bool = True
+    environment: Environment,
+    policy: Policy,
+    hold: int,
+    assignment: Assignment,
+    explore: bool = True,
 ) -> Episode:
     """Play one episode.
 
     Args:
-        environment: Where.
+        environment: Of the assignment's stage.
         policy: Chooses the actions.
         hold: Control steps that an action is held.
-        seed: Of the episode: environment and noise.
+        assignment: Which episode.
         explore: Whether actions are drawn at random around the policy's best.
     """
-    rng = np.random.default_rng(seed)
-    state, _ = environment.reset(seed=int(rng.integers(2**31)))
-    states, actions, rewards = [], [], []
-    steps, over, terminated = 0, False, False
+    lane = _Lane(0, assignment)
+    state, _ = environment.reset(seed=lane.first_seed, options=_options(assignment))
+    over, terminated = False, False
     info: dict[str, Any] = {}
     while not over:
-        action = policy.explore(state, rng) if explore else policy.act(state) / policy.limit
-        states.append(state)
-        actions.append(action)
-        executed = np.array([action], dtype=np.float32)
-        total = 0.0
+        executed = np.array([lane.decide(policy, state, explore)], dtype=np.float32)
         for _ in range(hold):
             state, reward, terminated, truncated, info = environment.step(executed)
-            total += reward
-            steps += 1
+            lane.take(reward, info.get("reward_terms", {}))
             over = terminated or truncated
             if over:
                 break
-        rewards.append(total)
-    return Episode(
-        states=np.array(states, dtype=np.float32),
-        actions=np.array(actions, dtype=np.float32),
-        rewards=np.array(rewards),
-        last_state=state,
-        terminated=terminated,
-        outcome=str(info["outcome"]),
-        is_success=bool(info["is_success"]),
-        steps=steps,
-    )
+    return lane.finished(state, terminated, str(info["outcome"]), bool(info["is_success"]))
+
+
+def _options(assignment: Assignment) -> dict[str, Any]:
+    """Return the options of a reset."""
+    return {} if assignment.difficulty is None else {"difficulty": assignment.difficulty}
 
 
 class _Lane:
     """One robot's episode as it is played."""
 
-    def __init__(self, number: int, seed: Seed) -> None:
-        """Begin the episode of a seed, which is to be the ``number``-th of the result."""
-        self.number, self.rng = number, np.random.default_rng(seed)
-        self.first_seed = int(self.rng.integers(2**31))
-        self.states: list[NDArray[np.float32]] = []
-        self.actions: list[float] = []
-        self.rewards: list[float] = []
-        self.steps = 0
+    def __init__(self, number: int, assignment: Assignment) -> None:
+        """Begin an episode, which is to be the ``number``-th of the result."""
+        self.number, self.difficulty = number, assignment.difficulty
+        self._rng = np.random.default_rng(assignment.seed)
+        self.first_seed = int(self._rng.integers(2**31))
+        self._states: list[NDArray[np.float32]] = []
+        self._actions: list[float] = []
+        self._rewards: list[float] = []
+        self._steps = 0
+        self._terms: dict[str, float] = {}
+
+    def decide(self, policy: Policy, state: NDArray[np.float32], explore: bool) -> float:
+        """Return the action for a state, -1 to 1, and keep both."""
+        action = policy.explore(state, self._rng) if explore else policy.act(state) / policy.limit
+        self._states.append(state)
+        self._actions.append(action)
+        self._rewards.append(0.0)
+        return action
+
+    def take(self, reward: float, terms: dict[str, float]) -> None:
+        """Take in what a control step gave."""
+        self._rewards[-1] += reward
+        self._steps += 1
+        for name, value in terms.items():
+            self._terms[name] = self._terms.get(name, 0.0) + value
+
+    def finished(
+        self, last: NDArray[np.float32], terminated: bool, outcome: str, is_success: bool
+    ) -> Episode:
+        """Return the episode that has ended."""
+        return Episode(
+            states=np.array(self._states, dtype=np.float32),
+            actions=np.array(self._actions, dtype=np.float32),
+            rewards=np.array(self._rewards),
+            last_state=last,
+            terminated=terminated,
+            outcome=outcome,
+            is_success=is_success,
+            steps=self._steps,
+            terms=self._terms,
+        )
 
 
 def play_together(
-    robots: Robots, policy: Policy, hold: int, seeds: Sequence[Seed], explore: bool = True
+    robots: Robots,
+    policy: Policy,
+    hold: int,
+    assignments: Sequence[Assignment],
+    explore: bool = True,
 ) -> list[Episode]:
-    """Play an episode for each seed, as ``play`` does, with many robots side by side.
+    """Play episodes of one stage, as ``play`` does, with many robots side by side.
 
     Args:
         robots: Where; see ``Robots``.
         policy: Chooses the actions.
         hold: Control steps that an action is held.
-        seeds: Of the episodes.
+        assignments: Which episodes.
         explore: As for ``play``.
     """
-    waiting = list(enumerate(seeds))[::-1]
+    waiting = list(enumerate(assignments))[::-1]
     found: dict[int, Episode] = {}
     lanes: list[_Lane | None] = [None] * robots.num_envs
     states = np.zeros((robots.num_envs, policy.layout.size), dtype=np.float32)
     actions = np.zeros((robots.num_envs, 1), dtype=np.float32)
-    while len(found) < len(seeds):
+    while len(found) < len(assignments):
         idle = np.array([lane is None for lane in lanes])
         for k in np.flatnonzero(idle)[: len(waiting)].tolist():
             lanes[k] = _Lane(*waiting.pop())
         begun = idle & np.array([lane is not None for lane in lanes])
         if begun.any():
             first = [lane.first_seed if lane else None for lane in lanes]
-            states, _ = robots.reset(seed=first, options={"reset_mask": begun})
+            levels = [lane.difficulty if lane else None for lane in lanes]
+            options = {"reset_mask": begun, "difficulty": levels}
+            states, _ = robots.reset(seed=first, options=options)
         for k, lane in enumerate(lanes):
-            if lane is None:
-                continue
-            state = states[k]
-            action = (
-                policy.explore(state, lane.rng) if explore else policy.act(state) / policy.limit
-            )
-            lane.states.append(state)
-            lane.actions.append(action)
-            lane.rewards.append(0.0)
-            actions[k] = action
+            if lane is not None:
+                actions[k] = lane.decide(policy, states[k], explore)
         for _ in range(hold):
             states, rewards, terminated, truncated, info = robots.step(actions)
             over = terminated | truncated
             for k, lane in enumerate(lanes):
                 if lane is None:
                     continue
-                lane.rewards[-1] += float(rewards[k])
-                lane.steps += 1
+                terms = {name: float(part[k]) for name, part in info["reward_terms"].items()}
+                lane.take(float(rewards[k]), terms)
                 if over[k]:
-                    found[lane.number] = _finished(lane, states[k], bool(terminated[k]), info, k)
+                    found[lane.number] = lane.finished(
+                        states[k],
+                        bool(terminated[k]),
+                        str(info["outcome"][k]),
+                        bool(info["is_success"][k]),
+                    )
                     lanes[k] = None
-    return [found[number] for number in range(len(seeds))]
-
-
-def _finished(
-    lane: _Lane, last: NDArray[np.float32], terminated: bool, info: dict[str, Any], robot: int
-) -> Episode:
-    """Return a robot's episode that has ended."""
-    return Episode(
-        states=np.array(lane.states, dtype=np.float32),
-        actions=np.array(lane.actions, dtype=np.float32),
-        rewards=np.array(lane.rewards),
-        last_state=last,
-        terminated=terminated,
-        outcome=str(info["outcome"][robot]),
-        is_success=bool(info["is_success"][robot]),
-        steps=lane.steps,
-    )
+    return [found[number] for number in range(len(assignments))]
 
 
 def serial_sampler(environments: Sequence[Environment]) -> Sampler:
     """Return a sampler that plays in this process; one environment a stage."""
 
-    def sample(stage: int, policy: Policy, hold: int, seeds: Sequence[Seed]) -> list[Episode]:
-        return [play(environments[stage], policy, hold, seed) for seed in seeds]
+    def sample(
+        policy: Policy, hold: int, assignments: Sequence[Assignment], explore: bool
+    ) -> list[Episode]:
+        return [play(environments[one.stage], policy, hold, one, explore) for one in assignments]
 
     return sample

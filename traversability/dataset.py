@@ -15,7 +15,7 @@ from traversability.cloud import PointCloud
 from traversability.features import cell_features
 from traversability.files import read_cloud
 from traversability.grid import PolarGrid
-from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
+from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable, things
 
 MANIFEST = "manifest.json"
 
@@ -178,7 +178,7 @@ def cell_samples(
     white = 0
     for number, cloud in enumerate(clouds):
         cells = cell_features(cloud.points, grid)
-        states = label_cells(cloud.points, nontraversable(cloud), grid)
+        states = label_cells(cloud.points, nontraversable(cloud), grid, things=things(cloud))
         judged = states != CellState.EMPTY
         n = int(judged.sum())
         white += judged.size - n

@@ -13,6 +13,16 @@ from traversability.grid import PolarGrid
 MIN_SHARE = 0.15
 """Share of non-traversable points that makes a cell non-traversable (paper: 15 %)."""
 
+THING_POINTS = 5
+"""Points of a thing that make a near cell non-traversable, however small their share is.
+
+Assumption: a rock that stops a wheel fills less than 15 % of a cell, and a robot that drives by the
+paper's rule alone meets it.
+"""
+
+THING_REACH = 3.2
+"""Cells that begin nearer than this are near [m]."""
+
 
 class CellState(IntEnum):
     """State of a cell: white, green and red in the paper's pictures."""
@@ -38,6 +48,7 @@ def label_cells(
     nontraversable: NDArray[np.bool_],
     grid: PolarGrid,
     min_share: float = MIN_SHARE,
+    things: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.uint8]:
     """Return the true state of each cell.
 
@@ -46,6 +57,8 @@ def label_cells(
         nontraversable: Whether each belongs to something the robot must not drive on, shape (n,).
         grid: The cells; its height limit and least number of points hold here too.
         min_share: Share of non-traversable points from which a cell is non-traversable.
+        things: Whether each point belongs to a thing rather than to the ground, shape (n,): a few
+            of them are enough in near cells. None keeps to the paper's share everywhere.
 
     Returns:
         ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
@@ -61,9 +74,20 @@ def label_cells(
     _count(quarters.bins[: len(points)], nontraversable, counts)
     total = counts.sum(axis=0)
     bad = counts[1] >= min_share * total
+    if things is not None:
+        _count(quarters.bins[: len(points)], things, counts)
+        bad |= (counts[1] >= THING_POINTS) & (grid.ring_edges[:-1] < THING_REACH)
     states = np.where(bad, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
     states[total < grid.min_points] = CellState.EMPTY
     return states.astype(np.uint8)
+
+
+def things(cloud: PointCloud) -> NDArray[np.bool_]:
+    """Return which points of a labelled cloud belong to things, shape (n,).
+
+    A cloud that does not tell them from steep ground has all that forbid it.
+    """
+    return nontraversable(cloud) if cloud.severity is None else np.isposinf(cloud.severity)
 
 
 def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
@@ -83,6 +107,7 @@ def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
 @njit(cache=True, nogil=True)
 def _count(bins, nontraversable, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Count good and bad points of each cell."""
+    counts[:] = 0
     rings = counts.shape[2]
     for k in range(len(bins)):
         if bins[k] >= 0:

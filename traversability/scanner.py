@@ -69,7 +69,7 @@ class TraversabilityScanner:
     def scan(self, points: NDArray[np.float32]) -> VirtualScan:
         """Return the free distance in every sector; see ``cells`` and ``virtual_scan``."""
         ranges = self._look(points, every=False)
-        return VirtualScan(ranges, self.grid.outer_radius)
+        return VirtualScan(ranges, self.grid.outer_radius, self._states.copy())
 
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
         """Judge all cells, or those up to the first red one of each sector; return the ranges."""

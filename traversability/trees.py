@@ -89,7 +89,7 @@ class Trees:
         cut[too_high] = np.nextafter(cut[too_high], np.float32(-np.inf))
         inner = self.feature >= 0
         splits = np.where(inner, column[self.feature], 0)
-        depth = self._depth()
+        depth = max(self._depth(), 1)  # Nothing to split still is a complete tree.
         if depth > _DEEPEST:
             link = np.where(inner, (self.left.astype(np.int64) << _FEATURE_BITS) + splits, -1)
             value = np.where(inner, cut, self.leaf)[None]

@@ -20,7 +20,10 @@ _WINDOW = 5
 
 
 class Reason(IntEnum):
-    """Why a place is forbidden, the strongest reason first in rank."""
+    """Why a place is forbidden.
+
+    ``LOW`` is something solid that ends below the body's floor: it can pass between the wheels.
+    """
 
     FREE = 0
     SOLID = 1
@@ -29,6 +32,7 @@ class Reason(IntEnum):
     STEP = 4
     BORDER = 5
     WATER = 6
+    LOW = 7
 
 
 class TruthConfig(BaseModel):
@@ -39,6 +43,7 @@ class TruthConfig(BaseModel):
         max_slope: Steepest passable ground [rad].
         max_step: Highest passable step within a wheelbase [m].
         body_height: Foliage lower than this is in the way [m].
+        clearance: Solid things that end lower than this pass under the body's floor [m].
         border: Width of the strip along the border where the robot may not be [m].
         slope_margin: Ground this near to ``max_slope`` is a borderline case [rad].
         step_margin: Ground this near to ``max_step`` is a borderline case [m].
@@ -50,6 +55,7 @@ class TruthConfig(BaseModel):
     max_slope: float = Field(default=np.deg2rad(20.0), gt=0, lt=1.5)
     max_step: float = Field(default=0.05, gt=0, lt=1)
     body_height: float = Field(default=0.9, gt=0)
+    clearance: float = Field(default=0.09, gt=0)
     border: float = Field(default=1.0, ge=0)
     slope_margin: float = Field(default=np.deg2rad(3.0), gt=0)
     step_margin: float = Field(default=0.02, gt=0)
@@ -94,7 +100,7 @@ class TraversabilityMap:
 
     def solid_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
         """Return whether something solid stands at map places [m], same shape as ``x``."""
-        return self.reason_at(x, y) == Reason.SOLID
+        return np.isin(self.reason_at(x, y), (Reason.SOLID, Reason.LOW))
 
     def clearance_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float32]:
         """Return the distance from map places [m] to the nearest forbidden cell [m]."""
@@ -210,8 +216,9 @@ def build_truth(
         column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
         row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
         reason[surface[column[:, None], row[None, :]] == SemanticClass.WATER] = Reason.WATER
-    for kind in (Reason.VEGETATION, Reason.SOLID):
-        meshes = [_projected(o) for o in objects if _in_the_way(o, kind, ground, config)]
+    kinds = [_forbids(thing, ground, config) for thing in objects]
+    for kind in (Reason.VEGETATION, Reason.LOW, Reason.SOLID):
+        meshes = [_projected(o) for o, why in zip(objects, kinds, strict=True) if why is kind]
         if meshes:
             _rasterise(np.concatenate(meshes), x[0], y[0], cell, np.uint8(kind), reason)
     edge = int(np.ceil(config.border / cell))
@@ -274,14 +281,20 @@ def _residual_range(heights, level, dx, dy, reach):  # type: ignore[no-untyped-d
     return spread
 
 
-def _in_the_way(thing: SceneObject, kind: Reason, ground: Heightfield, config: TruthConfig) -> bool:
-    """Return whether an object forbids its footprint for the given kind of reason."""
+def _forbids(thing: SceneObject, ground: Heightfield, config: TruthConfig) -> Reason:
+    """Return why an object forbids its footprint, ``FREE`` if it does not."""
     traits = TRAITS[thing.semantic]
-    if traits.traversable or traits.solid != (kind is Reason.SOLID):
-        return False
-    low = thing.vertices[np.argmin(thing.vertices[:, 2])]
-    above = float(low[2] - ground.height_at(low[0], low[1]))
-    return above < config.body_height
+    if traits.traversable:
+        return Reason.FREE
+    low, high = (
+        thing.vertices[k] for k in (thing.vertices[:, 2].argmin(), thing.vertices[:, 2].argmax())
+    )
+    if float(low[2] - ground.height_at(low[0], low[1])) >= config.body_height:
+        return Reason.FREE
+    if not traits.solid:
+        return Reason.VEGETATION
+    above = float(high[2] - ground.height_at(high[0], high[1]))
+    return Reason.LOW if above < config.clearance else Reason.SOLID
 
 
 def _projected(thing: SceneObject) -> NDArray[np.float64]:

@@ -62,3 +62,18 @@ class World:
     objects: tuple[SceneObject, ...]
     tasks: tuple[Task, ...]
     truth: TraversabilityMap
+
+
+def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:
+    """Return one of a world's tasks by its number, or a random one.
+
+    Raises:
+        ValueError: If there is no such task, or it has no goal.
+    """
+    if isinstance(number, np.random.Generator):
+        number = int(number.integers(max(len(tasks), 1)))
+    if not 0 <= number < len(tasks) or not tasks[number].goals:
+        raise ValueError(
+            f"world: expected task {number} with a goal, got {len(tasks)} tasks; add goals"
+        )
+    return tasks[number]

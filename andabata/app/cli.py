@@ -16,6 +16,7 @@ from andabata.app.verbs import (
     doctor,
     drive,
     evaluate,
+    policy,
     ros,
     scan,
     train,
@@ -40,6 +41,7 @@ app.add_typer(clouds.app, name="clouds")
 app.add_typer(classifier.app, name="classifier")
 app.command()(scan.scan)
 app.command()(train.train)
+app.add_typer(policy.app, name="policy")
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)
 app.add_typer(bag.app, name="bag")

@@ -9,7 +9,7 @@ from andabata.app.console import Voice
 from andabata.app.datasets import generate_dataset
 from andabata.app.driving import Driven, drive_once
 from andabata.app.evaluation import EvaluationConfig, Models, evaluate, summarise
-from andabata.app.learning import HISTORY, learn, learning_with, read_history
+from andabata.app.learning import HISTORY, learn, read_history
 from andabata.app.pictures import (
     confusion_picture,
     drive_picture,
@@ -20,10 +20,11 @@ from andabata.app.pictures import (
 from andabata.app.report import Report
 from andabata.app.runs import make_folder, write_json
 from andabata.app.scanning import ScanConfig, scan_cloud
-from andabata.app.settings import with_parts
+from andabata.app.settings import resolve, with_parts
 from andabata.models import shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
+from andabata.tasks.plans import TrainingPlan, load_plan
 from andabata.tasks.rig import RigConfig
 from traversability.dataset import Split, read_manifest, split_samples
 from traversability.grid import PolarGrid
@@ -101,11 +102,15 @@ class Demonstration:
         run = self._folder / "run"
         for file in run.glob("*"):
             file.unlink()
-        config = learning_with(self._sensor).model_copy(update={"episodes": (_EPISODES, 1, 1)})
+        plan = resolve(
+            TrainingPlan,
+            overrides=(f"stages.Maze2D.episodes={_EPISODES}", "validation=0"),
+            base=load_plan(sensor=self._sensor),
+        )
         with self._voice.progress("episodes in the maze", _EPISODES) as step:
             result = learn(
                 run,
-                config,
+                plan,
                 range(1),
                 self._seed,
                 self._workers,

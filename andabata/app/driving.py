@@ -25,7 +25,7 @@ from andabata.tasks.trial import Leg, run_trial
 from rl.policy import Policy
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
-from worlds.world import Task, World
+from worlds.world import Task, World, choose_task
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def drive_once(
     driver = make_controller(controller, scene.world, config, policy)
     eyes = forest or shipped_forest()
     rig = Rig(scene, config, eyes, driver, far_sighted=record is not None)
-    task = scene.world.tasks[0]
+    task = choose_task(scene.world.tasks, 0)
     writer = None
     if record is not None:
         about = {"world": world, "seed": seed, "controller": controller}

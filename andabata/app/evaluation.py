@@ -1,8 +1,9 @@
 """Judging controllers side by side: the same worlds, starts and noises for each of them."""
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.workers import run_tasks
+from andabata.navigation.navigator import Step
+from andabata.navigation.view import View
 from andabata.records.storage import write_atomically
+from andabata.tasks.courses import Course, courses
+from andabata.tasks.hazard_met import hazard_met
 from andabata.tasks.judge import JudgeConfig, Outcome
-from andabata.tasks.rig import RigConfig
-from andabata.tasks.seeds import evaluation_world
+from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.trial import Leg
-from worlds.world import World
+from worlds.world import World, choose_task
 
 Row = dict[str, Any]
 
@@ -25,9 +29,11 @@ class EvaluationConfig(BaseModel):
     """What is judged.
 
     Attributes:
+        suite: Name of a suite, which has its own worlds and trials, or None.
         world: World preset.
         controllers: Controllers by name.
         trials: Trials of each controller; each trial has a world of its own.
+        goals: Goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
         rig: The robot; results are judged in bullet.
         judge: Rules of each drive.
@@ -35,12 +41,19 @@ class EvaluationConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    suite: str | None = None
     world: str = "natural-test"
     controllers: tuple[str, ...] = ("learned", "reactive", "straight", "oracle")
     trials: int = Field(default=20, ge=1)
+    goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0)
     rig: RigConfig = Field(default_factory=RigConfig)
     judge: JudgeConfig = Field(default_factory=JudgeConfig)
+
+    @property
+    def courses(self) -> tuple[Course, ...]:
+        """The course of each trial."""
+        return courses(self.suite, self.world, self.trials, self.seed)
 
 
 @dataclass(frozen=True)
@@ -51,15 +64,22 @@ class Models:
     policy: bytes | None = None
 
 
-def run_one(config: EvaluationConfig, models: Models, trial: int) -> list[Row]:
+def run_one(
+    config: EvaluationConfig, models: Models, failures: Path | None, trial: int
+) -> list[Row]:
     """Run every controller through one trial's world.
+
+    Args:
+        config: What is judged.
+        models: Classifier and policy.
+        failures: Folder for a picture of each failure; None draws none.
+        trial: Which.
 
     Returns:
         One row a leg: controller, trial, world_seed, goal, outcome and what the judge measured.
     """
     from andabata.models import shipped_forest
     from andabata.tasks.controllers import make_controller
-    from andabata.tasks.rig import Rig
     from andabata.tasks.scenes import SceneShelf
     from andabata.tasks.trial import run_trial
     from rl.policy import Policy
@@ -67,19 +87,51 @@ def run_one(config: EvaluationConfig, models: Models, trial: int) -> list[Row]:
 
     forest = Forest.from_bytes(models.forest) if models.forest else shipped_forest()
     policy = Policy.from_bytes(models.policy) if models.policy else None
-    world_seed = evaluation_world(config.seed, trial)
-    scene = SceneShelf().get(config.world, world_seed)
+    course = config.courses[trial]
+    scene = SceneShelf().get(course.world, course.seed, course.difficulty)
     pick = np.random.default_rng([config.seed, trial])
-    task = scene.world.tasks[int(pick.integers(len(scene.world.tasks)))]
+    task = choose_task(scene.world.tasks, pick)
+    task = replace(task, goals=task.goals[: config.goals])
     rows: list[Row] = []
     for name in config.controllers:
         controller = make_controller(name, scene.world, config.rig, policy)
         rig = Rig(scene, config.rig, forest, controller)
         rng = np.random.default_rng([config.seed, trial, 1])
+        watcher = _LastView()
+        rig.navigator.watch(watcher)
         legs = run_trial(rig, task, config.judge, rng)
         rows.extend(_leg_row(leg, name, trial, scene.world, len(task.goals)) for leg in legs)
+        if failures is not None and legs[-1].outcome is not Outcome.GOAL:
+            _draw_failure(failures, rows[-1], scene.world, legs[-1], rig, watcher.view)
         rig.close()
     return rows
+
+
+class _LastView:
+    """Keeps what the robot saw last."""
+
+    def __init__(self) -> None:
+        self.view: View | None = None
+
+    def __call__(self, step: Step) -> None:
+        """Take in a control step."""
+        self.view = step.view or self.view
+
+
+def _draw_failure(
+    folder: Path, row: Row, world: World, leg: Leg, rig: Rig, view: View | None
+) -> None:
+    """Write the picture of a failure."""
+    from andabata.app.pictures import failure_picture
+
+    if view is None:
+        return
+    name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
+    title = f"{name}: {row['outcome']}, {row['hazard']}"
+    pose = rig.simulator.vehicle.state.pose
+    grid = rig.config.grid
+    picture = failure_picture(world, leg.path, view.goal, pose, view.scan, grid, title)
+    write_atomically(folder / f"{name}.png", picture)
 
 
 def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) -> Row:
@@ -87,10 +139,13 @@ def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) ->
     return {
         "controller": controller,
         "trial": trial,
+        "world": world.name,
         "world_seed": world.seed,
+        "difficulty": world.difficulty,
         "goal": leg.goal,
         "goals": goals,
         "outcome": str(leg.outcome),
+        "hazard": hazard_met(world, leg.path[-1], leg.outcome),
         "time_s": leg.time,
         "distance_m": leg.distance,
         "spl": leg.spl,
@@ -107,6 +162,7 @@ def evaluate(
     *,
     workers: int = 2,
     journal: Path | None = None,
+    failures: Path | None = None,
     on_trial: Callable[[int, list[Row]], None] | None = None,
 ) -> list[Row]:
     """Run all trials and return one row a leg, by trial.
@@ -117,18 +173,20 @@ def evaluate(
         workers: Processes.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
             not run again, so that a killed evaluation goes on where it was.
+        failures: Folder for a picture of each failure; None draws none.
         on_trial: Called after each trial.
     """
     done = _read_journal(journal, config)
-    missing = [trial for trial in range(config.trials) if trial not in done]
-    for trial, rows in run_tasks(partial(run_one, config, models), missing, workers):
+    trials = range(len(config.courses))
+    missing = [trial for trial in trials if trial not in done]
+    for trial, rows in run_tasks(partial(run_one, config, models, failures), missing, workers):
         done[trial] = rows
         if journal is not None:
             with journal.open("a", encoding="utf-8") as file:
                 file.write(json.dumps({"trial": trial, "rows": rows}) + "\n")
         if on_trial is not None:
             on_trial(trial, rows)
-    return [row for trial in range(config.trials) for row in done[trial]]
+    return [row for trial in trials for row in done[trial]]
 
 
 def _read_journal(journal: Path | None, config: EvaluationConfig) -> dict[int, list[Row]]:
@@ -161,31 +219,45 @@ def _is_json(line: str) -> bool:
 
 
 def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:
-    """Return the table: one row a controller and goal, and one for all goals in a row.
+    """Return the table: one row a world, controller and goal, and one for all goals in a row.
 
     A goal counts as tried in every trial, so that the figures are those of goals in a row
     (Sanchez et al. 2023, Table 4).
     """
-    goals = max((row["goals"] for row in rows), default=0)
     table: list[Row] = []
-    for controller in config.controllers:
-        mine = [row for row in rows if row["controller"] == controller]
-        labels: list[int | str] = [*range(1, goals + 1), "all"]
-        table.extend(_table_row(mine, controller, config, goals, label) for label in labels)
+    for world in dict.fromkeys(row["world"] for row in rows):
+        there = [row for row in rows if row["world"] == world]
+        goals = max(row["goals"] for row in there)
+        for controller in config.controllers:
+            mine = [row for row in there if row["controller"] == controller]
+            labels: list[int | str] = [*range(1, goals + 1), "all"]
+            table.extend(_table_row(mine, world, controller, goals, label) for label in labels)
     return table
 
 
+def hazards(rows: Sequence[Row]) -> list[Row]:
+    """Return how often each controller came to grief on what: one row a world and hazard."""
+    counts = Counter(
+        (row["world"], row["controller"], row["outcome"], row["hazard"])
+        for row in rows
+        if row["outcome"] != Outcome.GOAL
+    )
+    names = ("world", "controller", "outcome", "hazard")
+    return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in counts.most_common()]
+
+
 def _table_row(
-    rows: Sequence[Row], controller: str, config: EvaluationConfig, goals: int, label: int | str
+    rows: Sequence[Row], world: str, controller: str, goals: int, label: int | str
 ) -> Row:
     """Return one row of the table; ``all`` counts the last goal and the failures of every leg."""
     from rl.metrics import wilson_interval
 
+    trials = len({row["trial"] for row in rows})
     goal = goals if label == "all" else label
     legs = [row for row in rows if label in ("all", row["goal"])]
     reached = sum(row["goal"] == goal and row["outcome"] == Outcome.GOAL for row in rows)
-    low, high = wilson_interval(reached, config.trials)
-    tried = config.trials * (goals if label == "all" else 1)
+    low, high = wilson_interval(reached, trials)
+    tried = trials * (goals if label == "all" else 1)
 
     def count(outcome: Outcome) -> int:
         return sum(row["outcome"] == outcome for row in legs)
@@ -193,21 +265,25 @@ def _table_row(
     def mean(key: str) -> float | None:
         return float(np.mean([row[key] for row in legs])) if legs else None
 
+    driven = sum(row["distance_m"] for row in legs)
     return {
         "controller": controller,
-        "world": config.world,
+        "world": world,
         "goal": label,
-        "trials": config.trials,
+        "trials": trials,
         "successes": reached,
         "collisions": count(Outcome.COLLISION),
         "tipovers": count(Outcome.TIPOVER),
         "timeouts": count(Outcome.TIMEOUT),
         "stuck": count(Outcome.STUCK),
-        "success_rate": reached / config.trials,
+        "success_rate": reached / trials,
         "wilson_low": low,
         "wilson_high": high,
         "spl": sum(row["spl"] for row in legs) / tried,
         "trespass_m": mean("trespass_m"),
+        "trespass_share": sum(row["trespass_m"] for row in legs) / driven if driven else None,
         "distance_m": mean("distance_m"),
+        "restlessness": mean("restlessness"),
+        "min_clearance_m": mean("min_clearance_m"),
         "mean_time_s": mean("time_s"),
     }

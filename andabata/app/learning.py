@@ -1,95 +1,52 @@
 """Running a curriculum into a run folder that survives a kill."""
 
+import hashlib
 import json
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-
-from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
-from andabata.machine.robot import RobotModel
-from andabata.machine.sensors import sensor_settings
 from andabata.records.storage import write_atomically
-from andabata.tasks.offroad import OffroadConfig, stage_config
-from andabata.tasks.rig import RigConfig
-from rl.curriculum import Curriculum, CurriculumConfig, Generation, Stage
-from rl.sac import SacConfig
-
-STAGES = ("Maze2D", "Maze3D", "Natural")
+from andabata.tasks.plans import TrainingPlan
+from rl.curriculum import Curriculum, Generation
 
 CHECKPOINT = "checkpoint.safetensors"
 POLICY = "policy.safetensors"
 HISTORY = "history.jsonl"
 
 
-class LearningConfig(BaseModel):
-    """What ``andabata train`` runs.
-
-    Attributes:
-        episodes: Budget of each of the three stages (paper: 200 each; ours by experiment).
-        learner: Numbers of the learner.
-        stages: Environments of the three stages.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    episodes: tuple[int, int, int] = (256, 64, 128)
-    learner: SacConfig = Field(default_factory=SacConfig)
-    stages: tuple[OffroadConfig, OffroadConfig, OffroadConfig] = Field(
-        default_factory=lambda: (
-            stage_config("Maze2D"),
-            stage_config("Maze3D"),
-            stage_config("Natural"),
-        )
-    )
-
-
-def learning_with(sensor: str, robot: str = "andabata") -> LearningConfig:
-    """Return the default run with another laser or body; stage 1 keeps its horizontal beams.
-
-    Raises:
-        UnknownSensorError: If there is no laser of that name.
-        ValueError: If there is no body of that name.
-    """
-    default, settings = LearningConfig(), sensor_settings(sensor)
-    body = {"robot": RobotModel.load(robot)}
-    stages = []
-    for stage in default.stages:
-        laser = settings if stage.rig.sensing.scanner == "rotating" else {}
-        rig = RigConfig.model_validate({**stage.rig.model_dump(), **laser, **body})
-        stages.append(stage.model_copy(update={"rig": rig}))
-    return default.model_copy(update={"stages": tuple(stages)})
-
-
 def learn(
     folder: Path,
-    config: LearningConfig,
+    plan: TrainingPlan,
     stages: range,
     seed: int,
     workers: int,
     *,
     forest: bytes | None = None,
     resume: bool = False,
+    changed: bool = False,
     on_generation: Callable[[Generation], None] | None = None,
 ) -> dict[str, Any]:
-    """Run stages of the curriculum and return what came of it.
+    """Run stages of a curriculum and return what came of it.
 
-    The folder holds the resolved configuration, a history of one line a generation, the latest
-    checkpoint, the latest policy and that of each finished stage. A run that was killed goes on at
-    its last generation and ends with the same bytes as one that was not.
+    The folder holds the resolved plan, a history of one line a generation, the latest checkpoint,
+    the latest policy and that of each finished stage. A run that was killed goes on at its last
+    generation and ends with the same bytes as one that was not.
 
     Args:
         folder: The run's.
-        config: What to run.
+        plan: What to run.
         stages: Indices of the stages, from 0.
         seed: Of the run.
         workers: Processes that play episodes.
         forest: The cell classifier's file; None for the shipped one.
         resume: Whether to go on with the run that stands in the folder.
+        changed: Whether to go on even with other code or another classifier than it began with.
         on_generation: Called after each update.
 
     Raises:
@@ -98,30 +55,28 @@ def learn(
     """
     use_one_thread()
     make_folder(folder)
-    checkpoint = _checkpoint(folder, resume)
-    robot = config.stages[0].rig.robot
-    grid = config.stages[0].rig.grid
-    curriculum_config = CurriculumConfig(
-        stages=tuple(Stage(name=STAGES[k], episodes=config.episodes[k]) for k in stages),
-        learner=config.learner,
-        seed=seed,
-        n_sectors=grid.n_sectors,
-        max_range=grid.outer_radius,
-        limit=robot.max_steering,
-        dead_zone=robot.dead_zone,
-    )
-    info = {"config": config.model_dump(mode="json"), "seed": seed, "commit": commit()}
+    settings = plan.model_dump(mode="json")
+    origin: dict[str, Any] = {
+        "config": settings,
+        "stages": [stages.start, stages.stop],
+        "seed": seed,
+        "commit": commit(),
+        "forest": "shipped" if forest is None else hashlib.sha256(forest).hexdigest(),
+    }
+    checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:
-        write_json(folder / "run.json", describe("train", config.model_dump(mode="json"), seed))
+        write_json(folder / "run.json", describe("train", settings, seed) | origin)
+    chosen = [list(plan.stages.values())[k] for k in stages]
+    environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
-    with PoolSampler([config.stages[k] for k in stages], forest, workers) as sampler:
-        curriculum = Curriculum(curriculum_config, sampler, checkpoint)
+    with PoolSampler(environments, forest, workers) as sampler:
+        curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
         history = history[: curriculum.generations]
         for generation in curriculum.run():
-            history.append(_row(generation))
-            policy = curriculum.policy(info | {"stage": generation.name}).to_bytes()
-            if generation.episodes == generation.budget:
+            history.append(asdict(generation))
+            policy = curriculum.policy(origin | {"stage": generation.name}).to_bytes()
+            if generation.is_last:
                 write_atomically(folder / f"policy_{generation.name}.safetensors", policy)
             _write(folder, history, policy, curriculum.to_bytes())
             if on_generation is not None:
@@ -130,33 +85,47 @@ def learn(
     return _summary(folder, history, wall, steps_before)
 
 
-def _checkpoint(folder: Path, resume: bool) -> bytes | None:
+def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:
     """Return the checkpoint to go on with, None for a new run."""
     path = folder / CHECKPOINT
-    if resume:
-        return path.read_bytes()
-    if path.exists():
-        raise ValueError(f"{folder}: expected an empty folder, got a run; use --resume or --out")
-    return None
+    if not resume:
+        if path.exists():
+            raise ValueError(
+                f"{folder}: expected an empty folder, got a run; use --resume or --out"
+            )
+        return None
+    data = path.read_bytes()
+    before = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    for name in _differences(before.get("config", {}), origin["config"], "config"):
+        raise ValueError(f"{name}; go on with the run's own settings or begin a new one")
+    for name in ("stages", "seed"):
+        if before.get(name) != origin[name]:
+            raise ValueError(
+                f"{name}: expected {before.get(name)}, as it began, got {origin[name]}"
+            )
+    for name in ("forest", "commit"):
+        if before.get(name) != origin[name] and not changed:
+            raise ValueError(
+                f"{name}: expected {before.get(name)}, with which the run began, got "
+                f"{origin[name]}; the end would not be that of an unbroken run: --changed goes on"
+            )
+    return data
+
+
+def _differences(before: Any, now: Any, name: str) -> list[str]:  # noqa: ANN401 - JSON.
+    """Return where two plans differ, in words."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        return [
+            line
+            for key in sorted(before.keys() | now.keys())
+            for line in _differences(before.get(key), now.get(key), f"{name}.{key}")
+        ]
+    return [] if before == now else [f"{name}: expected {before}, as the run began, got {now}"]
 
 
 def read_history(path: Path) -> list[dict[str, Any]]:
     """Return the generations that a run has written down."""
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-
-
-def _row(generation: Generation) -> dict[str, Any]:
-    """Return a generation, ready for JSON."""
-    return {
-        "stage": generation.stage,
-        "name": generation.name,
-        "episodes": generation.episodes,
-        "steps": generation.steps,
-        "success_rate": generation.success_rate,
-        "mean_return": generation.mean_return,
-        **generation.outcomes,
-        **generation.losses,
-    }
 
 
 def _write(folder: Path, history: list[dict[str, Any]], policy: bytes, checkpoint: bytes) -> None:
@@ -172,12 +141,12 @@ def _summary(
 ) -> dict[str, Any]:
     """Return the run's last line: success over the last generations, and speed."""
     last = history[-1]
-    recent = [row["success_rate"] for row in history[-8:] if row["name"] == last["name"]]
     return {
         "run": str(folder),
         "stage": last["name"],
         "episodes": last["episodes"],
-        "success_rate": sum(recent) / len(recent),
+        "success_rate": last["recent_success"],
+        "validation": {row["name"]: row["validation"] for row in history if row["is_last"]},
         "steps": last["steps"],
         "wall_s": wall,
         "steps_per_s": (last["steps"] - steps_before) / wall,

@@ -14,9 +14,11 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from andabata.app.scanning import Scanned
+from andabata.machine.pose import Pose
 from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
+from traversability.virtual_scan import VirtualScan
 from worlds.truth import Reason
 from worlds.world import World
 
@@ -25,7 +27,16 @@ _STATE_COLOURS = {
     CellState.TRAVERSABLE: "#58a55c",
     CellState.NON_TRAVERSABLE: "#d1483f",
 }
-_REASON_COLOURS = ("#00000000", "#3b2a20", "#4c7f3c", "#d98e32", "#c9551f", "#777777", "#3f7fc4")
+_REASON_COLOURS = {
+    Reason.FREE: "#00000000",
+    Reason.SOLID: "#3b2a20",
+    Reason.VEGETATION: "#4c7f3c",
+    Reason.SLOPE: "#d98e32",
+    Reason.STEP: "#c9551f",
+    Reason.BORDER: "#777777",
+    Reason.WATER: "#3f7fc4",
+    Reason.LOW: "#7a5a48",
+}
 _CLASS_COLOURS = {
     SemanticClass.TRUNK: "#6b4a2b",
     SemanticClass.FOLIAGE: "#4f8f46",
@@ -94,6 +105,46 @@ def drive_picture(
     axes.set_ylim(middle[1] - half, middle[1] + half)
     axes.legend(loc="upper right")
     axes.set_title(title)
+    return _png(figure)
+
+
+def failure_picture(
+    world: World,
+    path: NDArray[np.float64],
+    goal: NDArray[np.float64],
+    pose: Pose,
+    scan: VirtualScan,
+    grid: PolarGrid,
+    title: str,
+) -> bytes:
+    """Return where a drive failed: what was true, and what the virtual scan showed there.
+
+    Args:
+        world: Where.
+        path: Positions [m], shape (k, 2) or more columns.
+        goal: Where to [m], shape (2,).
+        pose: The true pose at the end.
+        scan: The last virtual scan.
+        grid: Its cells.
+        title: Above the picture.
+    """
+    figure = Figure(figsize=(16, 8), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    here = pose.position[:2]
+    for axes, reach in ((left, 1.2 * max(float(np.hypot(*(goal - here))), 15.0)), (right, 6.0)):
+        _draw_ground(axes, world)
+        axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.set_xlim(here[0] - reach, here[0] + reach)
+        axes.set_ylim(here[1] - reach, here[1] + reach)
+    half = np.pi / grid.n_sectors
+    for bearing, range_ in zip(grid.bearings, scan.finite(), strict=True):
+        angles = pose.yaw + np.linspace(bearing - half, bearing + half, 6)
+        arc = here[:, None] + range_ * np.array([np.cos(angles), np.sin(angles)])
+        right.plot(*arc, color="#1540c4", linewidth=2)
+    right.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)
+    left.set_title(title)
+    right.set_title("the last 6 m: forbidden ground in colours, the virtual scan in blue")
     return _png(figure)
 
 
@@ -239,8 +290,9 @@ def _draw_ground(axes: Axes, world: World) -> None:
         shade = LightSource(315, 45).hillshade(heights, dx=world.ground.cell, dy=world.ground.cell)
         axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
     shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
-    colours = ListedColormap(_REASON_COLOURS)
-    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=6, alpha=0.75)
+    colours = ListedColormap([_REASON_COLOURS[reason] for reason in Reason])
+    most = len(_REASON_COLOURS) - 1
+    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=most, alpha=0.75)
     axes.set_aspect("equal")
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")

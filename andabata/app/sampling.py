@@ -12,21 +12,24 @@ from andabata.tasks.flat import FlatVectorEnv, is_flat
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.scenes import SceneShelf
 from rl.policy import Policy
-from rl.training import Episode, Seed, play, play_together
+from rl.training import Assignment, Episode, play, play_together
 from traversability.forest import Forest
 
 _environments: dict[tuple[int, bytes | None], OffroadEnv] = {}
+_robots: dict[int, FlatVectorEnv] = {}
 _shelf = SceneShelf()
 
-_LANES = 16
-"""Robots of the first stage that are played side by side."""
+_LANES = 8
+"""Robots of the first stage that a process drives side by side."""
+
+_Share = tuple[int, ...]
 
 
 class PoolSampler:
     """Plays each episode in whichever process is free; an episode depends on its seed alone.
 
-    With one worker everything happens in this process; so does the first stage, whose robots are
-    driven in one compiled pass.
+    With one worker everything happens in this process. The robots of the first stage are driven
+    side by side in one compiled pass, a share of them in each process.
     """
 
     def __init__(self, stages: Sequence[OffroadConfig], forest: bytes | None, workers: int) -> None:
@@ -42,29 +45,41 @@ class PoolSampler:
         self._workers = workers
         self._stack = ExitStack()
         self._pool: ProcessPoolExecutor | None = None
-        self._flat: FlatVectorEnv | None = None
 
     def __call__(
         self,
-        stage: int,
         policy: Policy,
         hold: int,
-        seeds: Sequence[Seed],
+        assignments: Sequence[Assignment],
+        explore: bool,
     ) -> list[Episode]:
-        """Play an episode for each seed; see ``rl.training.Sampler``."""
-        config = self._stages[stage]
-        if is_flat(config):
-            return play_together(self._robots(config), policy, hold, seeds)
-        work = partial(_play, config, self._forest, policy.to_bytes(), hold)
-        if self._pool is None:
-            return [work(seed) for seed in seeds]
-        return list(self._pool.map(work, seeds))
+        """Play what is assigned; see ``rl.training.Sampler``."""
+        work = partial(_play, self._stages, self._forest, policy.to_bytes(), hold, explore)
+        shares = self._shares(assignments)
+        jobs = [tuple(assignments[k] for k in share) for share in shares]
+        played = map(work, jobs) if self._pool is None else self._pool.map(work, jobs)
+        found = {
+            number: episode
+            for share, episodes in zip(shares, played, strict=True)
+            for number, episode in zip(share, episodes, strict=True)
+        }
+        return [found[number] for number in range(len(assignments))]
 
-    def _robots(self, config: OffroadConfig) -> FlatVectorEnv:
-        """Return the robots of the first stage, which are played in this process."""
-        if self._flat is None or self._flat.config is not config:
-            self._flat = FlatVectorEnv(config, _LANES, _shelf, autoreset=False)
-        return self._flat
+    def _shares(self, assignments: Sequence[Assignment]) -> list[_Share]:
+        """Return which episodes are played together: the flat stage's, else each alone."""
+        flat: dict[int, list[int]] = {}
+        alone: list[_Share] = []
+        for number, one in enumerate(assignments):
+            if is_flat(self._stages[one.stage]):
+                flat.setdefault(one.stage, []).append(number)
+            else:
+                alone.append((number,))
+        shares = [
+            tuple(numbers[k :: self._workers])
+            for numbers in flat.values()
+            for k in range(min(self._workers, len(numbers)))
+        ]
+        return alone + shares
 
     def __enter__(self) -> Self:
         """Start the processes."""
@@ -83,15 +98,22 @@ class PoolSampler:
 
 
 def _play(
-    config: OffroadConfig,
+    stages: Sequence[OffroadConfig],
     forest: bytes | None,
     policy: bytes,
     hold: int,
-    seed: Seed,
-) -> Episode:
-    """Play one episode in this process, whose environments live as long as it does."""
-    key = (hash(config.model_dump_json()), forest)
+    explore: bool,
+    share: Sequence[Assignment],
+) -> list[Episode]:
+    """Play one stage's episodes in this process, whose environments live as long as it does."""
+    config, actor = stages[share[0].stage], Policy.from_bytes(policy)
+    name = hash(config.model_dump_json())
+    if is_flat(config):
+        if name not in _robots:
+            _robots[name] = FlatVectorEnv(config, _LANES, _shelf, autoreset=False)
+        return play_together(_robots[name], actor, hold, share, explore)
+    key = (name, forest)
     if key not in _environments:
         loaded = Forest.from_bytes(forest) if forest is not None else None
         _environments[key] = OffroadEnv(config, loaded, _shelf)
-    return play(_environments[key], Policy.from_bytes(policy), hold, seed)
+    return [play(_environments[key], actor, hold, one, explore) for one in share]

@@ -40,7 +40,7 @@ from andabata.tasks.seeds import evaluation_world
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.observation import ObservationLayout
 from rl.sac import SacConfig, SoftActorCritic
-from rl.training import play_together
+from rl.training import Assignment, play_together
 from traversability.features import cell_features
 from traversability.scanner import TraversabilityScanner
 from worlds.world import World
@@ -212,7 +212,7 @@ def _standing(world: World) -> PoseTrack:
 
 def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Race:
     """Return stage 1's work: a robot with 32 horizontal beams in a maze."""
-    config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,)})
+    config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
 
     def ours() -> Work:
@@ -365,9 +365,9 @@ def _training_race(shelf: SceneShelf) -> Race:
 
         def work() -> float:
             began = time.perf_counter()
-            seeds = [(0, 0, int(number)) for number in rng.integers(2**31, size=8)]
+            tasks = [Assignment(0, (0, int(number))) for number in rng.integers(2**31, size=8)]
             explorer = learner.explorer(robot.dead_zone)
-            played = play_together(robots, explorer, learner.config.hold, seeds)
+            played = play_together(robots, explorer, learner.config.hold, tasks)
             learner.update(played, rng)
             return (time.perf_counter() - began) / sum(episode.steps for episode in played)
 

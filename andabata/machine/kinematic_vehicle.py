@@ -125,26 +125,28 @@ class KinematicVehicle:
         """There is nothing to free."""
 
 
-_ROOMY, _NEAR, _HARD = range(3)
+_ROOMY, _NEAR, _HARD, _LOW = range(4)
 
 
 def contact_map(truth: TraversabilityMap, outline: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return where a body can touch something: nowhere, perhaps, or where the cell is solid.
+    """Return where a body can touch something, and where a cell is solid.
 
     Args:
         truth: The map.
-        outline: Of the body [m], shape (k, 2).
+        outline: As in ``PlantNumbers``.
 
     Returns:
-        0, 1 or 2 for a body in the middle of each cell, uint8, shape (n, m).
+        Of each cell: 0 if a body in its middle touches nothing, 1 if it might, 2 if the cell is
+        solid, 3 if it is so low that only wheels strike it, uint8, shape (n, m).
     """
-    room = float(np.hypot(*outline.T).max()) + 2 * truth.cell
+    room = float(np.hypot(outline[:, 0], outline[:, 1]).max()) + 2 * truth.cell
     near = np.where(truth.clearance > room, _ROOMY, _NEAR).astype(np.uint8)
     border = math.ceil(room / truth.cell)
     inside = np.zeros(near.shape, dtype=np.bool_)
     inside[border:-border, border:-border] = True
     near[~inside] = _NEAR
     near[truth.reason == Reason.SOLID] = _HARD
+    near[truth.reason == Reason.LOW] = _LOW
     return near
 
 
@@ -156,7 +158,7 @@ class PlantNumbers(NamedTuple):
             made in one, steepest climb and most tilt [rad].
         sliding: Creep, its slope and the pivot of ``RobotModel``.
         wheels: Where they touch the ground [m], shape (4, 2).
-        outline: Of the body [m], shape (k, 2).
+        outline: Points of the body [m], and whether each is a wheel's, 0 or 1, shape (k, 3).
         slip: Standard deviation of what a tick adds to the slip.
     """
 
@@ -183,12 +185,20 @@ def plant_numbers(robot: RobotModel, config: KinematicConfig) -> PlantNumbers:
 
 
 def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
-    """Return points along the body's outline [m], shape (k, 2), at most 9 cm apart."""
+    """Return points of the body, at most 9 cm apart, and of its wheels; see ``PlantNumbers``."""
     half_x, half_y = robot.length / 2 - bumper, robot.width / 2 - bumper
     along, across = np.linspace(-half_x, half_x, 9), np.linspace(-half_y, half_y, 7)
-    sides = [(x, y) for x in along for y in (-half_y, half_y)]
-    ends = [(x, y) for y in across for x in (-half_x, half_x)]
-    return np.array(sides + ends)
+    sides = [(x, y, 0.0) for x in along for y in (-half_y, half_y)]
+    ends = [(x, y, 0.0) for y in across for x in (-half_x, half_x)]
+    # A wheel strikes a low thing with its lower half.
+    reach = robot.wheelbase / 2 + robot.wheel_radius * np.array([-0.7, 0.0, 0.7])
+    wheels = [
+        (side * x, y, 1.0)
+        for x in reach
+        for side in (-1, 1)
+        for y in (-robot.track / 2, robot.track / 2)
+    ]
+    return np.array(sides + ends + wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -249,5 +259,7 @@ def _touches(x0, y0, c, s, near, x_min, y_min, cell, outline):  # type: ignore[n
         y = y0 + s * outline[k, 0] + c * outline[k, 1]
         i, j = int(np.floor((x - x_min) / cell)), int(np.floor((y - y_min) / cell))
         if i < 0 or j < 0 or i >= n or j >= m or near[i, j] == _HARD:
+            return True
+        if near[i, j] == _LOW and outline[k, 2] > 0.0:
             return True
     return False

@@ -141,6 +141,7 @@ class Navigator:
             goal_distance=float(np.hypot(*to_goal)),
             previous_steering=self._previous,
             pose=pose,
+            odometry=self._localizer.odometry,
             goal=self._goal,
             truth=senses.truth,
         )

@@ -18,10 +18,12 @@ class View:
     Attributes:
         stamp: Time [s].
         scan: Virtual 2D scan in ``base_footprint``.
-        heading_error: Bearing of the goal relative to the robot's heading [rad], (-pi, pi].
+        heading_error: Where to head for relative to the robot's heading [rad], (-pi, pi]: the goal,
+            or a sub-goal on the way there.
         goal_distance: Estimated horizontal distance to the goal [m].
         previous_steering: The last two steering commands, newest first [rad/s].
         pose: Estimated pose.
+        odometry: Estimated pose in ``odom``, which drifts and never jumps.
         goal: Goal in the map [m], shape (2,).
         truth: The true state, for the oracle alone (simulation only).
     """
@@ -32,6 +34,7 @@ class View:
     goal_distance: float
     previous_steering: tuple[float, float]
     pose: Pose
+    odometry: Pose
     goal: NDArray[np.float64]
     truth: VehicleState | None
 

@@ -2,6 +2,7 @@
 
 from andabata.models import shipped_policy
 from andabata.navigation.learned import LearnedController
+from andabata.navigation.local_map import GuidedController, LocalMap
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from andabata.navigation.view import Controller
@@ -9,8 +10,15 @@ from andabata.tasks.rig import RigConfig
 from rl.policy import Policy
 from worlds.world import World
 
-BLIND_CONTROLLERS = ("learned", "reactive", "straight")
-"""Those that need no true map."""
+BLIND_CONTROLLERS = (
+    "learned",
+    "reactive",
+    "straight",
+    "learned-map",
+    "reactive+map",
+    "straight+map",
+)
+"""Those that need no true map, and each of them without or with a local map of its own."""
 
 CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
 
@@ -29,15 +37,21 @@ def make_controller(
     Raises:
         ValueError: If there is no controller of that name.
     """
-    match name:
-        case "learned":
-            return LearnedController(policy or shipped_policy())
-        case "reactive":
-            return ReactiveController(config.robot, config.grid)
-        case "straight":
-            return StraightController()
-        case "oracle" if world is not None:
-            return OracleController(world, config.robot)
     known = CONTROLLERS if world is not None else BLIND_CONTROLLERS
-    why = "; the oracle needs the true map" if name == "oracle" else ""
-    raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
+    if name not in known:
+        why = "; the oracle needs the true map" if name == "oracle" else ""
+        raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
+    if name == "oracle" and world is not None:
+        return OracleController(world, config.robot)
+    guided = name.endswith("+map") or name == "learned"
+    controller: Controller
+    match name.removesuffix("+map").removesuffix("-map"):
+        case "learned":
+            controller = LearnedController(policy or shipped_policy())
+        case "reactive":
+            controller = ReactiveController(config.robot, config.grid)
+        case _:
+            controller = StraightController()
+    if guided:
+        controller = GuidedController(controller, LocalMap(config.grid, config.local_map))
+    return controller

@@ -4,6 +4,7 @@ Each robot does what it does in an ``OffroadEnv`` of stage 1, with the same draw
 rays are the same compiled functions, called from here.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import gymnasium as gym
@@ -18,16 +19,20 @@ from andabata.machine.kinematic_vehicle import (
     drive_ticks,
     plant_numbers,
 )
+from andabata.machine.pose import wrap
 from andabata.machine.simulator import TICKS_PER_STEP, reseed
 from andabata.machine.vehicle import TICK_HZ
+from andabata.navigation.local_map import LocalMap
 from andabata.tasks.judge import Outcome
 from andabata.tasks.offroad import OffroadConfig, offroad_spaces
-from andabata.tasks.scenes import Scene, SceneShelf
+from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import jittered
 from rl.observation import N_EXTRAS
 from rl.rewards import TERMS, repulsion_weights
+from traversability.virtual_scan import VirtualScan
 from worlds.ray_walk import cast_rays
-from worlds.world import Start
+from worlds.rays import Layout
+from worlds.world import Start, Task, choose_task
 
 State = NDArray[np.float32]
 
@@ -108,6 +113,15 @@ class _Worlds(NamedTuple):
     raster: NDArray[np.float64]
 
 
+class _Maze(NamedTuple):
+    """What is kept of a world: what rays meet, tasks, ``contact_map`` and its x, y and cell [m]."""
+
+    layout: Layout
+    tasks: tuple[Task, ...]
+    contact: NDArray[np.uint8]
+    raster: tuple[float, float, float]
+
+
 class _Rules(NamedTuple):
     """Numbers of robot, plant, errors, beams, judge and reward; see ``_make_rules``."""
 
@@ -167,9 +181,12 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
         self._autoreset = autoreset
         self._shelf = shelf or SceneShelf()
-        self._scenes: list[Scene] = []
-        self._contacts: list[NDArray[np.uint8]] = []
-        self._numbers: dict[int, int] = {}
+        self._mazes: list[_Maze] = []
+        self._numbers: dict[tuple[int, float | None], int] = {}
+        self._maps: list[LocalMap] = []
+        self._places = np.zeros((num_envs, 2))
+        if config.heading == "subgoal":
+            self._maps = [LocalMap(rig.grid, rig.local_map) for _ in range(num_envs)]
         self._robots = _Robots.make(num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
         self._slips = [np.random.default_rng(0) for _ in range(num_envs)]
@@ -199,9 +216,12 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             raise ValueError(f"seed: expected {self.num_envs} of them, got {len(seed)}")
         options = options or {}
         chosen = options.get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        levels = options.get("difficulty")
+        if not isinstance(levels, list):
+            levels = [levels] * self.num_envs
         worlds = np.zeros(self.num_envs, dtype=np.int64)
         for k in np.flatnonzero(chosen).tolist():
-            worlds[k] = self._begin(k, seed[k], options)
+            worlds[k] = self._begin(k, seed[k], {**options, "difficulty": levels[k]})
         self._look(chosen)
         return self._states.copy(), {"world_seed": worlds, "_world_seed": chosen.copy()}
 
@@ -213,7 +233,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         Raises:
             ValueError: If an action is not a finite number, or nothing was reset yet.
         """
-        if not self._scenes:
+        if not self._mazes:
             raise ValueError("reset: expected before the first step, got none")
         if not np.isfinite(actions).all():
             raise ValueError("actions: expected finite shares of the steering limit, got others")
@@ -250,9 +270,9 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             self._rngs[k] = gym.utils.seeding.np_random(seed)[0]
         rng = self._rngs[k]
         world_seed = int(options.get("world_seed", rng.choice(config.seeds)))
-        number = self._number_of(world_seed)
-        tasks = self._scenes[number].world.tasks
-        task = tasks[int(options.get("task", rng.integers(len(tasks))))]
+        level = options.get("difficulty")
+        number = self._number_of(world_seed, config.difficulty if level is None else level)
+        task = choose_task(self._mazes[number].tasks, options.get("task", rng))
         start = jittered(task.start, rng, config.start_jitter, config.heading_jitter)
         self._place(k, number, start, np.array(task.goals[0]), rng.spawn(1)[0])
         return world_seed
@@ -273,18 +293,28 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         robots.goals[k] = goal
         robots.anchors[k] = start.x, start.y, 0.0
         robots.steps[k] = 0
+        if self._maps:
+            self._maps[k].reset()
         robots.errors[k] = self._rules.spread[0] * self._wanders[k].standard_normal(5)
         self._over[k] = False
 
-    def _number_of(self, world_seed: int) -> int:
+    def _number_of(self, world_seed: int, difficulty: float | None) -> int:
         """Return the place of a world among those laid out, laying it out the first time."""
-        if world_seed not in self._numbers:
-            scene = self._shelf.get(self.config.preset, world_seed, self.config.difficulty)
-            self._numbers[world_seed] = len(self._scenes)
-            self._scenes.append(scene)
-            self._contacts.append(contact_map(scene.world.truth, self._rules.outline))
+        key = (world_seed, difficulty)
+        if key not in self._numbers:
+            scene = self._shelf.get(self.config.preset, world_seed, difficulty)
+            truth = scene.world.truth
+            self._numbers[key] = len(self._mazes)
+            self._mazes.append(
+                _Maze(
+                    scene.rays.layout,
+                    scene.world.tasks,
+                    contact_map(truth, self._rules.outline),
+                    (truth.x_min, truth.y_min, truth.cell),
+                )
+            )
             self._worlds = None
-        return self._numbers[world_seed]
+        return self._numbers[key]
 
     def _draw(self, going: NDArray[np.bool_]) -> None:
         """Make the draws of the next steps where they have run out."""
@@ -300,7 +330,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
     def _pass(self, steering: NDArray[np.float64], chosen: NDArray[np.bool_], move: bool) -> None:
         """Let robots move and look, or only look."""
         if self._worlds is None:
-            self._worlds = _lay_out(self._scenes, self._contacts)
+            self._worlds = _lay_out(self._mazes)
         advance(
             steering,
             chosen,
@@ -312,6 +342,27 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             self._terms,
             self._outcomes,
         )
+        if self._maps:
+            for k in np.flatnonzero(chosen).tolist():
+                self._head_for_subgoal(k, move)
+
+    def _head_for_subgoal(self, k: int, moved: bool) -> None:
+        """Put the bearing of a robot's sub-goal into its state, as ``OffroadEnv`` does."""
+        robots, state = self._robots, self._states[k]
+        grid = self.config.rig.grid
+        here = robots.motions[k, :2] + robots.errors[k, :2]
+        bearing = float(_heading_error(robots.motions[k], robots.errors[k], robots.goals[k]))
+        to_goal = robots.goals[k] - here
+        yaw = wrap(math.atan2(to_goal[1], to_goal[0]) - bearing)
+        if moved:
+            target = self._maps[k].target
+            nearer = math.dist(self._places[k], target) - math.dist(here, target)
+            self._terms[k, 0] = self.config.reward.attraction * nearer
+        self._places[k] = here
+        local_map, ranges = self._maps[k], state[:-N_EXTRAS]
+        cells = VirtualScan(ranges, grid.outer_radius).cells_of(grid)
+        state[-1] = local_map.bearing(cells, here, yaw, bearing, float(np.hypot(*to_goal)))
+        ranges[:] = local_map.shortened(ranges, here, yaw)
 
     def _make_rules(self) -> _Rules:
         """Return every number that the compiled pass needs."""
@@ -368,23 +419,22 @@ def is_flat(config: OffroadConfig) -> bool:
     return plain and kind == ("maze", "horizontal", "kinematic", "truth")
 
 
-def _lay_out(scenes: list[Scene], contacts: list[NDArray[np.uint8]]) -> _Worlds:
-    """Return worlds behind each other, with their ``contact_map``.
+def _lay_out(mazes: list[_Maze]) -> _Worlds:
+    """Return worlds behind each other.
 
     Raises:
         ValueError: If they are not of one size.
     """
-    layouts = [scene.rays.layout for scene in scenes]
+    layouts = [maze.layout for maze in mazes]
     shapes = {(ground.heights.shape, blocks.tops.shape) for ground, _, blocks in layouts}
     if len(shapes) > 1:
         raise ValueError(f"worlds: expected mazes of one size, got {sorted(shapes)}")
     ground, _, blocks = layouts[0]
-    truth = scenes[0].world.truth
     things = [things for _, things, _ in layouts]
     return _Worlds(
         heights=np.stack([ground.heights for ground, _, _ in layouts]),
         surface=np.stack([ground.surface for ground, _, _ in layouts]),
-        contact=np.stack(contacts),
+        contact=np.stack([maze.contact for maze in mazes]),
         tops=np.stack([blocks.tops for _, _, blocks in layouts]),
         things=_ends([len(each.kinds) for each in things]),
         kinds=np.concatenate([each.kinds for each in things]),
@@ -398,7 +448,7 @@ def _lay_out(scenes: list[Scene], contacts: list[NDArray[np.uint8]]) -> _Worlds:
         frame=ground.frame,
         lattice=np.array([*blocks.lattice[:3], *_heights_of(layouts)]),
         squares=blocks.squares,
-        raster=np.array([truth.x_min, truth.y_min, truth.cell]),
+        raster=np.array(mazes[0].raster),
     )
 
 

@@ -1,6 +1,8 @@
 """Off-road navigation as Gymnasium environments (Sanchez et al. 2023, section 5)."""
 
-from typing import Any
+import math
+from collections import OrderedDict
+from typing import Any, Literal
 
 import gymnasium as gym
 import numpy as np
@@ -10,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.senses import Senses, VehicleState
 from andabata.machine.simulator import SensingConfig
 from andabata.models import shipped_forest
+from andabata.navigation.local_map import LocalMap
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.view import View
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
@@ -20,6 +23,10 @@ from andabata.tasks.trial import jittered
 from rl.observation import ObservationLayout, observation
 from rl.rewards import RewardConfig, paper_reward
 from traversability.forest import Forest
+from worlds.world import choose_task
+
+_KEPT = 16
+"""Rigs of the worlds driven last that an environment keeps; each holds a map of its world."""
 
 
 class OffroadConfig(BaseModel):
@@ -30,6 +37,8 @@ class OffroadConfig(BaseModel):
         seeds: World seeds that episodes draw from.
         difficulty: Difficulty of the worlds, or None for the preset's own.
         rig: The robot.
+        heading: What the state's heading error refers to: the ``goal`` (paper), or the ``subgoal``
+            of the robot's local map.
         judge: When an episode ends.
         reward: The reward's constants.
         start_jitter: Start positions vary uniformly by up to this [m] in x and in y.
@@ -42,6 +51,7 @@ class OffroadConfig(BaseModel):
     seeds: tuple[int, ...] = TRAINING_SEEDS
     difficulty: float | None = Field(default=None, ge=0, le=1)
     rig: RigConfig = Field(default_factory=RigConfig)
+    heading: Literal["goal", "subgoal"] = "subgoal"
     judge: JudgeConfig = Field(default_factory=JudgeConfig)
     reward: RewardConfig = Field(default_factory=RewardConfig)
     start_jitter: float = Field(default=0.2, ge=0, le=5)
@@ -62,11 +72,12 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     |---|---|---|
     | 0-31 | free distance of each sector of the virtual scan, as in ``VirtualScan`` | 0 to 10 m |
     | 32-33 | the last two executed yaw rates, newest first | -0.5 to 0.5 rad/s |
-    | 34 | heading error to the goal | -pi to pi rad |
+    | 34 | heading error to the goal, or to the local map's sub-goal | -pi to pi rad |
 
     ## Reward
     The sum of the named terms in ``info["reward_terms"]`` (``rl.rewards``): attraction, repulsion
-    and the terminal penalties.
+    and the terminal penalties. What attracts is the goal, or the sub-goal that the robot headed for
+    before the step: its own map says how far that is.
 
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
@@ -74,7 +85,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     limit. The last step's info holds ``is_success`` and ``outcome``.
 
     ## Options of reset
-    ``{"world_seed": int, "task": int}`` choose the world and the task.
+    ``{"world_seed": int, "difficulty": float, "task": int}`` choose the world and the task.
 
     ## Version history
     v0: first release.
@@ -101,8 +112,11 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.config = config
         self._shelf = shelf or SceneShelf()
         self._forest = forest
-        self._rigs: dict[int, Rig] = {}
+        self._rigs: OrderedDict[tuple[int, float | None], Rig] = OrderedDict()
         self._limit = config.rig.robot.max_steering
+        self._map: LocalMap | None = None
+        if config.heading == "subgoal":
+            self._map = LocalMap(config.rig.grid, config.rig.local_map)
         self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(
@@ -112,9 +126,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         super().reset(seed=seed)
         options = options or {}
         world_seed = int(options.get("world_seed", self.np_random.choice(self.config.seeds)))
-        self._rig = self._rig_in(world_seed)
-        tasks = self._rig.scene.world.tasks
-        task = tasks[int(options.get("task", self.np_random.integers(len(tasks))))]
+        self._rig = self._rig_in(world_seed, options.get("difficulty", self.config.difficulty))
+        task = choose_task(self._rig.scene.world.tasks, options.get("task", self.np_random))
         goal = np.array(task.goals[0])
         config = self.config
         start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
@@ -126,7 +139,10 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             senses = self._rig.simulator.step(STANDSTILL)
             view = self._rig.navigator.observe(senses)
         self._goal_distance = self._judge.goal_distance(_truth(senses))
-        return _state(view), {"world_seed": world_seed}
+        self._place = view.odometry.position[:2]
+        if self._map is not None:
+            self._map.reset()
+        return self._state(view), {"world_seed": world_seed}
 
     def step(
         self, action: NDArray[np.float32]
@@ -138,17 +154,28 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if view is None:
             raise ValueError("view: expected a scan after the first one, got None")
         outcome = self._judge.watch(_truth(senses))
-        distance = self._judge.goal_distance(_truth(senses))
-        terms = paper_reward(
-            self.config.reward, view.scan.finite(), self._goal_distance, distance, outcome
-        )
-        self._goal_distance = distance
+        before, distance = self._nearer(_truth(senses), view)
+        terms = paper_reward(self.config.reward, view.scan.finite(), before, distance, outcome)
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:
             info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
         truncated = outcome is Outcome.TIMEOUT
         terminated = outcome is not None and not truncated
-        return _state(view), float(sum(terms.values())), terminated, truncated, info
+        return self._state(view), float(sum(terms.values())), terminated, truncated, info
+
+    def _state(self, view: View) -> NDArray[np.float32]:
+        """Return the policy's state of a view."""
+        view = view if self._map is None else self._map.guide(view)
+        return observation(view.scan.finite(), view.previous_steering, view.heading_error)
+
+    def _nearer(self, truth: VehicleState, view: View) -> tuple[float, float]:
+        """Return the distances before and after the step to what attracts [m]."""
+        if self._map is None:
+            before, self._goal_distance = self._goal_distance, self._judge.goal_distance(truth)
+            return before, self._goal_distance
+        here, target = view.odometry.position[:2], self._map.target
+        before, self._place = math.dist(self._place, target), here
+        return before, math.dist(here, target)
 
     def close(self) -> None:
         """Free the plants."""
@@ -156,15 +183,19 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             rig.close()
         self._rigs.clear()
 
-    def _rig_in(self, world_seed: int) -> Rig:
-        """Return the robot in the world of a seed, building it the first time."""
-        if world_seed not in self._rigs:
-            scene = self._shelf.get(self.config.preset, world_seed, self.config.difficulty)
+    def _rig_in(self, world_seed: int, difficulty: float | None) -> Rig:
+        """Return the robot in a world; the last few are kept."""
+        key = (world_seed, difficulty)
+        if key not in self._rigs:
+            scene = self._shelf.get(self.config.preset, world_seed, difficulty)
             forest = self._forest
             if forest is None and self.config.rig.sensing.scanner == "rotating":
                 forest = shipped_forest()
-            self._rigs[world_seed] = Rig(scene, self.config.rig, forest)
-        return self._rigs[world_seed]
+            self._rigs[key] = Rig(scene, self.config.rig, forest)
+        self._rigs.move_to_end(key)
+        while len(self._rigs) > _KEPT:
+            self._rigs.popitem(last=False)[1].close()
+        return self._rigs[key]
 
 
 def offroad_spaces(config: OffroadConfig) -> tuple[gym.spaces.Space[Any], gym.spaces.Space[Any]]:
@@ -180,11 +211,6 @@ def _truth(senses: Senses) -> VehicleState:
     if senses.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
     return senses.truth
-
-
-def _state(view: View) -> NDArray[np.float32]:
-    """Return the policy's state of a view."""
-    return observation(view.scan.finite(), view.previous_steering, view.heading_error)
 
 
 def stage_config(stage: str) -> OffroadConfig:
@@ -206,7 +232,7 @@ def stage_config(stage: str) -> OffroadConfig:
     if stage == "Natural":
         return OffroadConfig(
             preset="natural",
-            seeds=TRAINING_SEEDS[:16],  # A natural world takes 16 MB and a second.
+            seeds=TRAINING_SEEDS[:48],  # A natural world takes a second.
             rig=rig,
             judge=JudgeConfig(time_limit=300.0),
         )

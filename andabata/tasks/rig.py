@@ -15,6 +15,7 @@ from andabata.machine.senses import Senses
 from andabata.machine.simulator import SensingConfig, Simulator, reseed
 from andabata.machine.vehicle import Plant
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
+from andabata.navigation.local_map import LocalMapConfig
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.view import Controller
@@ -39,6 +40,7 @@ class RigConfig(BaseModel):
             ablation.
         filter: The filter's expectations.
         errors: Of the true pose.
+        local_map: The map of guided controllers.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -51,6 +53,7 @@ class RigConfig(BaseModel):
     localizer: Literal["ukf", "truth"] = "ukf"
     filter: UkfConfig = Field(default_factory=UkfConfig)
     errors: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
+    local_map: LocalMapConfig = Field(default_factory=LocalMapConfig)
 
 
 class Rig:

@@ -19,7 +19,7 @@ class Scene:
 class SceneShelf:
     """Keeps the scenes used last; environments in one process share a shelf."""
 
-    def __init__(self, capacity: int = 128) -> None:
+    def __init__(self, capacity: int = 32) -> None:
         """Keep at most ``capacity`` scenes."""
         self._capacity = capacity
         self._scenes: OrderedDict[tuple[str, int, float | None], Scene] = OrderedDict()

@@ -3,6 +3,9 @@
 TRAINING_SEEDS = tuple(range(100))
 """World seeds that learning to steer draws its episodes from."""
 
+VALIDATION_SEEDS = tuple(range(100, 132))
+"""World seeds in which learning tries its policies, to keep the best."""
+
 EVALUATION_SEED = 1_000_000
 """First world seed of the judges, ten thousand for each seed of an evaluation."""
 

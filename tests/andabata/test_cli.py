@@ -37,17 +37,25 @@ def test_help_is_a_tour_and_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    for verb in ("doctor", "world", "clouds", "classifier", "scan", "train", "drive", "evaluate"):
+    for verb in [
+        "doctor",
+        "world",
+        "clouds",
+        "classifier",
+        "scan",
+        "train",
+        "policy",
+        "drive",
+        "evaluate",
+    ]:
         assert verb in done.stdout
 
 
 def test_worlds_are_listed_and_shown(capsys):
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
-    assert (code, names) == (
-        0,
-        ["forest", "hill", "hollow", "lake", "maze", "natural", "natural-test", "park"],
-    )
+    known = "forest hill hollow lake maze natural natural-far natural-test park stony"
+    assert (code, names) == (0, known.split())
     code, out, _ = run(capsys, "world", "show", "maze", "--seed", "2", "--json")
     assert (code, json.loads(out)["width_m"]) == (0, 80.0)
 

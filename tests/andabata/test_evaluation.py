@@ -2,20 +2,31 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from andabata.app import evaluation
-from andabata.app.evaluation import EvaluationConfig, Models, evaluate, summarise
+from andabata.app.evaluation import EvaluationConfig, Models, evaluate, hazards, summarise
+from andabata.tasks.hazard_met import hazard_met
+from andabata.tasks.judge import Outcome
+from terrain.classes import SemanticClass
+from terrain.heightfield import Heightfield
+from terrain.objects import box
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import World
 
 
-def leg(trial, goal, outcome, controller="straight", spl=0.5):
+def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze"):
     return {
         "controller": controller,
         "trial": trial,
+        "world": world,
         "world_seed": 1,
+        "difficulty": 0.5,
         "goal": goal,
         "goals": 3,
         "outcome": outcome,
+        "hazard": hazard,
         "time_s": 10.0,
         "distance_m": 3.0,
         "spl": spl,
@@ -58,7 +69,7 @@ def test_wilson_interval_holds_the_rate():
 def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     ran = []
 
-    def run_one(config, models, trial):
+    def run_one(config, models, failures, trial):
         ran.append(trial)
         return [leg(trial, 1, "goal")]
 
@@ -81,3 +92,51 @@ def test_a_journal_of_another_evaluation_is_refused(tmp_path):
     journal.write_text('{"config": {}}\n')
     with pytest.raises(ValueError, match="expected a journal of this evaluation"):
         evaluate(CONFIG, Models(), workers=1, journal=journal)
+
+
+def test_each_kind_of_world_has_rows_of_its_own():
+    rows = [leg(0, 1, "goal"), leg(1, 1, "goal", world="hollow"), leg(2, 1, "stuck")]
+    table = {
+        (row["world"], row["goal"]): row["success_rate"]
+        for row in summarise([{**row, "goals": 1} for row in rows], CONFIG)
+    }
+    assert table == {("maze", 1): 0.5, ("maze", "all"): 0.5, ("hollow", 1): 1, ("hollow", "all"): 1}
+
+
+def test_failures_are_counted_by_what_was_met():
+    rows = [leg(k, 1, "collision", hazard="low rock") for k in range(3)]
+    rows += [leg(3, 1, "tipover", hazard="slope"), leg(4, 1, "goal")]
+    found = [(row["hazard"], row["outcome"], row["count"]) for row in hazards(rows)]
+    assert found == [("low rock", "collision", 3), ("slope", "tipover", 1)]
+
+
+def hazardous_world():
+    """Return a slope of 30 degrees in the east, a low rock, a trunk and a wall."""
+    heights = np.zeros((101, 101), dtype=np.float32)
+    heights[80:] = (np.arange(21) * 0.2 * np.tan(np.deg2rad(30)))[:, None]
+    ground = Heightfield(heights, 0.2)
+    things = (
+        box(SemanticClass.ROCK, (0.0, 0.0, 0.05), (0.2, 0.2, 0.1)),
+        box(SemanticClass.TRUNK, (0.0, 5.0, 1.0), (0.3, 0.3, 2.0)),
+        box(SemanticClass.STONE, (0.0, -5.0, 0.02), (0.2, 0.2, 0.04)),
+    )
+    surface = np.full((100, 100), SemanticClass.GROUND, dtype=np.uint8)
+    truth = build_truth(ground, things, TruthConfig())
+    return World("made", 0, 0.5, ground, surface, things, (), truth)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "outcome", "hazard"),
+    [
+        (0.4, 0.0, Outcome.COLLISION, "low rock"),
+        (0.4, 5.0, Outcome.COLLISION, "trunk"),
+        (0.0, -5.0, Outcome.COLLISION, "ground"),
+        (7.5, 0.0, Outcome.TIPOVER, "slope"),
+        (-9.9, 0.0, Outcome.TIPOVER, "border"),
+        (-4.0, 0.0, Outcome.TIMEOUT, "no way"),
+        (-4.0, 0.0, Outcome.STUCK, "free ground"),
+        (0.4, 0.0, Outcome.GOAL, ""),
+    ],
+)
+def test_what_ended_a_drive_is_told_from_the_true_world(x, y, outcome, hazard):
+    assert hazard_met(hazardous_world(), np.array([x, y]), outcome) == hazard

@@ -10,7 +10,7 @@ from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.registration import register_environments
 from rl.policy import Policy
-from rl.training import play, play_together
+from rl.training import Assignment, play, play_together
 
 SMALL = stage_config("Maze2D").model_copy(
     update={"seeds": (0, 1, 2), "judge": JudgeConfig(time_limit=40.0)}
@@ -121,7 +121,7 @@ def test_episodes_depend_on_their_seeds_alone(shelf):
     policy = Policy(
         tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers), 10.0, 0.5, 0.15
     )
-    seeds = [(3, 0, k) for k in range(9)]
+    seeds = [Assignment(0, (3, 0, k), (None, 0.2)[k % 2]) for k in range(9)]
     played = []
     for lanes in (1, 4, 16):
         robots = FlatVectorEnv(SMALL, lanes, shelf, autoreset=False)

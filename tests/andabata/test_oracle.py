@@ -29,7 +29,15 @@ def drive(world, start, goal):
     while outcome is None:
         state = vehicle.state
         view = View(
-            state.stamp, BLIND, 0.0, 0.0, (0.0, 0.0), state.pose, np.array(goal), truth=state
+            state.stamp,
+            BLIND,
+            0.0,
+            0.0,
+            (0.0, 0.0),
+            state.pose,
+            state.pose,
+            np.array(goal),
+            truth=state,
         )
         vehicle.drive(SkidSteer(ROBOT).wheel_speeds(ROBOT.speed, oracle.steer(view)), 10)
         outcome = judge.watch(vehicle.state)

@@ -16,7 +16,8 @@ GRID = PolarGrid()
 def view(ranges, heading_error, distance=20.0):
     pose = Pose.from_euler(np.zeros(3), 0, 0, 0)
     scan = VirtualScan(np.asarray(ranges, dtype=np.float32), 10.0)
-    return View(0.0, scan, heading_error, distance, (0.0, 0.0), pose, np.array([20.0, 0.0]), None)
+    goal = np.array([20.0, 0.0])
+    return View(0.0, scan, heading_error, distance, (0.0, 0.0), pose, pose, goal, None)
 
 
 def blocked(bearing_low, bearing_high, distance):

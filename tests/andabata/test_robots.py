@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.learning import learning_with
 from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import WheelSpeeds
+from andabata.tasks.plans import load_plan
 from worlds.world import Start
 
 NAMES = ("andabata", "husky", "jackal")
@@ -39,9 +39,9 @@ def test_a_robot_stands_drives_and_turns(make_ground, name):
 
 
 def test_a_run_learns_with_another_body():
-    assert {stage.rig.robot.name for stage in learning_with("utm-30lx", "jackal").stages} == {
-        "jackal"
-    }
+    assert {
+        plan.environment.rig.robot.name for plan in load_plan(robot="jackal").stages.values()
+    } == {"jackal"}
 
 
 def test_another_body_drives_from_the_command_line(capsys, tmp_path):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.learning import learning_with
 from andabata.app.settings import with_parts
 from andabata.machine.sensors import UnknownSensorError, sensor_names, sensor_settings
 from andabata.models import shipped_forest
 from andabata.tasks.clouds import CloudsConfig, labelled_cloud
+from andabata.tasks.plans import load_plan
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 from traversability.scanner import TraversabilityScanner
@@ -58,7 +58,7 @@ def test_clouds_of_another_laser_are_generated(tmp_path, capsys):
 
 
 def test_a_run_learns_with_another_laser():
-    stages = learning_with("os1-64").stages
+    stages = [plan.environment for plan in load_plan(sensor="os1-64").stages.values()]
     assert stages[0].rig.sensing.scanner == "horizontal"
     assert [stage.rig.sensing.lidar.beams for stage in stages[1:]] == [64, 64]
     assert stages[2].rig.plant == "kinematic"

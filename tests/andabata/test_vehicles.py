@@ -139,6 +139,24 @@ def test_wheels_climb_small_stones_and_hit_large_ones(make_ground, height, hit):
     assert touched is hit
 
 
+@pytest.mark.parametrize(
+    ("height", "aside", "hit"),
+    [(0.075, 0.0, False), (0.075, 0.23, True), (0.13, 0.0, True), (0.13, 0.23, True)],
+)
+def test_a_low_rock_passes_between_the_wheels(make_ground, plant, height, aside, hit):
+    rock = box(SemanticClass.ROCK, (1.5, aside, 0.0), (0.12, 0.12, 2 * height))
+    world = make_ground(objects=[rock])
+    assert world.truth.forbidden_at(1.5, aside)
+    vehicle = make_vehicle(plant, world, ROBOT, np.random.default_rng(0))
+    vehicle.place(ORIGIN)
+    touched = False
+    for _ in range(80):
+        twist(vehicle, 0.3, 0.0, 0.1)
+        touched |= vehicle.state.collided
+    vehicle.close()
+    assert touched is hit
+
+
 def test_the_fast_plant_is_calibrated_against_the_reference(make_ground):
     """Stated difference on rough ground: 2 degrees of tilt (rms), 5 % of speed and of turn."""
     rng = np.random.default_rng(4)

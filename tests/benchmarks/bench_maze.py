@@ -1,8 +1,10 @@
 """How often a policy reaches its goals in mazes that it was not trained in.
 
-Run with ``python tests/benchmarks/bench_maze.py POLICY [EPISODES [PLANT [FIRST]]]``; prints one
-line. Starts, goals and mazes are the judges', world seeds from one million on, unless FIRST says
-with which world seed to begin: 3000 for trying things out.
+Run with ``python tests/benchmarks/bench_maze.py POLICY [EPISODES [PLANT [FIRST [STAGE]]]]``; prints
+one line. Starts, goals and mazes are the judges', world seeds from one million on, unless FIRST
+says with which world seed to begin: 3000 for trying things out. STAGE is Maze2D, with its 32 beams
+and the true pose, or Maze3D, with rotating laser, filter and classifier. A policy of the paper's
+scheme heads for the goal, another for the sub-goals of a local map, as each was trained.
 """
 
 import sys
@@ -14,7 +16,7 @@ from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.seeds import evaluation_world
 from rl.metrics import wilson_interval
 from rl.policy import Policy
-from rl.training import play, play_together
+from rl.training import Assignment, play, play_together
 
 
 def main(
@@ -22,13 +24,16 @@ def main(
     episodes: int = 300,
     plant: str = "kinematic",
     first: int = evaluation_world(2, 0),
+    stage: str = "Maze2D",
 ) -> None:
     """Judge a policy file in 60 unseen mazes."""
-    config = stage_config("Maze2D")
+    config = stage_config(stage)
     seeds = tuple(range(first, first + 60))
     rig = config.rig.model_validate(config.rig.model_dump() | {"plant": plant})
-    config = config.model_copy(update={"seeds": seeds, "rig": rig})
-    loaded, drives = Policy.load(policy), [(7, k) for k in range(episodes)]
+    loaded = Policy.load(policy)
+    trained = loaded.info["config"]["stages"][stage]["environment"]["heading"]
+    config = config.model_copy(update={"seeds": seeds, "rig": rig, "heading": trained})
+    drives = [Assignment(0, (7, k)) for k in range(episodes)]
     if is_flat(config):
         robots = FlatVectorEnv(config, 64, autoreset=False)
         played = play_together(robots, loaded, 1, drives, explore=False)
@@ -40,7 +45,9 @@ def main(
     low, high = wilson_interval(reached, episodes)
     outcomes = dict(Counter(episode.outcome for episode in played))
     rate = reached / episodes
-    sys.stdout.write(f"{policy} {plant}: {rate:.3f} [{low:.3f}, {high:.3f}] {outcomes}\n")
+    sys.stdout.write(
+        f"{policy} {stage} {plant} {trained}: {rate:.3f} [{low:.3f}, {high:.3f}] {outcomes}\n"
+    )
 
 
 if __name__ == "__main__":
@@ -50,4 +57,5 @@ if __name__ == "__main__":
         int(words.get(2, "300")),
         words.get(3, "kinematic"),
         int(words.get(4, evaluation_world(2, 0))),
+        words.get(5, "Maze2D"),
     )

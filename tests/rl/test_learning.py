@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+import torch
 
-from rl.curriculum import Curriculum, CurriculumConfig, Stage
+from rl.actor_critic import ActorCriticConfig
+from rl.curriculum import Curriculum, CurriculumConfig, Difficulty, Stage
+from rl.networks import ValueCritic
+from rl.observation import ObservationLayout
 from rl.replay import Replay
 from rl.sac import SacConfig
-from rl.training import Episode, play, serial_sampler
+from rl.training import Assignment, Episode, play, serial_sampler
 
 
 class TurnToGoal:
@@ -25,6 +29,7 @@ class TurnToGoal:
         reward = float(np.cos(self._error))
         over = self._steps >= 100
         info = {"is_success": abs(self._error) < 0.3, "outcome": "timeout"}
+        info["reward_terms"] = {"facing": reward}
         return self._state(), reward, False, over, info
 
     def _state(self):
@@ -64,7 +69,9 @@ def test_it_learns_to_face_the_goal():
     curriculum = Curriculum(config(80, steps_per_decision=1.0, learning_rate=2e-3), sampler())
     run(curriculum)
     policy = curriculum.policy({})
-    episodes = [play(TurnToGoal(), policy, 1, (9, k), explore=False) for k in range(20)]
+    episodes = [
+        play(TurnToGoal(), policy, 1, Assignment(0, (9, k)), explore=False) for k in range(20)
+    ]
     assert np.mean([episode.is_success for episode in episodes]) >= 0.9
 
 
@@ -127,3 +134,108 @@ def test_the_oldest_decisions_make_room():
         replay.add(episode, 1.0)
     assert len(replay) == 1000
     assert replay.draw(2000, np.random.default_rng(0))["states"].min() >= 15
+
+
+@pytest.mark.parametrize("critic", ["reward-input", "state"])
+def test_the_papers_learner_learns_and_resumes(critic):
+    numbers = {"hidden": (32, 32), "batch": 16, "actor_rate": 3e-3, "critic_rate": 1e-2}
+    learner = ActorCriticConfig(critic=critic, reward_scale=0.1, discount=0.9, **numbers)
+    stages = (Stage(name="turn", episodes=480),)
+    plan = CurriculumConfig(stages=stages, learner=learner, n_sectors=4, seed=3, final_pace=1.0)
+    whole, first = (Curriculum(plan, sampler()) for _ in range(2))
+    told = run(whole)
+    returns = [generation.mean_return for generation in told]
+    assert np.mean(returns[-5:]) > np.mean(returns[:3]) + 40
+    run(first, 28)
+    second = Curriculum(plan, sampler(), first.to_bytes())
+    assert run(second) == told[28:]
+    assert second.to_bytes() == whole.to_bytes()
+
+
+def test_a_checkpoint_of_the_other_learner_is_refused():
+    first = Curriculum(config(), sampler())
+    run(first, 1)
+    other = config().model_copy(update={"learner": ActorCriticConfig()})
+    with pytest.raises(ValueError, match="expected one of this configuration"):
+        Curriculum(other, sampler(), first.to_bytes())
+
+
+def test_the_value_of_a_state_takes_the_reward_as_printed():
+    layout = ObservationLayout(32)
+    printed, plain = (ValueCritic(layout, 0.5, (200, 200), takes) for takes in (True, False))
+    assert printed.linear[0].weight.shape == (200, 36)
+    assert plain.linear[0].weight.shape == (200, 35)
+    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 5.0])
+    apart = [torch.diff(critic(states, rewards)).abs().item() for critic in (printed, plain)]
+    assert apart[0] > 1e-2
+    assert apart[1] < 1e-5
+
+
+def test_worlds_get_harder_and_easier_by_success():
+    rule = Difficulty(start=0.3, least=0.2, most=0.4, step=0.1, window=4)
+    assert rule.after(0.3, [True] * 3) == 0.3
+    assert rule.after(0.3, [True] * 4) == 0.4
+    assert rule.after(0.4, [True] * 4) == 0.4
+    assert rule.after(0.3, [True, False, True, False]) == 0.3
+    assert rule.after(0.3, [False] * 4) == 0.2
+    assert rule.after(0.2, [False] * 4) == 0.2
+
+
+class Recorder:
+    """A sampler that keeps what was assigned; the episodes are real ones."""
+
+    def __init__(self):
+        self.assigned, self.tried = [], []
+        self._play = serial_sampler([TurnToGoal() for _ in range(4)])
+
+    def __call__(self, policy, hold, assignments, explore):
+        (self.assigned if explore else self.tried).append(list(assignments))
+        return self._play(policy, hold, assignments, explore)
+
+
+def test_old_stages_are_rehearsed_and_all_are_tried():
+    recorder = Recorder()
+    harder = Difficulty(start=0.3, most=0.5, window=4, raise_at=0.0, lower_at=0.0)
+    plan = config().model_copy(
+        update={
+            "stages": (
+                Stage(name="turn", episodes=8, difficulty=harder),
+                Stage(name="again", episodes=8, rehearsal=0.5),
+            ),
+            "validation": 3,
+        }
+    )
+    told = run(Curriculum(plan, recorder))
+    levels = [[one.difficulty for one in generation] for generation in recorder.assigned[:2]]
+    assert levels == [[0.3] * 4, [0.4] * 4]
+    for generation in recorder.assigned[2:]:
+        assert [one.stage for one in generation] == [1, 1, 0, 0]
+    seeds = [one.seed for generation in recorder.assigned for one in generation]
+    assert len(seeds) == len(set(seeds))
+    assert [g.validation.keys() for g in told if g.is_last] == [{"turn"}, {"turn", "again"}]
+    assert [[one.stage for one in played] for played in recorder.tried] == [
+        [2, 2, 2],
+        [3, 3, 3],
+        [2, 2, 2],
+    ]
+    assert not {one.seed for played in recorder.tried for one in played} & set(seeds)
+
+
+def test_a_stage_that_is_learnt_ends_early():
+    easy = Stage(name="turn", episodes=100, promote_at=0.01, window=8)
+    plan = config().model_copy(update={"stages": (easy, Stage(name="again", episodes=4))})
+    told = run(Curriculum(plan, sampler()))
+    assert told[-1].name == "again"
+    assert sum(g.played for g in told if g.name == "turn") < 100
+
+
+def test_the_policy_that_did_best_is_kept():
+    plan = config(32).model_copy(update={"validation": 4, "validate_every": 1})
+    curriculum, rates = Curriculum(plan, Recorder()), []
+    for generation in curriculum.run():
+        if generation.stage == 1:
+            break
+        rates.append(generation.validation["turn"])
+        if generation.is_last:
+            assert rates[-1] == max(rates)
+    assert len(rates) == 8

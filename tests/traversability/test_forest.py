@@ -17,6 +17,7 @@ from traversability.growing import (
 )
 from traversability.labels import CellState
 from traversability.planting import flatten_boosted, flatten_random
+from traversability.trees import Trees
 
 GRID = PolarGrid()
 SMALL = ForestConfig(trees=12, screen_trees=20, screen_loss=0.02)
@@ -178,3 +179,19 @@ def test_damaged_bytes_never_crash(forest):
         except ForestFileError:
             refused += 1
     assert refused > 90
+
+
+def test_trees_that_found_nothing_to_split_say_what_their_leaves_say():
+    trees = Trees(
+        features=("tilt",),
+        vote="mean",
+        base=0.0,
+        roots=np.array([0, 1], dtype=np.int32),
+        feature=np.array([-1, -1], dtype=np.int16),
+        cut=np.zeros(2),
+        left=np.zeros(2, dtype=np.int32),
+        leaf=np.array([0.25, 0.75], dtype=np.float32),
+    )
+    forest = Forest(trees, Thresholds(), PolarGrid())
+    features = np.random.default_rng(1).random((20, len(ALL_FEATURES))).astype(np.float32)
+    np.testing.assert_allclose(forest.predict_proba(features), 0.5, atol=1e-6)

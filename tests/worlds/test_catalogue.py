@@ -7,7 +7,18 @@ from terrain.classes import SemanticClass
 from worlds.catalogue import UnknownWorldError, make_world, patch, preset_names, presets
 from worlds.truth import Reason
 
-NAMES = ("forest", "hill", "hollow", "lake", "maze", "natural", "natural-test", "park")
+NAMES = (
+    "forest",
+    "hill",
+    "hollow",
+    "lake",
+    "maze",
+    "natural",
+    "natural-far",
+    "natural-test",
+    "park",
+    "stony",
+)
 
 
 def fingerprint(world):

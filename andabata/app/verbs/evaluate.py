@@ -19,6 +19,7 @@ from andabata.app.options import (
 )
 
 _SHOWN = (
+    "world",
     "controller",
     "goal",
     "trials",
@@ -38,9 +39,17 @@ _SHOWN = (
 def evaluate(
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
     controllers: Annotated[
-        str, typer.Option(help="Some of learned, reactive, straight, oracle; comma-separated.")
+        str,
+        typer.Option(
+            help="Some of learned, reactive, straight, oracle, comma-separated; learned-map has no "
+            "map, reactive+map and straight+map have one."
+        ),
     ] = "learned,reactive,straight,oracle",
     trials: Annotated[int, typer.Option(min=1, help="Trials of each controller.")] = 20,
+    goals: Annotated[int, typer.Option(min=1, max=10, help="Goals in a row.")] = 3,
+    suite: Annotated[
+        str | None, typer.Option(help="generalisation: 160 worlds, instead of --world, --trials.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
     ] = None,
@@ -57,7 +66,7 @@ def evaluate(
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals."""
     from andabata.app.console import Voice, table_of
-    from andabata.app.evaluation import EvaluationConfig, Models, summarise
+    from andabata.app.evaluation import EvaluationConfig, Models, hazards, summarise
     from andabata.app.evaluation import evaluate as run_evaluation
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve, with_parts
@@ -73,9 +82,11 @@ def evaluate(
         raise UnknownWorldError(f"--world: expected one of {known}, got {world!r}")
     voice = Voice(quiet, as_json)
     base = EvaluationConfig(
+        suite=suite,
         world=world,
         controllers=words(controllers, CONTROLLERS, "--controllers"),
         trials=trials,
+        goals=goals,
         seed=seed,
         rig=with_parts(RigConfig, sensor, robot),
     )
@@ -85,7 +96,7 @@ def evaluate(
         policy=Policy.load(policy).to_bytes() if policy else None,
     )
     folder = make_folder(out) if out else None
-    with voice.progress("trials", resolved.trials) as step:
+    with voice.progress("trials", len(resolved.courses)) as step:
 
         def on_trial(trial: int, rows: list[dict[str, Any]]) -> None:
             step(1, f"world {rows[0]['world_seed']}")
@@ -95,12 +106,18 @@ def evaluate(
             models,
             workers=workers,
             journal=folder / "trials.jsonl" if folder else None,
+            failures=make_folder(folder / "failures") if folder else None,
             on_trial=on_trial,
         )
     table = summarise(rows, resolved)
-    data: dict[str, Any] = {"rows": table, "config": resolved.model_dump(mode="json"), "seed": seed}
+    data: dict[str, Any] = {
+        "rows": table,
+        "failures": hazards(rows),
+        "config": resolved.model_dump(mode="json"),
+        "seed": seed,
+    }
     if folder:
         write_json(folder / "evaluation.json", data)
         write_json(folder / "run.json", describe("evaluate", data["config"], seed))
     shown = [{key: row[key] for key in _SHOWN} for row in table]
-    voice.result(data, table_of(shown, world))
+    voice.result(data, table_of(shown, suite or world))

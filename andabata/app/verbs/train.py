@@ -1,7 +1,7 @@
 """``andabata train``: learn to steer."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +18,7 @@ from andabata.app.options import (
 )
 
 if TYPE_CHECKING:
+    from andabata.tasks.plans import TrainingPlan
     from rl.curriculum import Generation
 
 
@@ -25,6 +26,15 @@ def train(
     out: Annotated[Path, typer.Option(help="The run's folder.")] = Path("data/runs/train"),
     stages: Annotated[str, typer.Option(help="Stages to run, as 1 or 1-3.")] = "1-3",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
+    algorithm: Annotated[
+        str, typer.Option(help="sac, the default, or actor-critic, the paper's scheme.")
+    ] = "sac",
+    changed: Annotated[
+        bool, typer.Option("--changed", help="Resume even with other code or classifier.")
+    ] = False,
+    seeds: Annotated[
+        int, typer.Option(min=1, help="Runs, from --seed on, each in a folder of its own in --out.")
+    ] = 1,
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
@@ -37,36 +47,65 @@ def train(
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds."""
     from andabata.app.console import Voice
-    from andabata.app.learning import LearningConfig, learn, learning_with
+    from andabata.app.learning import CHECKPOINT, learn
     from andabata.app.settings import resolve
+    from andabata.tasks.plans import TrainingPlan, load_plan
     from traversability.forest import Forest
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
-    resolved = resolve(LearningConfig, config, settings or (), learning_with(sensor, robot))
+    plan = load_plan(algorithm, sensor, robot)
+    resolved = resolve(TrainingPlan, config, settings or (), plan)
     judge = Forest.load(forest).to_bytes() if forest else None
-    total = sum(resolved.episodes[k] for k in chosen)
-    with voice.progress("episodes", total) as step:
+    runs = []
+    for number in range(seed, seed + seeds):
+        folder = out if seeds == 1 else out / f"seed-{number}"
+        with voice.progress(f"episodes, seed {number}", _budget(resolved, chosen)) as step:
+            result = learn(
+                folder,
+                resolved,
+                chosen,
+                number,
+                workers,
+                forest=judge,
+                # Of several runs the first may be over and the last not begun.
+                resume=resume and (seeds == 1 or (folder / CHECKPOINT).exists()),
+                changed=changed,
+                on_generation=lambda generation: step(generation.played, _told(generation)),
+            )
+        runs.append(result)
+        voice.say(_ended(result))
+    if seeds == 1:
+        text = f"{_ended(runs[0])}\npolicy: {out / 'policy.safetensors'}"
+        voice.result(runs[0], text)
+        return
+    last = runs[-1]["stage"]
+    rates = [run["validation"][last].get(last, run["success_rate"]) for run in runs]
+    data = {"runs": runs, "stage": last, "rates": rates, "worst": min(rates)}
+    voice.result(data, f"{last}: goals reached where nothing was learnt, by seed: {rates}")
 
-        def on_generation(generation: "Generation") -> None:
-            step(generation.played, f"{generation.name}: {generation.success_rate:.0%} of goals")
 
-        result = learn(
-            out,
-            resolved,
-            chosen,
-            seed,
-            workers,
-            forest=judge,
-            resume=resume,
-            on_generation=on_generation,
-        )
-    text = (
+def _budget(plan: "TrainingPlan", chosen: range) -> int:
+    """Return the most episodes of a run."""
+    return sum(list(plan.stages.values())[k].episodes for k in chosen)
+
+
+def _ended(result: dict[str, Any]) -> str:
+    """Return a run in a few words."""
+    tried = result["validation"].get(result["stage"], {})
+    unseen = ", ".join(f"{name} {rate:.0%}" for name, rate in tried.items())
+    return (
         f"{result['stage']}: {result['success_rate']:.0%} of the last goals reached while "
-        f"exploring, {result['steps']} steps at {result['steps_per_s']:.0f} a second\n"
-        f"policy: {out / 'policy.safetensors'}"
+        f"exploring{f'; in unseen worlds: {unseen}' if unseen else ''}; {result['steps']} steps "
+        f"in {result['wall_s']:.0f} s"
     )
-    voice.result(result, text)
+
+
+def _told(generation: "Generation") -> str:
+    """Return a generation in a few words."""
+    level = "" if generation.difficulty is None else f" at {generation.difficulty:.1f}"
+    circling = f", {generation.circling:.0%} circle" if generation.circling else ""
+    return f"{generation.name}{level}: {generation.recent_success:.0%} of the last goals{circling}"
 
 
 def _stages(text: str) -> range:

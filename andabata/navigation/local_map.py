@@ -1,0 +1,450 @@
+"""A light local map with a replanned sub-goal: the way out of traps.
+
+A scan sees 10 m and remembers nothing; a robot that steers by it alone cannot leave a deep dead end
+(goal 3 of Sanchez et al. 2023). The map remembers where scans saw a way and where not, plans a path
+over it to the goal, and names the farthest point of the path that the robot can head for straight
+away (assumption: the paper has nothing of the kind).
+"""
+
+import math
+from dataclasses import replace
+from heapq import heappop, heappush
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from andabata.machine.pose import wrap
+from andabata.navigation.view import Controller, View
+from traversability.grid import PolarGrid
+from traversability.labels import CellState
+
+_GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
+_BODY, _BEYOND = -1, -2
+_DETOUR = 1.05
+"""A straight line that costs this much more than the path is as good [and a cell more]."""
+
+_UNDER_BODY = 0.4
+"""The robot stands on cells nearer than this, so that they are free [m]."""
+
+_FOOTPRINT = 0.6
+"""Remembered walls nearer than this end no range: the robot would be in them [m]."""
+
+_ANOTHER_GOAL = 3.0
+"""A goal that jumps farther than this is another one [m]."""
+
+
+class LocalMapConfig(BaseModel):
+    """Numbers of the map.
+
+    Attributes:
+        cells: Cells along an edge of the square that is remembered around the robot, a power of 2.
+        cell: Edge of a cell [m].
+        mark_every: Control steps between two scans that are remembered.
+        plan_every: Control steps between two plans.
+        blocked: Evidence that a forbidden cell of the scan adds within a metre.
+        free: Evidence that a free cell of the scan takes away.
+        void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
+            hide it: an edge behind which the ground falls away tells no more.
+        void_reach: Empty cells farther than this mean nothing [m].
+        unseen: Extra cost of a metre where no scan has seen anything.
+        doubt: Extra cost of a metre with almost enough evidence for a wall.
+        fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
+        certain: Largest evidence.
+        wall: Evidence above which a cell is a wall.
+        room: Distance from walls that the path keeps where it can [m].
+        shy: Distance from walls at which a metre costs no more [m].
+        tight: Extra cost of a metre nearer to walls than ``room``.
+        crowd: Extra cost of a metre at ``room``, falling to none at ``shy``.
+        near: Nearest sub-goal [m]: what lies within the turning circle cannot be headed for.
+        reach: Farthest sub-goal [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    cells: int = Field(default=256, ge=64, le=1024)
+    cell: float = Field(default=0.3, gt=0)
+    mark_every: int = Field(default=5, ge=1)
+    plan_every: int = Field(default=10, ge=1)
+    blocked: float = Field(default=0.5, gt=0)
+    free: float = Field(default=0.35, gt=0)
+    void: float = Field(default=0.1, ge=0)
+    void_reach: float = Field(default=4.0, ge=0)
+    unseen: float = Field(default=0.5, ge=0)
+    doubt: float = Field(default=3.0, ge=0)
+    fade: float = Field(default=3.0, gt=0)
+    certain: float = Field(default=3.0, gt=0)
+    wall: float = Field(default=1.0, gt=0)
+    room: float = Field(default=0.5, ge=0)
+    shy: float = Field(default=1.3, gt=0)
+    tight: float = Field(default=15.0, ge=0)
+    crowd: float = Field(default=2.0, ge=0)
+    near: float = Field(default=1.5, ge=0)
+    reach: float = Field(default=5.0, gt=0)
+
+    @field_validator("cells")
+    @classmethod
+    def _check_cells(cls, cells: int) -> int:
+        """Places wrap around the square by their lowest bits."""
+        if cells & (cells - 1):
+            raise ValueError(f"expected a power of 2, got {cells}")
+        return cells
+
+
+class LocalMap:
+    """Remembers scans in a square that moves with the robot, in the frame ``odom``.
+
+    Attributes:
+        target: Where the robot was told to head for last, sub-goal or goal, in ``odom`` [m], shape
+            (2,).
+    """
+
+    def __init__(self, grid: PolarGrid, config: LocalMapConfig | None = None) -> None:
+        """Lay out an empty map for scans of a grid."""
+        self.config = config or LocalMapConfig()
+        self._grid = grid
+        n, cell = self.config.cells, self.config.cell
+        self._evidence = np.zeros((n, n), dtype=np.float32)
+        self._gaps = np.zeros((n, n), dtype=np.float32)
+        self._costs = np.zeros((n, n), dtype=np.float32)
+        self._lengths = np.zeros((n, n))
+        self._before = np.zeros((n, n, 2), dtype=np.int32)
+        around = np.arange(-int(grid.outer_radius / cell) - 1, int(grid.outer_radius / cell) + 2)
+        ranges = np.hypot(around[:, None], around[None, :]) * cell
+        rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
+        rings[rings >= grid.n_rings] = _BEYOND
+        self._rings = np.where(ranges < _UNDER_BODY, _BODY, np.where(rings < 0, _BEYOND, rings))
+        self._bearings = np.arctan2(around[None, :], around[:, None]).astype(np.float32)
+        fading = 1.0 / (1.0 + ranges / self.config.fade)
+        self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
+        self._centre = np.zeros(2, dtype=np.int64)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._evidence[:] = 0.0
+        self._centre[:] = 0
+        self._looks = 0
+        self._subgoal: NDArray[np.float64] | None = None
+        self._aim = np.full(2, np.inf)
+        self.target = np.zeros(2)
+
+    def guide(self, view: View) -> View:
+        """Remember what a view holds, and return it with the sub-goal in the goal's place.
+
+        The ranges of its scan end at the walls that are remembered, edges among them.
+        """
+        # What was seen keeps its place in odom.
+        cells, there = view.scan.cells_of(self._grid), view.odometry
+        here, yaw = there.position[:2], there.yaw
+        bearing = self.bearing(cells, here, yaw, view.heading_error, view.goal_distance)
+        ranges = self.shortened(view.scan.ranges, here, yaw)
+        return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
+
+    def bearing(
+        self,
+        cells: NDArray[np.uint8],
+        here: NDArray[np.float64],
+        yaw: float,
+        bearing: float,
+        distance: float,
+    ) -> float:
+        """Remember a scan and return the bearing to head for, relative to the heading [rad].
+
+        Args:
+            cells: Of the scan, as ``VirtualScan.cells_of`` gives them.
+            here: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Its heading there [rad].
+            bearing: Bearing of the goal relative to the heading [rad].
+            distance: Of the goal [m].
+        """
+        config = self.config
+        if self._looks % config.mark_every == 0:
+            self.mark(cells, here, yaw)
+        goal = here + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
+        if self._looks % config.plan_every == 0 or math.dist(goal, self._aim) > _ANOTHER_GOAL:
+            self._subgoal, self._aim = self.subgoal(here, goal), goal
+        self._looks += 1
+        self.target = goal if self._subgoal is None else self._subgoal
+        if self._subgoal is None:
+            return bearing
+        ahead = self._subgoal - here
+        return wrap(math.atan2(ahead[1], ahead[0]) - yaw)
+
+    def shortened(
+        self, ranges: NDArray[np.float32], here: NDArray[np.float64], yaw: float
+    ) -> NDArray[np.float32]:
+        """Return ranges that end at remembered walls where they did not yet, shape (n,).
+
+        Args:
+            ranges: Of a scan [m], shape (n,).
+            here: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Its heading there [rad].
+        """
+        config = self.config
+        found = ranges.astype(np.float32)
+        limits = (config.cell, config.wall, config.reach)
+        _shorten(found, self._evidence, self._centre, here, yaw, self._grid.bearings, limits)
+        return found
+
+    def mark(self, cells: NDArray[np.uint8], here: NDArray[np.float64], yaw: float) -> None:
+        """Remember a scan.
+
+        Args:
+            cells: Of the scan, uint8, shape (n_sectors, n_rings).
+            here: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Its heading there [rad].
+        """
+        config = self.config
+        _follow(self._evidence, self._centre, here, config.cell)
+        _mark(
+            self._evidence,
+            self._centre,
+            yaw,
+            cells,
+            self._rings,
+            self._bearings,
+            self._weights,
+            (config.blocked, config.free, config.void, config.certain),
+        )
+
+    def subgoal(
+        self, here: NDArray[np.float64], goal: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """Return where to head for in ``odom`` [m]; None is the goal itself, straight and free.
+
+        Args:
+            here: Position of the robot in ``odom`` [m], shape (2,).
+            goal: Goal in ``odom`` [m], shape (2,).
+
+        Raises:
+            ValueError: If one of them is no place: it would be looked up beyond the square.
+        """
+        if not (np.isfinite(here).all() and np.isfinite(goal).all()):
+            raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
+        config = self.config
+        walls = (
+            config.wall,
+            config.room,
+            config.shy,
+            config.tight,
+            config.crowd,
+            config.unseen,
+            config.doubt,
+        )
+        _price(self._evidence, self._centre, config.cell, walls, self._gaps, self._costs)
+        middle = len(self._costs) / 2
+        start = here / config.cell - self._centre + middle
+        end = goal / config.cell - self._centre + middle
+        spans = (config.near / config.cell, config.reach / config.cell)
+        place = _subgoal(self._costs, self._lengths, self._before, start, end, spans)
+        if place is None:
+            return None
+        return (np.array(place) - middle + self._centre) * config.cell
+
+
+class GuidedController:
+    """A controller that heads for the sub-goals of a local map."""
+
+    def __init__(self, controller: Controller, local_map: LocalMap) -> None:
+        """Put a map before a controller."""
+        self._controller = controller
+        self._map = local_map
+
+    def reset(self) -> None:
+        """Forget the last drive."""
+        self._map.reset()
+        self._controller.reset()
+
+    def steer(self, view: View) -> float:
+        """Return the controller's yaw rate for the sub-goal [rad/s]."""
+        return self._controller.steer(self._map.guide(view))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow(evidence, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Move the square to the robot and forget what it leaves behind; indices wrap around."""
+    n = len(evidence)
+    for axis in range(2):
+        now = int(np.floor(here[axis] / cell))
+        shift = now - centre[axis]
+        for k in range(min(abs(shift), n)):
+            line = (now + n // 2 - 1 - k if shift > 0 else now - n // 2 + k) & (n - 1)
+            if axis == 0:
+                evidence[line, :] = 0.0
+            else:
+                evidence[:, line] = 0.0
+        centre[axis] = now
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Add what a scan says of each cell around the robot."""
+    n, half, sectors = len(evidence), len(rings) // 2, len(cells)
+    blocked, free, void, certain = gains
+    firsts = np.full(sectors, cells.shape[1])
+    for s in range(sectors):
+        for ring in range(cells.shape[1]):
+            if cells[s, ring] == _RED:
+                firsts[s] = ring
+                break
+    for a in range(2 * half + 1):
+        i = (centre[0] + a - half) & (n - 1)
+        for b in range(2 * half + 1):
+            ring = rings[a, b]
+            if ring == _BEYOND:
+                continue
+            j = (centre[1] + b - half) & (n - 1)
+            if ring == _BODY:
+                evidence[i, j] = max(evidence[i, j] - free, -certain)
+                continue
+            s = int((bearings[a, b] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
+            state, weight = cells[s, ring], weights[a, b, 0]
+            known, most = evidence[i, j], certain * weight
+            if state == _GREEN:
+                evidence[i, j] = min(known, max(known - free * weight, -most))
+            elif state == _RED:
+                evidence[i, j] = max(known, min(known + blocked * weight, most))
+            elif ring < firsts[s]:
+                evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _shorten(ranges, evidence, centre, here, yaw, bearings, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """End ranges where one of three rays through their sector meets a wall."""
+    n, half = len(evidence), len(evidence) // 2 - 1
+    cell, wall, reach = limits
+    width = 2 * np.pi / len(ranges)
+    for sector in range(len(ranges)):
+        for ray in range(3):
+            angle = yaw + bearings[sector] + (ray - 1) * width / 3
+            c, s = np.cos(angle), np.sin(angle)
+            far = _FOOTPRINT
+            while far < reach and not ranges[sector] <= far:  # NaN is no limit.
+                i = int(np.floor((here[0] + far * c) / cell))
+                j = int(np.floor((here[1] + far * s) / cell))
+                if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
+                    break
+                if evidence[i & (n - 1), j & (n - 1)] > wall:
+                    ranges[sector] = far
+                    break
+                far += cell / 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _price(evidence, centre, cell, walls, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the cost of a cell's length in each cell of the square, in its own order."""
+    n = len(evidence)
+    wall, room, shy, tight, crowd, unseen, doubt = walls
+    far = np.float32(shy / cell)
+    aslant = np.float32(np.sqrt(2.0))
+    one = np.float32(1.0)
+    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    for i in range(n):
+        row = (low0 + i) & (n - 1)
+        for j in range(n):
+            gap = np.float32(0.0) if evidence[row, (low1 + j) & (n - 1)] > wall else far
+            if gap > 0:
+                if j > 0:
+                    gap = min(gap, gaps[i, j - 1] + one)
+                if i > 0:
+                    gap = min(gap, gaps[i - 1, j] + one)
+                    if j > 0:
+                        gap = min(gap, gaps[i - 1, j - 1] + aslant)
+                    if j < n - 1:
+                        gap = min(gap, gaps[i - 1, j + 1] + aslant)
+            gaps[i, j] = gap
+    for i in range(n - 1, -1, -1):
+        for j in range(n - 1, -1, -1):
+            gap = gaps[i, j]
+            if gap > 0:
+                if j < n - 1:
+                    gap = min(gap, gaps[i, j + 1] + one)
+                if i < n - 1:
+                    gap = min(gap, gaps[i + 1, j] + one)
+                    if j < n - 1:
+                        gap = min(gap, gaps[i + 1, j + 1] + aslant)
+                    if j > 0:
+                        gap = min(gap, gaps[i + 1, j - 1] + aslant)
+                gaps[i, j] = gap
+            metres = gap * cell
+            cost = 1.0
+            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
+            if known == 0.0:
+                cost += unseen
+            elif known > 0.0:
+                cost += doubt * min(known / wall, 1.0)
+            if metres < room:
+                cost += tight * (2.0 - metres / room)
+            if metres < shy:
+                cost += crowd * min(1.0, (shy - metres) / (shy - room))
+            costs[i, j] = cost
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _subgoal(costs, lengths, before, start, end, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the farthest place of the best path that can be headed for, None for its end.
+
+    The search is A*, on the costs as they stand: ``worlds.paths`` builds a graph for each search,
+    and this one is made every second on the robot.
+    """
+    n = len(costs)
+    near, reach = spans
+    limit = n - 1.0
+    a = int(min(max(start[0], 0.0), limit)), int(min(max(start[1], 0.0), limit))
+    b = int(min(max(end[0], 0.0), limit)), int(min(max(end[1], 0.0), limit))
+    lengths[:] = np.inf
+    lengths[b] = 0.0
+    queue = [(0.0, b[0], b[1])]
+    # From the goal to the robot, so that the path is read off from the robot on.
+    while len(queue):
+        due, i, j = heappop(queue)
+        if i == a[0] and j == a[1]:
+            break
+        here = lengths[i, j]
+        if due > here + np.hypot(np.float64(i - a[0]), np.float64(j - a[1])) + 1e-6:
+            continue  # A shorter way here was found since.
+        for di in range(-1, 2):
+            for dj in range(-1, 2):
+                p, q = i + di, j + dj
+                if (di == 0 and dj == 0) or p < 0 or q < 0 or p >= n or q >= n:
+                    continue
+                step = np.sqrt(np.float64(di * di + dj * dj))
+                length = here + step * 0.5 * (costs[i, j] + costs[p, q])
+                if length < lengths[p, q] - 1e-6:
+                    lengths[p, q] = length
+                    before[p, q, 0], before[p, q, 1] = i, j
+                    rest = np.hypot(np.float64(p - a[0]), np.float64(q - a[1]))
+                    heappush(queue, (length + rest, p, q))
+    goal = (b[0] + 0.5, b[1] + 0.5)
+    if _straight(costs, start, goal) <= _DETOUR * lengths[a] + 1.0:
+        return None
+    i, j = a
+    best = (start[0], start[1])
+    spent = 0.0
+    while (i, j) != b:
+        p, q = before[i, j, 0], before[i, j, 1]
+        spent += np.hypot(np.float64(p - i), np.float64(q - j)) * 0.5 * (costs[i, j] + costs[p, q])
+        i, j = p, q
+        place = (i + 0.5, j + 0.5)
+        far = np.hypot(place[0] - start[0], place[1] - start[1])
+        if far > reach:
+            return best
+        if far < near or _straight(costs, start, place) <= _DETOUR * spent + 1.0:
+            best = place
+    return None if best == goal else best
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _straight(costs, start, place):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the cost of the straight line between two places."""
+    far = np.hypot(place[0] - start[0], place[1] - start[1])
+    steps = int(2 * far) + 1
+    total = 0.0
+    for k in range(steps):
+        share = (k + 0.5) / steps
+        x = start[0] + share * (place[0] - start[0])
+        y = start[1] + share * (place[1] - start[1])
+        total += costs[int(x), int(y)]
+    return total * far / steps

@@ -1,0 +1,187 @@
+"""The paper's learner: actor and critic, one step of temporal difference at a time (section 4.2).
+
+Published are the networks, the critic's 36th input and that both are updated at each step; learning
+rates, discount, optimiser and the distribution of the actions are ours (assumptions).
+"""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from torch import Tensor
+
+from rl import checkpoint
+from rl.networks import Actor, ValueCritic
+from rl.observation import ObservationLayout
+from rl.policy import Policy
+from rl.training import Episode
+
+
+class ActorCriticConfig(BaseModel):
+    """Numbers of the learner.
+
+    Attributes:
+        algorithm: Its name.
+        hidden: Width of the hidden layers (paper: 200, 200).
+        critic: ``reward-input``, the reward that came with the state as the critic's 36th input (as
+            printed), or ``state``, the usual value of a state.
+        actor_rate: Learning rate of the actor, of Adam.
+        critic_rate: Of the critic.
+        discount: Of a control step.
+        hold: Control steps that an action is held (paper: 1).
+        reward_scale: Rewards are multiplied by this.
+        largest_difference: Temporal differences are cut off here.
+        batch: Episodes that are played side by side.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    algorithm: Literal["actor-critic"] = "actor-critic"
+    hidden: tuple[int, ...] = (200, 200)
+    critic: Literal["reward-input", "state"] = "reward-input"
+    actor_rate: float = Field(default=1e-4, gt=0)
+    critic_rate: float = Field(default=1e-3, gt=0)
+    discount: float = Field(default=0.99, gt=0, lt=1)
+    hold: int = Field(default=1, ge=1)
+    reward_scale: float = Field(default=0.1, gt=0)
+    largest_difference: float = Field(default=10.0, gt=0)
+    batch: int = Field(default=8, ge=1)
+
+
+class ActorCritic:
+    """Actor, critic and their optimisers."""
+
+    def __init__(
+        self,
+        layout: ObservationLayout,
+        max_range: float,
+        limit: float,
+        config: ActorCriticConfig,
+        seed: int,
+    ) -> None:
+        """Draw fresh networks.
+
+        Args:
+            layout: The state.
+            max_range: Largest range of the state [m].
+            limit: Largest yaw rate [rad/s].
+            config: Numbers.
+            seed: Of the weights.
+        """
+        self.config = config
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            self.actor = Actor(layout, max_range, limit, config.hidden)
+            takes_reward = config.critic == "reward-input"
+            self.critic = ValueCritic(layout, limit, config.hidden, takes_reward)
+        self._optimisers = {
+            "actor": torch.optim.Adam(self.actor.parameters(), lr=config.actor_rate, fused=True),
+            "critic": torch.optim.Adam(self.critic.parameters(), lr=config.critic_rate, fused=True),
+        }
+
+    def explorer(self, dead_zone: float) -> Policy:
+        """Return the present actor, which plays the episodes to learn from."""
+        return self.actor.policy(dead_zone, {})
+
+    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
+        """Return the present actor as a complete policy."""
+        return self.actor.policy(dead_zone, info)
+
+    def update(
+        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float = 1.0
+    ) -> dict[str, float]:
+        """Learn from episodes as from robots that drive side by side, one decision after another.
+
+        Args:
+            episodes: New ones.
+            rng: Not needed: decisions are taken in their own order.
+            pace: Share of the learning rates.
+
+        Returns:
+            Mean critic loss, mean value and mean spread of the actions.
+        """
+        for name, rate in (("actor", self.config.actor_rate), ("critic", self.config.critic_rate)):
+            for group in self._optimisers[name].param_groups:
+                group["lr"] = rate * pace
+        figures, count = np.zeros(3), 0
+        longest = max(len(episode.actions) for episode in episodes)
+        for moment in range(longest):
+            rows = _decisions(episodes, moment, self.config.reward_scale)
+            figures += self._descend(rows)
+            count += 1
+        loss, value, spread = (figures / count).tolist()
+        return {"critic_loss": loss, "value": value, "spread": spread}
+
+    def _descend(self, rows: dict[str, Tensor]) -> tuple[float, float, float]:
+        """Take one step of critic and actor along the temporal difference."""
+        config = self.config
+        values = self.critic(rows["states"], rows["rewards_before"])
+        with torch.no_grad():
+            later = self.critic(rows["next_states"], rows["rewards"])
+            wanted = rows["rewards"] + config.discount * (1 - rows["terminated"]) * later
+            most = config.largest_difference
+            difference = (wanted - values).clamp(-most, most)
+        critic_loss = torch.nn.functional.smooth_l1_loss(values, wanted)
+        self._step("critic", critic_loss)
+        log_p = self.actor.log_probability(rows["states"], rows["actions"])
+        self._step("actor", -(difference * log_p).mean())
+        with torch.no_grad():
+            spread = self.actor(rows["states"])[1].mean()
+        return float(critic_loss.detach()), float(values.detach().mean()), float(spread)
+
+    def _step(self, name: str, loss: Tensor) -> None:
+        """Move one optimiser down a loss."""
+        self._optimisers[name].zero_grad()
+        loss.backward()
+        self._optimisers[name].step()
+
+    def _parameters(self) -> dict[str, Tensor]:
+        """Return every learnt tensor by name."""
+        return checkpoint.named({"actor": self.actor, "critic": self.critic})
+
+    def to_bytes(self, progress: dict[str, Any], others: dict[str, Tensor]) -> bytes:
+        """Return everything that learning needs to go on, and what ``others`` need.
+
+        Args:
+            progress: Where the run stands, ready for JSON.
+            others: Tensors to keep beside it.
+        """
+        return checkpoint.to_bytes(self._parameters(), self._optimisers, others, progress)
+
+    def restore(self, data: bytes) -> dict[str, Tensor]:
+        """Take up the state of ``to_bytes`` and return its tensors.
+
+        Raises:
+            CheckpointError: If the bytes are no checkpoint of such a learner.
+        """
+        return checkpoint.restore(data, self._parameters(), self._optimisers)
+
+
+def _decisions(episodes: Sequence[Episode], moment: int, scale: float) -> dict[str, Tensor]:
+    """Return the decision of a moment of each episode that lasts so long, as columns."""
+    going = [episode for episode in episodes if moment < len(episode.actions)]
+    columns: dict[str, list[NDArray[np.float32] | float]] = {
+        "states": [episode.states[moment] for episode in going],
+        "next_states": [_next_state(episode, moment) for episode in going],
+        "actions": [episode.actions[moment] for episode in going],
+        "rewards": [scale * episode.rewards[moment] for episode in going],
+        "rewards_before": [
+            scale * episode.rewards[moment - 1] if moment else 0.0 for episode in going
+        ],
+        "terminated": [
+            float(episode.terminated and moment == len(episode.actions) - 1) for episode in going
+        ],
+    }
+    return {
+        name: torch.from_numpy(np.array(column, dtype=np.float32))
+        for name, column in columns.items()
+    }
+
+
+def _next_state(episode: Episode, moment: int) -> NDArray[np.float32]:
+    """Return the state after a decision."""
+    last = moment == len(episode.actions) - 1
+    return episode.last_state if last else episode.states[moment + 1]

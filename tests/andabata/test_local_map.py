@@ -1,0 +1,144 @@
+"""The local map: it remembers, goes round, leads out of dead ends, and believes what is near."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.simulator import SensingConfig
+from andabata.navigation.local_map import GuidedController, LocalMap, LocalMapConfig
+from andabata.navigation.reactive import ReactiveController
+from andabata.tasks.judge import JudgeConfig, Outcome
+from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.scenes import Scene
+from andabata.tasks.trial import run_trial
+from terrain.classes import SemanticClass
+from terrain.heightfield import Heightfield
+from terrain.objects import box
+from traversability.grid import PolarGrid
+from traversability.labels import CellState
+from traversability.virtual_scan import VirtualScan
+from worlds.rays import RayScene
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import Start, Task, World
+
+GRID = PolarGrid()
+ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
+
+
+def cells(ranges):
+    """Return the cells of a scan whose sectors are free so far [m]."""
+    full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
+    return VirtualScan(full, GRID.outer_radius).cells_of(GRID)
+
+
+def wall_ahead(distance=3.0, half_width=4.0):
+    """Return the cells of a scan with a wall across the way."""
+    bearings = GRID.bearings
+    reach = np.where(np.cos(bearings) > 0.05, distance / np.maximum(np.cos(bearings), 0.05), np.inf)
+    hit = np.abs(reach * np.sin(bearings)) < half_width
+    return cells(np.where(hit & (reach < 10), reach, np.inf))
+
+
+def seen(local_map, scan, times=12, here=ORIGIN, yaw=0.0):
+    for _ in range(times):
+        local_map.mark(scan, here, yaw)
+    return local_map
+
+
+def test_a_free_way_leads_straight_to_the_goal():
+    assert LocalMap(GRID).subgoal(ORIGIN, AHEAD) is None
+    assert seen(LocalMap(GRID), cells(np.inf)).subgoal(ORIGIN, AHEAD) is None
+
+
+def test_it_goes_round_a_wall():
+    place = seen(LocalMap(GRID), wall_ahead()).subgoal(ORIGIN, AHEAD)
+    assert abs(np.arctan2(place[1], place[0])) > np.deg2rad(35)
+    assert np.hypot(*place) <= LocalMapConfig().reach + 0.5
+
+
+def test_a_dead_end_is_left_backwards():
+    bearings = np.abs(GRID.bearings)
+    trap = cells(np.where(bearings < np.deg2rad(130), 2.5, np.inf))
+    place = seen(LocalMap(GRID), trap).subgoal(ORIGIN, AHEAD)
+    assert abs(np.arctan2(place[1], place[0])) > np.deg2rad(110)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
+def test_what_was_seen_keeps_its_place(yaw):
+    local_map = seen(LocalMap(GRID), wall_ahead(), yaw=yaw)
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    before = local_map.subgoal(ORIGIN, 8.0 * ahead)
+    # Far away and back, as long as it stays within the square.
+    nothing = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)
+    for way in (-20.0, 0.0):
+        seen(local_map, nothing, 1, way * ahead)
+    np.testing.assert_allclose(local_map.subgoal(ORIGIN, 8.0 * ahead), before)
+    for way in (-200.0, 0.0):
+        seen(local_map, nothing, 1, way * ahead)
+    assert local_map.subgoal(ORIGIN, 8.0 * ahead) is None
+
+
+def test_near_cells_overrule_far_ones():
+    local_map = seen(LocalMap(GRID), wall_ahead(3.0, 2.0))
+    seen(local_map, cells(np.inf), 40, np.array([2.0, 0.0]))
+    assert local_map.subgoal(ORIGIN, AHEAD) is None  # Seen from near by, it was not there.
+
+
+def test_emptiness_that_nothing_hides_is_an_edge():
+    brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
+    front = np.abs(GRID.bearings) < np.deg2rad(60)
+    brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = CellState.EMPTY
+    place = seen(LocalMap(GRID), brink, 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
+    assert place is not None
+    hidden = brink.copy()
+    hidden[front, 4] = CellState.NON_TRAVERSABLE
+    behind = seen(LocalMap(GRID), hidden, 20)
+    assert behind.subgoal(np.array([4.0, 0.0]), np.array([3.2, 0.0])) is None
+
+
+def test_a_goal_beyond_the_map_is_headed_for():
+    local_map = seen(LocalMap(GRID), wall_ahead())
+    place = local_map.subgoal(ORIGIN, np.array([500.0, 0.0]))
+    assert place[0] > -2.0
+
+
+@pytest.mark.parametrize("nowhere", [np.nan, np.inf])
+def test_a_goal_that_is_no_place_is_refused(nowhere):
+    with pytest.raises(ValueError, match="goal: expected finite places"):
+        LocalMap(GRID).subgoal(ORIGIN, np.array([nowhere, 0.0]))
+
+
+def test_its_cells_are_a_power_of_two():
+    with pytest.raises(ValueError, match="expected a power of 2, got 100"):
+        LocalMapConfig(cells=100)
+
+
+def dead_end():
+    """Return a flat world with a dead end between start and goal."""
+    ground = Heightfield(np.zeros((61, 61), dtype=np.float32), 1.0)
+    sides = [((2.0, y, 1.0), (10.0, 0.4, 2.0)) for y in (-3.0, 3.0)]
+    walls = tuple(
+        box(SemanticClass.WALL, centre, size)
+        for centre, size in (*sides, ((7.0, 0.0, 1.0), (0.4, 6.4, 2.0)))
+    )
+    truth = build_truth(ground, walls, TruthConfig(border=0.0))
+    surface = np.full((60, 60), SemanticClass.GROUND, dtype=np.uint8)
+    task = Task(Start(0.0, 0.0, 0.0), ((14.0, 0.0),))
+    return World("dead-end", 0, 0.5, ground, surface, walls, (task,), truth)
+
+
+def test_a_robot_with_a_map_leaves_a_dead_end_and_one_without_does_not():
+    world = dead_end()
+    scene = Scene(world, RayScene(world))
+    sensing = SensingConfig(scanner="horizontal", proprioception=None)
+    config = RigConfig(plant="kinematic", sensing=sensing, localizer="truth")
+    outcomes = {}
+    for guided in (False, True):
+        driver = ReactiveController(config.robot, config.grid)
+        if guided:
+            driver = GuidedController(driver, LocalMap(config.grid, config.local_map))
+        rig = Rig(scene, config, None, driver)
+        (leg,) = run_trial(rig, world.tasks[0], JudgeConfig(), np.random.default_rng(1))
+        outcomes[guided] = leg.outcome
+        rig.close()
+    assert outcomes[True] is Outcome.GOAL
+    assert outcomes[False] is not Outcome.GOAL

@@ -26,11 +26,14 @@ from traversability.binning import (
 _REACH = 0.3  # Half a wheelbase and a little: the truth's window is 0.5 m wide.
 _ENOUGH = 4.0  # Points that make a quarter's mean as good as any other.
 _MOST = 3.0  # Slopes and gaps beyond say no more.
+_FLAT = 0.03  # Lower quarters hold no bump.
+_BUMP = 0.04  # What rises so far over the ground around it stops a wheel, or nearly.
+NEAR = 3.2  # Cells that begin nearer than this are searched for bumps.
 FEW = 3  # A cell with fewer points tells nothing.
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def describe_cells(sums, means, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def describe_cells(points, bins, sums, means, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the number of points and the own features of each cell."""
     count_points(sums, counts)
     mean_points(sums, means)
@@ -39,8 +42,9 @@ def describe_cells(sums, means, counts, middles, values):  # type: ignore[no-unt
             if counts[sector, ring] >= FEW:
                 out = values[sector, ring]
                 _principal_axes(sums, sector, ring, out)
-                _ground_shape(sums, means, sector, ring, middles, out)
+                _ground_shape(sums, means, planes, sector, ring, middles, out)
                 _way_outwards(sums, counts, sector, ring, middles, out)
+    _bumps(points, bins, sums, planes, counts, middles, values)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -110,7 +114,7 @@ def _gradient(xx, yy, xy, xz, yz, soft):  # type: ignore[no-untyped-def]  # noqa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _ground_shape(sums, means, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _ground_shape(sums, means, planes, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the shape of the ground around a cell's quarters, the worst and the mean of the four.
 
     Around each quarter a plane is laid through the mean points of the quarters within reach; slope
@@ -118,16 +122,18 @@ def _ground_shape(sums, means, sector, ring, middles, out):  # type: ignore[no-u
     the reach, two quarters at opposite corners say as much as four.
     """
     small = middles[ring] * 4 * np.pi / sums.shape[0] < _REACH
-    number = 0
+    number, last = 0, (0, 0)
     slope_max = slope_sum = step_max = step_second = step_sum = 0.0
     above = below = sunk = risen = 0.0
     for a in range(2):
         for b in range(2):
             i, j = 2 * sector + a, 2 * ring + b
+            if small and a != b and number:
+                planes[i, j] = planes[last]
             if sums[i, j, COUNT] == 0 or (small and a != b and number):
                 continue
-            slope, step, level, lowest, highest = _lay_plane(sums, means, i, j)
-            number += 1
+            slope, step, level, lowest, highest = _lay_plane(sums, means, i, j, planes[i, j])
+            number, last = number + 1, (i, j)
             slope_max, slope_sum = max(slope_max, slope), slope_sum + slope
             step_sum += step
             step_second = max(step_second, min(step, step_max))
@@ -141,8 +147,11 @@ def _ground_shape(sums, means, sector, ring, middles, out):  # type: ignore[no-u
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay_plane(sums, means, i, j):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return slope, step, the plane's height at a quarter, and lowest and highest z around."""
+def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return slope, step, the plane's height at a quarter, and lowest and highest z around.
+
+    ``plane`` becomes its gradient along x and y and its height at the origin.
+    """
     sectors, rings = sums.shape[0], sums.shape[1]
     x0, y0, z0 = means[i, j, 1], means[i, j, 2], means[i, j, 3]
     square = x0 * x0 + y0 * y0
@@ -182,6 +191,7 @@ def _lay_plane(sums, means, i, j):  # type: ignore[no-untyped-def]  # noqa: ANN0
         1e-4,
     )
     level = z0 + mz - gx * mx - gy * my
+    plane[0], plane[1], plane[2] = gx, gy, level - gx * x0 - gy * y0
     under, over = np.inf, -np.inf
     for step in range(-side, side + 1, stride):
         column = (i + step) % sectors
@@ -191,6 +201,46 @@ def _lay_plane(sums, means, i, j):  # type: ignore[no-untyped-def]  # noqa: ANN0
                 off = means[column, k, 3] - rise
                 under, over = min(under, off), max(over, off)
     return min(np.sqrt(gx * gx + gy * gy), _MOST), over - under, level, lowest, highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write how far near cells rise over the plane of the ground around, and by how many points.
+
+    A rock that stops a wheel is low beside what a slope rises in a cell, and has few points beside
+    the cell's own: moments do not show it. One point over the plane is noise; the third highest of
+    a quarter is not.
+    """
+    rings = 0
+    while rings < counts.shape[1] and middles[rings] < NEAR:
+        rings += 1
+    tops = np.zeros((sums.shape[0], 2 * rings, 4))
+    for k in range(len(points)):
+        if bins[k] < 0:
+            continue
+        i, j = divmod(bins[k], np.int32(sums.shape[1]))
+        if j >= 2 * rings or sums[i, j, HIGHEST] - sums[i, j, LOWEST] < _FLAT:
+            continue
+        plane, top = planes[i, j], tops[i, j]
+        rise = points[k, 2] - plane[0] * points[k, 0] - plane[1] * points[k, 1] - plane[2]
+        top[3] += rise > _BUMP
+        if rise > top[0]:
+            top[2], top[1], top[0] = top[1], top[0], rise
+        elif rise > top[1]:
+            top[2], top[1] = top[1], rise
+        elif rise > top[2]:
+            top[2] = rise
+    for sector in range(counts.shape[0]):
+        for ring in range(rings):
+            if counts[sector, ring] < FEW:
+                continue
+            out = values[sector, ring]
+            out[24] = out[25] = out[26] = 0.0
+            for a in range(2):
+                for b in range(2):
+                    top = tops[2 * sector + a, 2 * ring + b]
+                    out[24], out[25] = max(out[24], top[0]), max(out[25], top[2])
+                    out[26] += top[3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from traversability.binning import Quarters, fill_quarters, polar_tables
+from traversability.binning import fill_quarters, polar_tables
 from traversability.cell_shape import FEW, describe_cells
 from traversability.grid import PolarGrid
 
@@ -39,8 +39,11 @@ SHAPE_FEATURES = (
     "rise_before",
     "rise_after",
     "distance",
+    "bump",
+    "bump_third",
+    "bump_points",
 )
-"""What a cell and the ground around it look like."""
+"""What a cell and the ground around it look like; bumps are searched for in near cells only."""
 
 SHARED = (0, 1, 4, 6, 7, 8, 10, 12)
 """Features that neighbours tell each other, none of them negative: roughness, orientation, height
@@ -106,15 +109,13 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     Raises:
         ValueError: If ``points`` has another shape or type.
     """
-    return quarter_features(fill_quarters(points, grid), grid)
-
-
-def quarter_features(quarters: Quarters, grid: PolarGrid) -> CellFeatures:
-    """Return the features of each cell of a cloud in quarters; see ``cell_features``."""
+    quarters = fill_quarters(points, grid)
     counts = np.empty((grid.n_sectors, grid.n_rings), dtype=np.int32)
     values = np.zeros((*counts.shape, len(ALL_FEATURES)), dtype=np.float32)
     means = np.empty((*quarters.sums.shape[:2], 6))
-    describe_cells(quarters.sums, means, counts, polar_tables(grid).middles, values)
+    planes = np.empty((*quarters.sums.shape[:2], 3))
+    middles = polar_tables(grid).middles
+    describe_cells(points, quarters.bins, quarters.sums, means, planes, counts, middles, values)
     for sector in range(grid.n_sectors):
         for ring in range(grid.n_rings):
             ask_neighbours(sector, ring, counts, values)

@@ -49,6 +49,7 @@ class TraversabilityScanner:
         self._quarters = make_quarters(self.grid, 65_536)
         shape = (self.grid.n_sectors, self.grid.n_rings)
         self._means = np.zeros((2 * shape[0], 2 * shape[1], 6))
+        self._planes = np.zeros((2 * shape[0], 2 * shape[1], 3))
         self._counts = np.zeros(shape, dtype=np.int32)
         self._values = np.zeros((*shape, len(ALL_FEATURES)), dtype=np.float32)
         self._states = np.zeros(shape, dtype=np.uint8)
@@ -74,8 +75,16 @@ class TraversabilityScanner:
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
         """Judge all cells, or those up to the first red one of each sector; return the ranges."""
         self._quarters = fill_quarters(points, self.grid, self._quarters)
-        sums = self._quarters.sums
-        describe_cells(sums, self._means, self._counts, self._middles, self._values)
+        describe_cells(
+            points,
+            self._quarters.bins,
+            self._quarters.sums,
+            self._means,
+            self._planes,
+            self._counts,
+            self._middles,
+            self._values,
+        )
         ranges = np.empty(self.grid.n_sectors, dtype=np.float32)
         _judge(
             self._counts,

@@ -63,6 +63,7 @@ def describe(points, grid):
         values[s, r, :8] = _axes(cell, [quarters[k] for k in _four(s, r) if k in quarters])
         values[s, r, 8:17] = _shape(quarters, s, r, grid)
         values[s, r, 17:24] = _outwards(quarters, counts, s, r, grid)
+        values[s, r, 24:27] = _bumps(quarters, s, r, grid)
     for s, r in np.argwhere(counts >= 3):
         values[s, r, OWN:] = _neighbours(values, counts, s, r)
     return values, counts
@@ -90,21 +91,46 @@ def _axes(cell, parts):
     )
 
 
-def _shape(quarters, s, r, grid):
+def _planes(quarters, s, r, grid):
+    """Return gradient and place of the plane of each quarter that has one of its own."""
     small = (grid.ring_edges[r] + grid.ring_edges[r + 1]) / 2 * 2 * np.pi / grid.n_sectors < 0.3
-    found = []
+    found = {}
     for i, j in _four(s, r):
         if (i, j) not in quarters or (small and (i % 2 != j % 2) and found):
             continue
+        here = quarters[i, j].mean(axis=0)
         window = _window(quarters, i, j, grid)
-        own = quarters[i, j]
-        here = own.mean(axis=0)
         means = np.array([part.mean(axis=0) for part in window]) - here
         weights = np.minimum([len(part) for part in window], 4.0)
         covariance = np.cov(means.T, bias=True, aweights=weights)
         gradient = np.linalg.solve(covariance[:2, :2] + 1e-4 * np.eye(2), covariance[:2, 2])
         middle = np.average(means, axis=0, weights=weights)
         level = here[2] + middle[2] - gradient @ middle[:2]
+        found[i, j] = gradient, np.array([*here[:2], level]), window, means
+    return found
+
+
+def _bumps(quarters, s, r, grid):
+    if (grid.ring_edges[r] + grid.ring_edges[r + 1]) / 2 >= 3.2:
+        return 0.0, 0.0, 0.0
+    planes, last, tops = _planes(quarters, s, r, grid), None, [(0.0, 0.0, 0.0)]
+    for place in _four(s, r):
+        last = planes.get(place, last)
+        if place not in quarters or np.ptp(quarters[place][:, 2]) < 0.03:
+            continue
+        gradient, middle = last[:2]
+        off = quarters[place] - middle
+        rise = np.sort(off[:, 2] - off[:, :2] @ gradient)[::-1]
+        third = rise[2] if len(rise) > 2 else 0.0
+        tops.append((rise[0], third, (rise > 0.04).sum()))
+    first, third, many = np.array(tops).T
+    return first.max(), third.max(), many.sum()
+
+
+def _shape(quarters, s, r, grid):
+    found = []
+    for (i, j), (gradient, middle, window, means) in _planes(quarters, s, r, grid).items():
+        own, level = quarters[i, j], middle[2]
         off = means[:, 2] - means[:, :2] @ gradient
         z = np.concatenate([part[:, 2] for part in window])
         low, high = own[:, 2].min(), own[:, 2].max()

@@ -120,6 +120,20 @@ def test_a_drop_shows_as_a_gap_behind_its_edge():
     assert gap[0, 4:9].max() < 0.1
 
 
+def test_a_low_rock_on_a_slope_is_a_bump_and_the_slope_is_none():
+    points = flat(0.0, 120_000)
+    points[:, 2] = np.tan(np.deg2rad(12.0)) * points[:, 0]
+    on_rock = (np.abs(points[:, 0] - 2.0) < 0.07) & (np.abs(points[:, 1] - 0.2) < 0.07)
+    plain = cell_features(points, GRID).values
+    points[on_rock, 2] += 0.07
+    values = cell_features(points, GRID).values
+    cell = (16, int(np.searchsorted(GRID.ring_edges, 2.0)) - 1)
+    assert plain[..., COLUMN["bump"]].max() < 0.01
+    assert 0.05 < values[cell][COLUMN["bump_third"]] <= values[cell][COLUMN["bump"]] < 0.075
+    assert values[cell][COLUMN["bump_points"]] == on_rock.sum()
+    assert np.count_nonzero(values[..., COLUMN["bump_points"]]) == 1
+
+
 def test_the_ground_of_a_slope_is_not_cut_away_and_a_crown_is():
     points = flat(0.0, 40_000)
     points[:, 2] = np.tan(np.deg2rad(20.0)) * points[:, 0]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.machine.pose import wrap
-from andabata.navigation.view import Controller, View
+from andabata.navigation.view import View
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 
@@ -25,8 +25,14 @@ _BODY, _BEYOND = -1, -2
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
 
-_UNDER_BODY = 0.4
+_UNDER_BODY = 0.25
 """The robot stands on cells nearer than this, so that they are free [m]."""
+
+_AROUND = 8.0
+"""The way to the goal is known this much beyond the cost of the best one [m]."""
+
+_EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
+"""A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
 
 _FOOTPRINT = 0.6
 """Remembered walls nearer than this end no range: the robot would be in them [m]."""
@@ -43,15 +49,16 @@ class LocalMapConfig(BaseModel):
         cell: Edge of a cell [m].
         mark_every: Control steps between two scans that are remembered.
         plan_every: Control steps between two plans.
-        blocked: Evidence that a forbidden cell of the scan adds within a metre.
-        free: Evidence that a free cell of the scan takes away.
+        blocked: Share of the way to certainty that a forbidden cell of the scan right ahead moves
+            the evidence.
+        free: Share that a free one moves it the other way.
         void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
         unseen: Extra cost of a metre where no scan has seen anything.
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
-        certain: Largest evidence.
+        certain: Largest evidence; from afar that weight of it.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
         shy: Distance from walls at which a metre costs no more [m].
@@ -64,11 +71,11 @@ class LocalMapConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cells: int = Field(default=256, ge=64, le=1024)
-    cell: float = Field(default=0.3, gt=0)
+    cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
-    plan_every: int = Field(default=10, ge=1)
-    blocked: float = Field(default=0.5, gt=0)
-    free: float = Field(default=0.35, gt=0)
+    plan_every: int = Field(default=5, ge=1)
+    blocked: float = Field(default=0.4, gt=0, le=1)
+    free: float = Field(default=0.1, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
@@ -98,6 +105,11 @@ class LocalMap:
     Attributes:
         target: Where the robot was told to head for last, sub-goal or goal, in ``odom`` [m], shape
             (2,).
+        gaps: Distance from the nearest wall, in cells, as of the last plan, shape (n, n).
+        onward: Cost of the way to the goal, in cells, around the robot; infinite where nobody
+            looked, shape (n, n).
+        corner: Place of the first cell's corner then, in ``odom`` [m], shape (2,).
+        end: Goal then, or the place of the square nearest to it, in ``odom`` [m], shape (2,).
     """
 
     def __init__(self, grid: PolarGrid, config: LocalMapConfig | None = None) -> None:
@@ -106,9 +118,9 @@ class LocalMap:
         self._grid = grid
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
-        self._gaps = np.zeros((n, n), dtype=np.float32)
+        self.gaps = np.zeros((n, n), dtype=np.float32)
         self._costs = np.zeros((n, n), dtype=np.float32)
-        self._lengths = np.zeros((n, n))
+        self.onward = np.zeros((n, n))
         self._before = np.zeros((n, n, 2), dtype=np.int32)
         around = np.arange(-int(grid.outer_radius / cell) - 1, int(grid.outer_radius / cell) + 2)
         ranges = np.hypot(around[:, None], around[None, :]) * cell
@@ -128,7 +140,8 @@ class LocalMap:
         self._looks = 0
         self._subgoal: NDArray[np.float64] | None = None
         self._aim = np.full(2, np.inf)
-        self.target = np.zeros(2)
+        self._fence = _EVERYWHERE
+        self.target, self.corner, self.end = np.zeros(2), np.zeros(2), np.zeros(2)
 
     def guide(self, view: View) -> View:
         """Remember what a view holds, and return it with the sub-goal in the goal's place.
@@ -138,6 +151,7 @@ class LocalMap:
         # What was seen keeps its place in odom.
         cells, there = view.scan.cells_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
+        self._fence = _EVERYWHERE if view.area is None else _fence(view)
         bearing = self.bearing(cells, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
@@ -224,7 +238,7 @@ class LocalMap:
         if not (np.isfinite(here).all() and np.isfinite(goal).all()):
             raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
         config = self.config
-        walls = (
+        prices = (
             config.wall,
             config.room,
             config.shy,
@@ -233,33 +247,25 @@ class LocalMap:
             config.unseen,
             config.doubt,
         )
-        _price(self._evidence, self._centre, config.cell, walls, self._gaps, self._costs)
-        middle = len(self._costs) / 2
-        start = here / config.cell - self._centre + middle
-        end = goal / config.cell - self._centre + middle
-        spans = (config.near / config.cell, config.reach / config.cell)
-        place = _subgoal(self._costs, self._lengths, self._before, start, end, spans)
-        if place is None:
-            return None
-        return (np.array(place) - middle + self._centre) * config.cell
+        _keep_inside(self._evidence, self._centre, config.cell, self._fence, self.gaps)
+        _price(self._evidence, self._centre, config.cell, prices, self.gaps, self._costs)
+        n, cell = len(self._costs), config.cell
+        self.corner = (self._centre - n / 2) * cell
+        start, end = (here - self.corner) / cell, (goal - self.corner) / cell
+        end = np.asarray(np.clip(end, 0.5, n - 0.5), dtype=np.float64)
+        self.end = self.corner + end * cell
+        spans = (config.near / cell, config.reach / cell, _AROUND / cell)
+        place = _subgoal(self._costs, self.onward, self._before, start, end, spans)
+        return None if place is None else self.corner + np.array(place) * cell
 
 
-class GuidedController:
-    """A controller that heads for the sub-goals of a local map."""
-
-    def __init__(self, controller: Controller, local_map: LocalMap) -> None:
-        """Put a map before a controller."""
-        self._controller = controller
-        self._map = local_map
-
-    def reset(self) -> None:
-        """Forget the last drive."""
-        self._map.reset()
-        self._controller.reset()
-
-    def steer(self, view: View) -> float:
-        """Return the controller's yaw rate for the sub-goal [rad/s]."""
-        return self._controller.steer(self._map.guide(view))
+def _fence(view: View) -> NDArray[np.float64]:
+    """Return where a view's area lies, as ``_EVERYWHERE`` has it."""
+    turn = view.pose.yaw - view.odometry.yaw
+    c, s = math.cos(turn), math.sin(turn)
+    x, y = view.odometry.position[:2]
+    shift = view.pose.position[:2] - [c * x - s * y, s * x + c * y]
+    return np.array([c, s, *shift, *(view.area or ())])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -303,9 +309,9 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
             state, weight = cells[s, ring], weights[a, b, 0]
             known, most = evidence[i, j], certain * weight
             if state == _GREEN:
-                evidence[i, j] = min(known, max(known - free * weight, -most))
+                evidence[i, j] = min(known, known - free * weight * (known + most))
             elif state == _RED:
-                evidence[i, j] = max(known, min(known + blocked * weight, most))
+                evidence[i, j] = max(known, known + blocked * weight * (most - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 
@@ -333,10 +339,26 @@ def _shorten(ranges, evidence, centre, here, yaw, bearings, limits):  # type: ig
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price(evidence, centre, cell, walls, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the cost of a cell's length in each cell of the square, in its own order."""
+def _keep_inside(evidence, centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write 0 into the gaps of cells beyond the fence, 1 into the others."""
     n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, doubt = walls
+    c, s, x0, y0, x_min, y_min, x_max, y_max = fence
+    for i in range(n):
+        for j in range(n):
+            x = (centre[0] - n // 2 + i + 0.5) * cell
+            y = (centre[1] - n // 2 + j + 0.5) * cell
+            inside = x_min < c * x - s * y + x0 < x_max and y_min < s * x + c * y + y0 < y_max
+            gaps[i, j] = np.float32(inside)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the cost of a cell's length in each cell of the square, in its own order.
+
+    Where ``gaps`` is zero there is a wall already.
+    """
+    n = len(evidence)
+    wall, room, shy, tight, crowd, unseen, doubt = prices
     far = np.float32(shy / cell)
     aslant = np.float32(np.sqrt(2.0))
     one = np.float32(1.0)
@@ -344,7 +366,9 @@ def _price(evidence, centre, cell, walls, gaps, costs):  # type: ignore[no-untyp
     for i in range(n):
         row = (low0 + i) & (n - 1)
         for j in range(n):
-            gap = np.float32(0.0) if evidence[row, (low1 + j) & (n - 1)] > wall else far
+            gap = np.float32(0.0)
+            if gaps[i, j] > 0 and not evidence[row, (low1 + j) & (n - 1)] > wall:
+                gap = far
             if gap > 0:
                 if j > 0:
                     gap = min(gap, gaps[i, j - 1] + one)
@@ -383,26 +407,29 @@ def _price(evidence, centre, cell, walls, gaps, costs):  # type: ignore[no-untyp
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _subgoal(costs, lengths, before, start, end, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _subgoal(costs, onward, before, start, end, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the farthest place of the best path that can be headed for, None for its end.
 
     The search is A*, on the costs as they stand: ``worlds.paths`` builds a graph for each search,
     and this one is made every second on the robot.
     """
     n = len(costs)
-    near, reach = spans
+    near, reach, around = spans
     limit = n - 1.0
     a = int(min(max(start[0], 0.0), limit)), int(min(max(start[1], 0.0), limit))
     b = int(min(max(end[0], 0.0), limit)), int(min(max(end[1], 0.0), limit))
-    lengths[:] = np.inf
-    lengths[b] = 0.0
+    onward[:] = np.inf
+    onward[b] = 0.0
     queue = [(0.0, b[0], b[1])]
+    most = np.inf
     # From the goal to the robot, so that the path is read off from the robot on.
     while len(queue):
         due, i, j = heappop(queue)
-        if i == a[0] and j == a[1]:
+        if due > most:
             break
-        here = lengths[i, j]
+        here = onward[i, j]
+        if i == a[0] and j == a[1]:
+            most = here + around
         if due > here + np.hypot(np.float64(i - a[0]), np.float64(j - a[1])) + 1e-6:
             continue  # A shorter way here was found since.
         for di in range(-1, 2):
@@ -412,13 +439,13 @@ def _subgoal(costs, lengths, before, start, end, spans):  # type: ignore[no-unty
                     continue
                 step = np.sqrt(np.float64(di * di + dj * dj))
                 length = here + step * 0.5 * (costs[i, j] + costs[p, q])
-                if length < lengths[p, q] - 1e-6:
-                    lengths[p, q] = length
+                if length < onward[p, q] - 1e-6:
+                    onward[p, q] = length
                     before[p, q, 0], before[p, q, 1] = i, j
                     rest = np.hypot(np.float64(p - a[0]), np.float64(q - a[1]))
                     heappush(queue, (length + rest, p, q))
     goal = (b[0] + 0.5, b[1] + 0.5)
-    if _straight(costs, start, goal) <= _DETOUR * lengths[a] + 1.0:
+    if _straight(costs, start, goal) <= _DETOUR * onward[a] + 1.0:
         return None
     i, j = a
     best = (start[0], start[1])

@@ -12,7 +12,7 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, WheelSpeeds
 from andabata.navigation.perception import Perception
-from andabata.navigation.view import Controller, View
+from andabata.navigation.view import Area, Controller, View
 from rl.observation import apply_dead_zone
 
 STANDSTILL = WheelSpeeds(0.0, 0.0)
@@ -47,6 +47,7 @@ class Navigator:
 
     Attributes:
         start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
+        area: Where the robot may be; see ``View``.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class Navigator:
         self.start: tuple[Pose, float] | None = None
         self._previous = (0.0, 0.0)
         self._watcher: Callable[[Step], None] | None = None
+        self.area: Area | None = None
 
     def watch(self, watcher: Callable[[Step], None] | None) -> None:
         """Call ``watcher`` after every step; it sees everything and changes nothing."""
@@ -144,6 +146,7 @@ class Navigator:
             odometry=self._localizer.odometry,
             goal=self._goal,
             truth=senses.truth,
+            area=self.area,
         )
 
     def command(self, steering: float) -> WheelSpeeds:

@@ -1,39 +1,12 @@
 """The upper bound: the best way on the true map, from the true pose."""
 
-from itertools import product
-
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
+from andabata.navigation.rollouts import ARRIVED, STEP, RolloutConfig, fan
 from andabata.navigation.view import View
 from worlds.world import World
-
-_STEP = 0.2
-"""Time between the points of an arc [s]."""
-
-
-class OracleConfig(BaseModel):
-    """Numbers of the oracle.
-
-    Attributes:
-        leg_time: An arc of the fan is driven for this long [s].
-        legs: Arcs in a row; their number and time make the horizon.
-        rates: Yaw rates of an arc, shares of the steering limit.
-        room: Clearance that the body's centre keeps where it can [m].
-        shy: Extra cost of a metre for each metre of clearance short of one metre.
-        hold: Control steps between two decisions.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    leg_time: float = Field(default=2.2, gt=0)
-    legs: int = Field(default=3, ge=1, le=5)
-    rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
-    room: float = Field(default=0.45, gt=0)
-    shy: float = Field(default=1.0, ge=0)
-    hold: int = Field(default=3, ge=1)
 
 
 class OracleController:
@@ -43,7 +16,9 @@ class OracleController:
     forward, and only so sharply.
     """
 
-    def __init__(self, world: World, robot: RobotModel, config: OracleConfig | None = None) -> None:
+    def __init__(
+        self, world: World, robot: RobotModel, config: RolloutConfig | None = None
+    ) -> None:
         """Prepare for one world.
 
         Args:
@@ -52,9 +27,9 @@ class OracleController:
             config: Numbers.
         """
         self._truth = world.truth
-        self._config = config or OracleConfig()
-        self._fan, self._first = _fan(robot, self._config)
-        self._stride = robot.speed * _STEP
+        self._config = config or RolloutConfig()
+        self._fan, self._first = fan(robot, self._config)
+        self._stride = robot.speed * STEP
         self.reset()
 
     def reset(self) -> None:
@@ -87,7 +62,7 @@ class OracleController:
         x = here[0] + c * self._fan[..., 0] - s * self._fan[..., 1]
         y = here[1] + s * self._fan[..., 0] + c * self._fan[..., 1]
         to_goal = np.hypot(x - self._goal[0], y - self._goal[1])  # type: ignore[index]
-        arrived = np.minimum.accumulate(to_goal, axis=1) < 0.8
+        arrived = np.minimum.accumulate(to_goal, axis=1) < ARRIVED
         driven = self._stride * (~arrived).sum(axis=1)  # Or it would arrive tomorrow, for ever.
         clearance = np.where(arrived, np.inf, self._truth.clearance_at(x, y))
         worst = np.maximum(self._config.room - clearance, 0.0)
@@ -97,15 +72,3 @@ class OracleController:
         onward = np.where(np.isfinite(onward), onward, 1e3 + to_goal[:, -1])
         price = driven + onward + self._config.shy * crowded + 1e4 * (worst**2).sum(axis=1)
         return float(self._first[np.argmin(price)])
-
-
-def _fan(
-    robot: RobotModel, config: OracleConfig
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return rollouts in the robot's frame, x and y [m], shape (k, m, 2), and their first rates."""
-    rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
-    turns = np.repeat(rates, round(config.leg_time / _STEP), axis=1) * _STEP
-    yaw = np.cumsum(turns, axis=1) - turns / 2
-    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * _STEP
-    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * _STEP
-    return np.stack([x, y], axis=2), rates[:, 0]

@@ -10,6 +10,8 @@ from andabata.machine.pose import Pose
 from andabata.machine.senses import VehicleState
 from traversability.virtual_scan import VirtualScan
 
+Area = tuple[float, float, float, float]
+
 
 @dataclass(frozen=True)
 class View:
@@ -26,6 +28,8 @@ class View:
         odometry: Estimated pose in ``odom``, which drifts and never jumps.
         goal: Goal in the map [m], shape (2,).
         truth: The true state, for the oracle alone (simulation only).
+        area: Where the robot may be at all, ``x_min, y_min, x_max, y_max`` in the map [m]: the
+            fence that a field robot is given with its goals. None is everywhere.
     """
 
     stamp: float
@@ -37,6 +41,7 @@ class View:
     odometry: Pose
     goal: NDArray[np.float64]
     truth: VehicleState | None
+    area: Area | None = None
 
 
 class Controller(Protocol):

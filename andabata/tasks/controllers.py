@@ -1,10 +1,12 @@
 """Controllers by name, for the command line and the judges."""
 
 from andabata.models import shipped_policy
+from andabata.navigation.guided import GuidedController
 from andabata.navigation.learned import LearnedController
-from andabata.navigation.local_map import GuidedController, LocalMap
+from andabata.navigation.local_map import LocalMap
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.reactive import ReactiveController, StraightController
+from andabata.navigation.rollouts import Rollouts
 from andabata.navigation.view import Controller
 from andabata.tasks.rig import RigConfig
 from rl.policy import Policy
@@ -53,5 +55,7 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        controller = GuidedController(controller, LocalMap(config.grid, config.local_map))
+        local_map = LocalMap(config.grid, config.local_map)
+        rollouts = Rollouts(config.robot, config.rollouts)
+        controller = GuidedController(controller, local_map, rollouts)
     return controller

@@ -18,12 +18,16 @@ from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConf
 from andabata.navigation.local_map import LocalMapConfig
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
+from andabata.navigation.rollouts import RolloutConfig
 from andabata.navigation.view import Controller
 from andabata.tasks.scenes import Scene
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from worlds.world import Start
+
+_MARGIN = 1.0
+"""The robot is told to keep so far from the world's border [m] (assumption)."""
 
 
 class RigConfig(BaseModel):
@@ -41,6 +45,7 @@ class RigConfig(BaseModel):
         filter: The filter's expectations.
         errors: Of the true pose.
         local_map: The map of guided controllers.
+        rollouts: Their look ahead.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,6 +59,7 @@ class RigConfig(BaseModel):
     filter: UkfConfig = Field(default_factory=UkfConfig)
     errors: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
     local_map: LocalMapConfig = Field(default_factory=LocalMapConfig)
+    rollouts: RolloutConfig = Field(default_factory=RolloutConfig)
 
 
 class Rig:
@@ -91,6 +97,8 @@ class Rig:
         self._errors = np.random.default_rng(0)
         self.localizer = make_localizer(config, self._errors)
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
+        half = np.array([scene.world.ground.width, scene.world.ground.depth]) / 2 - _MARGIN
+        self.navigator.area = (-half[0], -half[1], half[0], half[1])
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
         """Put the robot down; every noise comes from a child of ``rng``."""

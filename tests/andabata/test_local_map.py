@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.machine.simulator import SensingConfig
-from andabata.navigation.local_map import GuidedController, LocalMap, LocalMapConfig
+from andabata.navigation.guided import GuidedController
+from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.reactive import ReactiveController
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig

@@ -1,0 +1,54 @@
+"""A controller with a local map: the map says where to head for, and has a veto."""
+
+from andabata.navigation.local_map import LocalMap
+from andabata.navigation.rollouts import Rollouts
+from andabata.navigation.view import Controller, View
+
+
+class GuidedController:
+    """A controller that heads for the sub-goals of a local map and steers where that leads on.
+
+    Attributes:
+        vetoes: Share of the decisions since the last ``reset`` in which the map knew better.
+    """
+
+    def __init__(
+        self, controller: Controller, local_map: LocalMap, rollouts: Rollouts | None = None
+    ) -> None:
+        """Put a map before a controller.
+
+        Args:
+            controller: Where would it steer?
+            local_map: Where to head for.
+            rollouts: Where does that lead; None lets the controller have its way.
+        """
+        self._controller = controller
+        self._map = local_map
+        self._rollouts = rollouts
+        self.reset()
+
+    @property
+    def vetoes(self) -> float:
+        """Share of the decisions since the last ``reset`` in which the map knew better."""
+        return self._vetoed / max(self._decisions, 1)
+
+    def reset(self) -> None:
+        """Forget the last drive."""
+        self._map.reset()
+        self._controller.reset()
+        self._steps = self._decisions = self._vetoed = 0
+        self._veto: float | None = None
+
+    def steer(self, view: View) -> float:
+        """Return the controller's yaw rate for the sub-goal, or a better one [rad/s]."""
+        wish = self._controller.steer(self._map.guide(view))
+        if self._rollouts is None:
+            return wish
+        if self._steps % self._rollouts.config.hold == 0:
+            there = view.odometry
+            rate = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
+            self._veto = None if rate == wish else rate
+            self._decisions += 1
+            self._vetoed += self._veto is not None
+        self._steps += 1
+        return wish if self._veto is None else self._veto

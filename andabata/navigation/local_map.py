@@ -122,12 +122,19 @@ class LocalMap:
         self._costs = np.zeros((n, n), dtype=np.float32)
         self.onward = np.zeros((n, n))
         self._before = np.zeros((n, n, 2), dtype=np.int32)
-        around = np.arange(-int(grid.outer_radius / cell) - 1, int(grid.outer_radius / cell) + 2)
-        ranges = np.hypot(around[:, None], around[None, :]) * cell
+        reach = int(grid.outer_radius / cell) + 1
+        around = np.arange(-reach, reach + 1) * cell
+        # The middle of each cell and its corners, relative to the robot's own cell.
+        x, y = (
+            (around[:, None, None] + cell / 2 * np.array([0, 1, 1, -1, -1])),
+            (around[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])),
+        )
+        ranges = np.hypot(x, y)
         rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
         rings[rings >= grid.n_rings] = _BEYOND
         self._rings = np.where(ranges < _UNDER_BODY, _BODY, np.where(rings < 0, _BEYOND, rings))
-        self._bearings = np.arctan2(around[None, :], around[:, None]).astype(np.float32)
+        self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
+        ranges = ranges[:, :, 0]
         fading = 1.0 / (1.0 + ranges / self.config.fade)
         self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
@@ -298,18 +305,24 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
     for a in range(2 * half + 1):
         i = (centre[0] + a - half) & (n - 1)
         for b in range(2 * half + 1):
-            ring = rings[a, b]
+            ring = rings[a, b, 0]
             if ring == _BEYOND:
                 continue
             j = (centre[1] + b - half) & (n - 1)
             if ring == _BODY:
                 evidence[i, j] = max(evidence[i, j] - free, -certain)
                 continue
-            s = int((bearings[a, b] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
+            s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
             state, weight = cells[s, ring], weights[a, b, 0]
             known, most = evidence[i, j], certain * weight
             if state == _GREEN:
-                evidence[i, j] = min(known, known - free * weight * (known + most))
+                # A thing in a corner makes its own polar cell red, and not this one.
+                for k in range(1, 5):
+                    s = int((bearings[a, b, k] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
+                    if rings[a, b, k] >= 0 and cells[s, rings[a, b, k]] == _RED:
+                        state = _RED
+                if state == _GREEN:
+                    evidence[i, j] = min(known, known - free * weight * (known + most))
             elif state == _RED:
                 evidence[i, j] = max(known, known + blocked * weight * (most - known))
             elif ring < firsts[s]:

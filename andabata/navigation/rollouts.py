@@ -34,7 +34,8 @@ class RolloutConfig(BaseModel):
         leg_time: An arc is driven for this long [s].
         legs: Arcs in a row; their number and time make the horizon.
         rates: Yaw rates of an arc, shares of the steering limit.
-        room: Clearance that the body's centre keeps where it can [m].
+        room: Clearance that the body's centre keeps where it can [m], where only it is looked at.
+        margin: Room around the body itself [m], where the whole body is looked at.
         shy: Extra cost of a metre for each metre of clearance short of one metre.
         hold: Control steps between two decisions.
         trust: A wish stands when its cheapest way costs so much more than the cheapest at most [m].
@@ -46,6 +47,7 @@ class RolloutConfig(BaseModel):
     legs: int = Field(default=3, ge=2, le=5)
     rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
     room: float = Field(default=0.45, gt=0)
+    margin: float = Field(default=0.06, ge=0)
     shy: float = Field(default=1.0, ge=0)
     hold: int = Field(default=3, ge=1)
     trust: float = Field(default=0.3, ge=0)
@@ -68,6 +70,9 @@ class Rollouts:
         self._tails = np.ascontiguousarray(fan(robot, rest)[0])
         self._points = round(config.leg_time / STEP)
         self._prices = np.zeros(len(self._rates))
+        # Two circles, before and behind the middle, cover the body.
+        self._ahead = robot.length / 4
+        self._room = float(np.hypot(self._ahead, robot.width / 2)) + config.margin
 
     def choose(
         self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
@@ -91,7 +96,7 @@ class Rollouts:
             local_map.gaps,
             local_map.onward,
             (x, y, yaw, goal[0], goal[1]),
-            (config.room, config.shy, ARRIVED),
+            (self._room, self._ahead, config.shy, ARRIVED),
             self._prices,
         )
         best = int(np.argmin(self._prices))
@@ -106,14 +111,15 @@ def fan(
     """Return all rollouts of the rates of ``config``, and the first rate of each.
 
     Returns:
-        x, y in the robot's frame [m], shape (k, m, 2), and the rates [rad/s], shape (k,).
+        x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
+        shape (k,).
     """
     rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
     turns = np.repeat(rates, round(config.leg_time / STEP), axis=1) * STEP
     yaw = np.cumsum(turns, axis=1) - turns / 2
     x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
     y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP
-    return np.stack([x, y], axis=2), rates[:, 0]
+    return np.stack([x, y, yaw + turns / 2], axis=2), rates[:, 0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -121,15 +127,15 @@ def _price_arcs(rates, tails, stride, gaps, onward, at, limits, prices):  # type
     """Write what the cheapest way costs that begins with each rate: driven, onward and too near."""
     points, far, time, cell = stride
     x0, y0, yaw0, goal_x, goal_y = at
-    room, shy, arrived = limits
-    head = np.empty((points, 2))
+    room, ahead, shy, arrived = limits
+    head = np.empty((points, 3))
     for k in range(len(rates)):
         x, y, yaw = x0, y0, yaw0
         for t in range(points):
             middle = yaw + rates[k] * time / 2
             x, y = x + far * np.cos(middle) / cell, y + far * np.sin(middle) / cell
             yaw += rates[k] * time
-            head[t, 0], head[t, 1] = x, y
+            head[t, 0], head[t, 1], head[t, 2] = x, y, yaw
         c, s = np.cos(yaw), np.sin(yaw)
         prices[k] = np.inf
         for tail in range(len(tails)):
@@ -139,16 +145,21 @@ def _price_arcs(rates, tails, stride, gaps, onward, at, limits, prices):  # type
             number = 0
             for t in range(points + tails.shape[1]):
                 if t < points:
-                    p, q = head[t, 0], head[t, 1]
+                    p, q, turn = head[t, 0], head[t, 1], head[t, 2]
                 else:
                     a, b = tails[tail, t - points, 0] / cell, tails[tail, t - points, 1] / cell
-                    p, q = x + c * a - s * b, y + s * a + c * b
+                    p, q, turn = (
+                        x + c * a - s * b,
+                        y + s * a + c * b,
+                        yaw + tails[tail, t - points, 2],
+                    )
                 if np.hypot(p - goal_x, q - goal_y) * cell < arrived:
                     there = True
                     break
                 driven += far
                 number += 1
-                gap = _between(gaps, p, q) * cell
+                u, v = ahead / cell * np.cos(turn), ahead / cell * np.sin(turn)
+                gap = min(_between(gaps, p + u, q + v), _between(gaps, p - u, q - v)) * cell
                 short = max(room - gap, 0.0)
                 missing += short * short
                 crowded += max(1.0 - gap, 0.0)

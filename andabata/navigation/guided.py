@@ -9,7 +9,7 @@ class GuidedController:
     """A controller that heads for the sub-goals of a local map and steers where that leads on.
 
     Attributes:
-        vetoes: Share of the decisions since the last ``reset`` in which the map knew better.
+        pace: 0 while it turns on the spot, else 1.
     """
 
     def __init__(
@@ -38,6 +38,7 @@ class GuidedController:
         self._controller.reset()
         self._steps = self._decisions = self._vetoed = 0
         self._veto: float | None = None
+        self.pace = 1.0
 
     def steer(self, view: View) -> float:
         """Return the controller's yaw rate for the sub-goal, or a better one [rad/s]."""
@@ -46,8 +47,9 @@ class GuidedController:
             return wish
         if self._steps % self._rollouts.config.hold == 0:
             there = view.odometry
-            rate = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
-            self._veto = None if rate == wish else rate
+            found = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
+            self._veto = None if found == (wish, 1.0) else found[0]
+            self.pace = found[1]
             self._decisions += 1
             self._vetoed += self._veto is not None
         self._steps += 1

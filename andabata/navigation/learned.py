@@ -8,6 +8,8 @@ from rl.policy import Policy
 class LearnedController:
     """Steers with a policy file's actor (Sanchez et al. 2023, section 4)."""
 
+    pace = 1.0
+
     def __init__(self, policy: Policy) -> None:
         """Take a loaded policy."""
         self._policy = policy

@@ -258,8 +258,8 @@ class LocalMap:
         _price(self._evidence, self._centre, config.cell, prices, self.gaps, self._costs)
         n, cell = len(self._costs), config.cell
         self.corner = (self._centre - n / 2) * cell
-        start, end = (here - self.corner) / cell, (goal - self.corner) / cell
-        end = np.asarray(np.clip(end, 0.5, n - 0.5), dtype=np.float64)
+        start = (here - self.corner) / cell
+        end = np.clip((goal - self.corner) / cell, 0.5, n - 0.5)
         self.end = self.corner + end * cell
         spans = (config.near / cell, config.reach / cell, _AROUND / cell)
         place = _subgoal(self._costs, self.onward, self._before, start, end, spans)

@@ -42,8 +42,8 @@ class Step:
 class Navigator:
     """Senses in, wheel speeds out: the same in simulation, in training and on a record.
 
-    The vehicle keeps the paper's constant longitudinal speed; only the steering is decided. It
-    stands still until there is a first scan.
+    The vehicle keeps the paper's constant longitudinal speed, or turns on the spot; only the
+    steering is decided. It stands still until there is a first scan.
 
     Attributes:
         start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
@@ -117,10 +117,13 @@ class Navigator:
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use observe and command instead")
         view = self._view(senses)
-        wheels = STANDSTILL if view is None else self.command(self._controller.steer(view))
+        wheels = STANDSTILL
+        if view is not None:
+            wheels = self.command(self._controller.steer(view), self._controller.pace)
         if self._watcher is not None:
             still = wheels is STANDSTILL
-            speed, steering = (0.0, 0.0) if still else (self._robot.speed, self._previous[0])
+            pace = self._robot.speed * self._controller.pace
+            speed, steering = (0.0, 0.0) if still else (pace, self._previous[0])
             self._watcher(Step(senses, view, self._goal, wheels, speed, steering))
         return wheels
 
@@ -149,10 +152,14 @@ class Navigator:
             area=self.area,
         )
 
-    def command(self, steering: float) -> WheelSpeeds:
-        """Return the wheel speeds for a wanted yaw rate [rad/s], after limits and dead zone.
+    def command(self, steering: float, pace: float = 1.0) -> WheelSpeeds:
+        """Return the wheel speeds for a wanted yaw rate, after limits and dead zone.
 
         A robot that is lost holds still.
+
+        Args:
+            steering: Wanted yaw rate [rad/s].
+            pace: Share of the robot's speed.
 
         Raises:
             ValueError: If the steering is not a finite number.
@@ -165,4 +172,4 @@ class Navigator:
         limit = self._robot.max_steering
         executed = apply_dead_zone(min(max(steering, -limit), limit), self._robot.dead_zone)
         self._previous = (executed, self._previous[0])
-        return self._kinematics.wheel_speeds(self._robot.speed, executed)
+        return self._kinematics.wheel_speeds(self._robot.speed * pace, executed)

@@ -16,6 +16,8 @@ class OracleController:
     forward, and only so sharply.
     """
 
+    pace = 1.0
+
     def __init__(
         self, world: World, robot: RobotModel, config: RolloutConfig | None = None
     ) -> None:

@@ -15,6 +15,8 @@ class StraightController:
     The law is the way-point law of the paper's authors, a yaw rate proportional to the yaw error.
     """
 
+    pace = 1.0
+
     def __init__(self, gain: float = 5.5) -> None:
         """Take the gain from yaw error to yaw rate [1/s]."""
         self._gain = gain
@@ -54,6 +56,8 @@ class ReactiveController:
         vector field
     histograms.
     """
+
+    pace = 1.0
 
     def __init__(
         self, robot: RobotModel, grid: PolarGrid, config: ReactiveConfig | None = None

@@ -1,10 +1,12 @@
 """Rollouts: arcs driven ahead in the head, and the yaw rate that the cheapest of them begins with.
 
-The robot moves forward only, and turns only so sharply: of the ways that a map shows it can take
+The robot drives at one speed, and turns only so sharply: of the ways that a map shows it can take
 those that begin with an arc it can drive (the dynamic window's idea, Fox et al. 1997, at constant
-speed; three arcs in a row are an assumption).
+speed; three arcs in a row are an assumption). Where none leads on it turns on the spot, as a
+skid-steer can and the paper's never does.
 """
 
+import math
 from itertools import product
 
 import numpy as np
@@ -38,6 +40,8 @@ class RolloutConfig(BaseModel):
         margin: Room around the body itself [m], where the whole body is looked at.
         shy: Extra cost of a metre for each metre of clearance short of one metre.
         hold: Control steps between two decisions.
+        turns: Turns on the spot to each side, up to half a one.
+        pause: A turn on the spot costs this much more than the time that it takes [m].
         trust: A wish stands when its cheapest way costs so much more than the cheapest at most [m].
     """
 
@@ -50,6 +54,8 @@ class RolloutConfig(BaseModel):
     margin: float = Field(default=0.06, ge=0)
     shy: float = Field(default=1.0, ge=0)
     hold: int = Field(default=3, ge=1)
+    turns: int = Field(default=6, ge=1)
+    pause: float = Field(default=3.0, ge=0)
     trust: float = Field(default=0.3, ge=0)
 
 
@@ -69,15 +75,24 @@ class Rollouts:
         rest = config.model_copy(update={"legs": config.legs - 1})
         self._tails = np.ascontiguousarray(fan(robot, rest)[0])
         self._points = round(config.leg_time / STEP)
-        self._prices = np.zeros(len(self._rates))
-        # Two circles, before and behind the middle, cover the body.
-        self._ahead = robot.length / 4
-        self._room = float(np.hypot(self._ahead, robot.width / 2)) + config.margin
+        turns = np.arange(1, config.turns + 1) * np.pi / config.turns
+        self._turns = np.concatenate([turns, -turns])
+        self._prices = np.zeros(len(self._rates) + len(self._turns))
+        # Two circles, before and behind the middle, cover the body; one the body that turns.
+        ahead, side = robot.length / 4, robot.width / 2
+        room = math.hypot(ahead, side) + config.margin
+        swing = math.hypot(robot.length / 2, side)
+        per_radian = robot.speed / robot.max_steering
+        limits = (room, ahead, swing, config.shy, ARRIVED, config.pause, per_radian)
+        self._limits = tuple(float(limit) for limit in limits)
 
     def choose(
         self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
-    ) -> float:
-        """Return the wish, or the yaw rate of a way that is cheaper by more than ``trust`` [rad/s].
+    ) -> tuple[float, float]:
+        """Return a yaw rate [rad/s] and the share of the speed to drive it at.
+
+        They are the wish at full speed, or the begin of a way that is cheaper by more than
+        ``trust``: an arc, or a turn on the spot.
 
         Args:
             local_map: With a plan.
@@ -89,20 +104,23 @@ class Rollouts:
         self._rates[0] = apply_dead_zone(min(max(wish, -limit), limit), self._robot.dead_zone)
         x, y = (here - local_map.corner) / cell
         goal = (local_map.end - local_map.corner) / cell
-        _price_arcs(
+        _price_ways(
             self._rates,
+            self._turns,
             self._tails,
             (self._points, self._robot.speed * STEP, STEP, cell),
             local_map.gaps,
             local_map.onward,
             (x, y, yaw, goal[0], goal[1]),
-            (self._room, self._ahead, config.shy, ARRIVED),
+            self._limits,
             self._prices,
         )
         best = int(np.argmin(self._prices))
         if self._prices[0] <= self._prices[best] + config.trust:
-            return wish
-        return float(self._rates[best])
+            return wish, 1.0
+        if best < len(self._rates):
+            return float(self._rates[best]), 1.0
+        return math.copysign(limit, self._turns[best - len(self._rates)]), 0.0
 
 
 def fan(
@@ -123,57 +141,71 @@ def fan(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price_arcs(rates, tails, stride, gaps, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what the cheapest way costs that begins with each rate: driven, onward and too near."""
+def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what the cheapest way costs that begins with each arc or turn on the spot."""
     points, far, time, cell = stride
     x0, y0, yaw0, goal_x, goal_y = at
-    room, ahead, shy, arrived = limits
-    head = np.empty((points, 3))
-    for k in range(len(rates)):
+    room, ahead, swing, shy, arrived, pause, per_radian = limits
+    ahead, arrived = ahead / cell, arrived / cell
+    for k in range(len(prices)):
         x, y, yaw = x0, y0, yaw0
-        for t in range(points):
-            middle = yaw + rates[k] * time / 2
-            x, y = x + far * np.cos(middle) / cell, y + far * np.sin(middle) / cell
-            yaw += rates[k] * time
-            head[t, 0], head[t, 1], head[t, 2] = x, y, yaw
-        c, s = np.cos(yaw), np.sin(yaw)
+        driven = crowded = missing = 0.0
+        number = 0
+        there = False
+        if k < len(rates):
+            for _ in range(points):
+                middle = yaw + rates[k] * time / 2
+                x, y = x + far * np.cos(middle) / cell, y + far * np.sin(middle) / cell
+                yaw += rates[k] * time
+                there |= np.hypot(x - goal_x, y - goal_y) < arrived
+                if there:
+                    break
+                gap = _gap(gaps, x, y, yaw, ahead) * cell
+                driven, crowded, number = driven + far, crowded + max(1.0 - gap, 0.0), number + 1
+                missing += max(room - gap, 0.0) ** 2
+        else:
+            turn = turns[k - len(rates)]
+            driven = pause + per_radian * abs(turn)
+            missing = points * max(swing - _between(gaps, x, y) * cell, 0.0) ** 2
+            yaw += turn
+        price = driven + _CONTACT * missing
+        if there:
+            prices[k] = price + shy * crowded / max(number, 1)
+            continue
         prices[k] = np.inf
+        c, s = np.cos(yaw), np.sin(yaw)
         for tail in range(len(tails)):
-            driven = crowded = missing = 0.0
+            more, near, count = price, crowded, number
             p, q = x, y
             there = False
-            number = 0
-            for t in range(points + tails.shape[1]):
-                if t < points:
-                    p, q, turn = head[t, 0], head[t, 1], head[t, 2]
-                else:
-                    a, b = tails[tail, t - points, 0] / cell, tails[tail, t - points, 1] / cell
-                    p, q, turn = (
-                        x + c * a - s * b,
-                        y + s * a + c * b,
-                        yaw + tails[tail, t - points, 2],
-                    )
-                if np.hypot(p - goal_x, q - goal_y) * cell < arrived:
+            for t in range(tails.shape[1]):
+                a, b = tails[tail, t, 0] / cell, tails[tail, t, 1] / cell
+                p, q = x + c * a - s * b, y + s * a + c * b
+                if np.hypot(p - goal_x, q - goal_y) < arrived:
                     there = True
                     break
-                driven += far
-                number += 1
-                u, v = ahead / cell * np.cos(turn), ahead / cell * np.sin(turn)
-                gap = min(_between(gaps, p + u, q + v), _between(gaps, p - u, q - v)) * cell
-                short = max(room - gap, 0.0)
-                missing += short * short
-                crowded += max(1.0 - gap, 0.0)
-            price = driven + _CONTACT * missing
-            if number:
-                price += shy * crowded / number
+                gap = _gap(gaps, p, q, yaw + tails[tail, t, 2], ahead) * cell
+                near, count = near + max(1.0 - gap, 0.0), count + 1
+                more += far + _CONTACT * max(room - gap, 0.0) ** 2
+                if more > prices[k]:
+                    break
+            if count:
+                more += shy * near / count
             if not there:
                 limit = len(onward) - 1
                 i, j = min(max(int(p), 0), limit), min(max(int(q), 0), limit)
                 rest = onward[i, j] * cell
                 if not rest < _NO_WAY:
                     rest = _NO_WAY + np.hypot(p - goal_x, q - goal_y) * cell
-                price += rest
-            prices[k] = min(prices[k], price)
+                more += rest
+            prices[k] = min(prices[k], more)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gap(gaps, x, y, yaw, ahead):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the gap of the nearer of two circles before and behind the middle, in cells."""
+    u, v = ahead * np.cos(yaw), ahead * np.sin(yaw)
+    return min(_between(gaps, x + u, y + v), _between(gaps, x - u, y - v))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -45,7 +45,14 @@ class View:
 
 
 class Controller(Protocol):
-    """Whatever decides where to steer."""
+    """Whatever decides where to steer.
+
+    Attributes:
+        pace: Share of the robot's speed that the last answer is meant for: 1, as in the paper, or 0
+            for a turn on the spot.
+    """
+
+    pace: float
 
     def reset(self) -> None:
         """Forget the last drive."""

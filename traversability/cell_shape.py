@@ -214,14 +214,18 @@ def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore
     rings = 0
     while rings < counts.shape[1] and middles[rings] < NEAR:
         rings += 1
-    tops = np.zeros((sums.shape[0], 2 * rings, 4))
+    columns = sums.shape[1]
+    deep = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
+    for i in range(sums.shape[0]):
+        for j in range(2 * rings):
+            deep[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _FLAT
+    slopes = planes.reshape(len(deep), 3)
+    tops = np.zeros((len(deep), 4))
     for k in range(len(points)):
-        if bins[k] < 0:
+        place = bins[k]
+        if place < 0 or not deep[place]:
             continue
-        i, j = divmod(bins[k], np.int32(sums.shape[1]))
-        if j >= 2 * rings or sums[i, j, HIGHEST] - sums[i, j, LOWEST] < _FLAT:
-            continue
-        plane, top = planes[i, j], tops[i, j]
+        plane, top = slopes[place], tops[place]
         rise = points[k, 2] - plane[0] * points[k, 0] - plane[1] * points[k, 1] - plane[2]
         top[3] += rise > _BUMP
         if rise > top[0]:
@@ -238,7 +242,7 @@ def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore
             out[24] = out[25] = out[26] = 0.0
             for a in range(2):
                 for b in range(2):
-                    top = tops[2 * sector + a, 2 * ring + b]
+                    top = tops[(2 * sector + a) * columns + 2 * ring + b]
                     out[24], out[25] = max(out[24], top[0]), max(out[25], top[2])
                     out[26] += top[3]
 

@@ -148,7 +148,9 @@ class LocalMap:
         self._subgoal: NDArray[np.float64] | None = None
         self._aim = np.full(2, np.inf)
         self._fence = _EVERYWHERE
-        self.target, self.corner, self.end = np.zeros(2), np.zeros(2), np.zeros(2)
+        self.target: NDArray[np.float64] = np.zeros(2)
+        self.corner: NDArray[np.float64] = np.zeros(2)
+        self.end: NDArray[np.float64] = np.zeros(2)
 
     def guide(self, view: View) -> View:
         """Remember what a view holds, and return it with the sub-goal in the goal's place.
@@ -259,8 +261,8 @@ class LocalMap:
         n, cell = len(self._costs), config.cell
         self.corner = (self._centre - n / 2) * cell
         start = (here - self.corner) / cell
-        end = np.clip((goal - self.corner) / cell, 0.5, n - 0.5)
-        self.end = self.corner + end * cell
+        end = ((goal - self.corner) / cell).clip(0.5, n - 0.5)
+        self.end = np.array(self.corner + end * cell, dtype=np.float64)
         spans = (config.near / cell, config.reach / cell, _AROUND / cell)
         place = _subgoal(self._costs, self.onward, self._before, start, end, spans)
         return None if place is None else self.corner + np.array(place) * cell

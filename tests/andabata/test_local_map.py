@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from andabata.machine.pose import Pose
 from andabata.machine.simulator import SensingConfig
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.reactive import ReactiveController
+from andabata.navigation.view import View
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import Scene
@@ -106,6 +108,30 @@ def test_a_goal_beyond_the_map_is_headed_for():
 def test_a_goal_that_is_no_place_is_refused(nowhere):
     with pytest.raises(ValueError, match="goal: expected finite places"):
         LocalMap(GRID).subgoal(ORIGIN, np.array([nowhere, 0.0]))
+
+
+def test_a_fence_keeps_the_way_inside():
+    """The area is told in the map, and odom is turned and shifted against it."""
+    turn = 0.5
+    c, s = np.cos(turn), np.sin(turn)
+    local_map = LocalMap(GRID)
+    view = View(
+        stamp=0.0,
+        scan=VirtualScan(np.full(GRID.n_sectors, np.inf, dtype=np.float32), GRID.outer_radius),
+        heading_error=-turn,
+        goal_distance=8.0,
+        previous_steering=(0.0, 0.0),
+        pose=Pose.from_euler(np.array([10.0, 20.0, 0.0]), 0.0, 0.0, turn),
+        odometry=Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0),
+        goal=np.array([18.0, 20.0]),
+        truth=None,
+        area=(0.0, 18.0, 40.0, 40.0),
+    )
+    local_map.guide(view)
+    x, y = (np.mgrid[:256, :256] + 0.5) * local_map.config.cell + local_map.corner[:, None, None]
+    there = 10.0 + c * x - s * y, 20.0 + s * x + c * y
+    inside = (there[0] > 0) & (there[0] < 40) & (there[1] > 18) & (there[1] < 40)
+    np.testing.assert_array_equal(local_map.gaps > 0, inside)
 
 
 def test_its_cells_are_a_power_of_two():

@@ -1,0 +1,74 @@
+"""Rollouts: the wish stands where it does no harm; else the map steers, or turns on the spot."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.robot import RobotModel
+from andabata.navigation.local_map import LocalMap
+from andabata.navigation.rollouts import RolloutConfig, Rollouts, fan
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+
+GRID, ROBOT = PolarGrid(), RobotModel()
+ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
+
+
+def mapped(ranges, goal=AHEAD):
+    """Return a map that has seen sectors free so far [m], with a plan to a goal."""
+    local_map = LocalMap(GRID)
+    full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
+    for _ in range(20):
+        local_map.mark(VirtualScan(full, GRID.outer_radius).cells_of(GRID), ORIGIN, 0.0)
+    local_map.subgoal(ORIGIN, goal)
+    return local_map
+
+
+def chosen(local_map, wish, yaw=0.0, config=None):
+    return Rollouts(ROBOT, config or RolloutConfig()).choose(local_map, ORIGIN, yaw, wish)
+
+
+def between(low, high, distance):
+    """Return ranges with a wall between two bearings [deg]."""
+    bearings = np.rad2deg(GRID.bearings)
+    return np.where((bearings > low) & (bearings < high), distance, np.inf)
+
+
+def test_a_wish_stands_where_it_does_no_harm():
+    free = mapped(np.inf)
+    assert chosen(free, 0.0) == (0.0, 1.0)
+    assert chosen(free, 0.2) == (0.2, 1.0)
+
+
+def test_a_wish_into_a_wall_is_vetoed():
+    wall = mapped(between(-35, 60, 1.2))
+    rate, pace = chosen(wall, 0.0)
+    assert (np.sign(rate), pace) == (-1.0, 1.0)  # The way round is shorter on the right.
+
+
+def test_where_every_arc_ends_in_a_wall_it_turns_on_the_spot():
+    pocket = mapped(between(-150, 150, 0.8), np.array([-8.0, 0.0]))
+    rate, pace = chosen(pocket, 0.0)
+    assert (abs(rate), pace) == (ROBOT.max_steering, 0.0)
+    # Once it looks at the way out, it drives.
+    assert chosen(pocket, 0.0, yaw=np.pi) == (0.0, 1.0)
+
+
+def test_it_turns_rather_than_circle_a_goal_behind():
+    behind = mapped(np.inf, np.array([-8.0, 0.5]))
+    assert chosen(behind, 0.5)[1] == 1.0  # There is room for an arc.
+    hasty = RolloutConfig(pause=0.0)
+    assert chosen(behind, -0.5, config=hasty) == (0.5, 0.0)
+
+
+def test_rollouts_move_as_the_robot_does():
+    paths, first = fan(ROBOT, RolloutConfig())
+    assert paths.shape == (125, 33, 3)
+    steps = np.hypot(*np.diff(paths[..., :2], axis=1).transpose(2, 0, 1))
+    np.testing.assert_allclose(steps, ROBOT.speed * 0.2, rtol=2e-3)
+    assert set(np.round(first, 3)) == {-0.5, -0.25, 0.0, 0.25, 0.5}
+    np.testing.assert_allclose(paths[first == 0][0, 10], [0.66, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("wish", [-3.0, 3.0])
+def test_wishes_beyond_the_limit_are_judged_at_the_limit(wish):
+    assert chosen(mapped(np.inf, np.array([0.0, np.sign(wish) * 6.0])), wish)[0] == wish

@@ -259,7 +259,7 @@ class LocalMap:
         _keep_inside(self._evidence, self._centre, config.cell, self._fence, self.gaps)
         _price(self._evidence, self._centre, config.cell, prices, self.gaps, self._costs)
         n, cell = len(self._costs), config.cell
-        self.corner = (self._centre - n / 2) * cell
+        self.corner = np.asarray((self._centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
         end = ((goal - self.corner) / cell).clip(0.5, n - 0.5)
         self.end = np.array(self.corner + end * cell, dtype=np.float64)

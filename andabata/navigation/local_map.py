@@ -28,9 +28,6 @@ _DETOUR = 1.05
 _UNDER_BODY = 0.25
 """The robot stands on cells nearer than this, so that they are free [m]."""
 
-_AROUND = 8.0
-"""The way to the goal is known this much beyond the cost of the best one [m]."""
-
 _EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
 """A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
 
@@ -75,7 +72,7 @@ class LocalMapConfig(BaseModel):
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
     blocked: float = Field(default=0.4, gt=0, le=1)
-    free: float = Field(default=0.1, gt=0, le=1)
+    free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
@@ -112,10 +109,20 @@ class LocalMap:
         end: Goal then, or the place of the square nearest to it, in ``odom`` [m], shape (2,).
     """
 
-    def __init__(self, grid: PolarGrid, config: LocalMapConfig | None = None) -> None:
-        """Lay out an empty map for scans of a grid."""
+    def __init__(
+        self, grid: PolarGrid, config: LocalMapConfig | None = None, around: float = 0.0
+    ) -> None:
+        """Lay out an empty map.
+
+        Args:
+            grid: Of the scans.
+            config: Numbers.
+            around: The way to the goal is known wherever it costs no more than the best one and
+                this [m]: what rollouts look up.
+        """
         self.config = config or LocalMapConfig()
         self._grid = grid
+        self._around = around
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
         self.gaps = np.zeros((n, n), dtype=np.float32)
@@ -263,7 +270,7 @@ class LocalMap:
         start = (here - self.corner) / cell
         end = ((goal - self.corner) / cell).clip(0.5, n - 0.5)
         self.end = np.array(self.corner + end * cell, dtype=np.float64)
-        spans = (config.near / cell, config.reach / cell, _AROUND / cell)
+        spans = (config.near / cell, config.reach / cell, self._around / cell)
         place = _subgoal(self._costs, self.onward, self._before, start, end, spans)
         return None if place is None else self.corner + np.array(place) * cell
 

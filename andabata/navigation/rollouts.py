@@ -24,6 +24,9 @@ STEP = 0.2
 ARRIVED = 0.8
 """A rollout that comes nearer to the goal than this is at its end [m]."""
 
+AROUND = 8.0
+"""Rollouts look up the way on where it costs so much more than the best one at most [m]."""
+
 _NO_WAY = 1e3
 _CONTACT = 1e4
 """Costs of a place without a way on [m], and of a square metre of room that is missing."""

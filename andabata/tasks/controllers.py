@@ -6,7 +6,7 @@ from andabata.navigation.learned import LearnedController
 from andabata.navigation.local_map import LocalMap
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.reactive import ReactiveController, StraightController
-from andabata.navigation.rollouts import Rollouts
+from andabata.navigation.rollouts import AROUND, Rollouts
 from andabata.navigation.view import Controller
 from andabata.tasks.rig import RigConfig
 from rl.policy import Policy
@@ -55,7 +55,7 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        local_map = LocalMap(config.grid, config.local_map)
+        local_map = LocalMap(config.grid, config.local_map, AROUND)
         rollouts = Rollouts(config.robot, config.rollouts)
         controller = GuidedController(controller, local_map, rollouts)
     return controller

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.senses import Senses, VehicleState
 from andabata.machine.simulator import SensingConfig
 from andabata.models import shipped_forest
-from andabata.navigation.local_map import LocalMap
+from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.view import View
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
@@ -222,7 +222,8 @@ def stage_config(stage: str) -> OffroadConfig:
     Raises:
         ValueError: If there is no such stage.
     """
-    rig = RigConfig(plant="kinematic")
+    # Nobody rolls out ways while training, so that a plan a second is enough.
+    rig = RigConfig(plant="kinematic", local_map=LocalMapConfig(plan_every=10))
     if stage == "Maze2D":
         sensing = SensingConfig(scanner="horizontal", proprioception=None)
         flat = rig.model_copy(update={"sensing": sensing, "localizer": "truth"})

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.machine.robot import RobotModel
 from andabata.navigation.local_map import LocalMap
-from andabata.navigation.rollouts import RolloutConfig, Rollouts, fan
+from andabata.navigation.rollouts import AROUND, RolloutConfig, Rollouts, fan
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 
@@ -15,7 +15,7 @@ ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
 
 def mapped(ranges, goal=AHEAD):
     """Return a map that has seen sectors free so far [m], with a plan to a goal."""
-    local_map = LocalMap(GRID)
+    local_map = LocalMap(GRID, around=AROUND)
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
     for _ in range(20):
         local_map.mark(VirtualScan(full, GRID.outer_radius).cells_of(GRID), ORIGIN, 0.0)

@@ -36,6 +36,8 @@ class GuidedController:
         """Forget the last drive."""
         self._map.reset()
         self._controller.reset()
+        if self._rollouts is not None:
+            self._rollouts.reset()
         self._steps = self._decisions = self._vetoed = 0
         self._veto: float | None = None
         self.pace = 1.0

@@ -130,12 +130,10 @@ class LocalMap:
         self.onward = np.zeros((n, n))
         self._before = np.zeros((n, n, 2), dtype=np.int32)
         reach = int(grid.outer_radius / cell) + 1
-        around = np.arange(-reach, reach + 1) * cell
+        middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.
-        x, y = (
-            (around[:, None, None] + cell / 2 * np.array([0, 1, 1, -1, -1])),
-            (around[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])),
-        )
+        x = middles[:, None, None] + cell / 2 * np.array([0, 1, 1, -1, -1])
+        y = middles[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])
         ranges = np.hypot(x, y)
         rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
         rings[rings >= grid.n_rings] = _BEYOND

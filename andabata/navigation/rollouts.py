@@ -86,8 +86,13 @@ class Rollouts:
         room = math.hypot(ahead, side) + config.margin
         swing = math.hypot(robot.length / 2, side)
         per_radian = robot.speed / robot.max_steering
-        limits = (room, ahead, swing, config.shy, ARRIVED, config.pause, per_radian)
+        limits = (room, ahead, swing, config.shy, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget that it was turning on the spot."""
+        self._turning = 0.0
 
     def choose(
         self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
@@ -118,12 +123,16 @@ class Rollouts:
             self._limits,
             self._prices,
         )
+        # A turn is paid for when it begins, and turning back begins another.
+        self._prices[len(self._rates) :] += config.pause * (self._turns * self._turning <= 0)
         best = int(np.argmin(self._prices))
+        self._turning = 0.0
         if self._prices[0] <= self._prices[best] + config.trust:
             return wish, 1.0
         if best < len(self._rates):
             return float(self._rates[best]), 1.0
-        return math.copysign(limit, self._turns[best - len(self._rates)]), 0.0
+        self._turning = math.copysign(limit, self._turns[best - len(self._rates)])
+        return self._turning, 0.0
 
 
 def fan(
@@ -148,7 +157,7 @@ def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices): 
     """Write what the cheapest way costs that begins with each arc or turn on the spot."""
     points, far, time, cell = stride
     x0, y0, yaw0, goal_x, goal_y = at
-    room, ahead, swing, shy, arrived, pause, per_radian = limits
+    room, ahead, swing, shy, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
     for k in range(len(prices)):
         x, y, yaw = x0, y0, yaw0
@@ -168,7 +177,7 @@ def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices): 
                 missing += max(room - gap, 0.0) ** 2
         else:
             turn = turns[k - len(rates)]
-            driven = pause + per_radian * abs(turn)
+            driven = per_radian * abs(turn)
             missing = points * max(swing - _between(gaps, x, y) * cell, 0.0) ** 2
             yaw += turn
         price = driven + _CONTACT * missing

@@ -60,6 +60,15 @@ def test_it_turns_rather_than_circle_a_goal_behind():
     assert chosen(behind, -0.5, config=hasty) == (0.5, 0.0)
 
 
+def test_a_turn_that_has_begun_goes_on():
+    """Between two ways round that cost the same it does not dither."""
+    pocket = mapped(between(-150, 150, 0.8), np.array([-8.0, 0.0]))
+    rollouts = Rollouts(ROBOT, RolloutConfig())
+    first, _ = rollouts.choose(pocket, ORIGIN, 0.0, 0.0)
+    for yaw in np.sign(first) * np.array([-0.2, 0.5, 1.0, 2.0]):
+        assert rollouts.choose(pocket, ORIGIN, yaw, 0.0) == (first, 0.0)
+
+
 def test_rollouts_move_as_the_robot_does():
     paths, first = fan(ROBOT, RolloutConfig())
     assert paths.shape == (125, 33, 3)

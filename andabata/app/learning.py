@@ -11,6 +11,7 @@ from typing import Any
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
+from andabata.models import shipped_forest_file
 from andabata.records.storage import write_atomically
 from andabata.tasks.plans import TrainingPlan
 from rl.curriculum import Curriculum, Generation
@@ -61,7 +62,7 @@ def learn(
         "stages": [stages.start, stages.stop],
         "seed": seed,
         "commit": commit(),
-        "forest": "shipped" if forest is None else hashlib.sha256(forest).hexdigest(),
+        "forest": hashlib.sha256(forest or shipped_forest_file()).hexdigest(),
     }
     checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:

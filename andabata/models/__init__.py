@@ -8,9 +8,15 @@ from traversability.forest import Forest
 
 
 @cache
+def shipped_forest_file() -> bytes:
+    """Return the bytes of the cell classifier that comes with the package."""
+    return files(__name__).joinpath("forest.npz").read_bytes()
+
+
+@cache
 def shipped_forest() -> Forest:
     """Return the cell classifier that comes with the package."""
-    return Forest.from_bytes(files(__name__).joinpath("forest.npz").read_bytes())
+    return Forest.from_bytes(shipped_forest_file())
 
 
 @cache

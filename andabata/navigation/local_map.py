@@ -18,9 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from andabata.machine.pose import wrap
 from andabata.navigation.view import View
 from traversability.grid import PolarGrid
-from traversability.labels import CellState
 
-_GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
 _BODY, _BEYOND = -1, -2
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
@@ -46,9 +44,9 @@ class LocalMapConfig(BaseModel):
         cell: Edge of a cell [m].
         mark_every: Control steps between two scans that are remembered.
         plan_every: Control steps between two plans.
-        blocked: Share of the way to certainty that a forbidden cell of the scan right ahead moves
-            the evidence.
-        free: Share that a free one moves it the other way.
+        blocked: Share of the way to what it says that a probably red cell of the scan right ahead
+            moves the evidence.
+        free: Share that a probably green one moves it.
         void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
@@ -56,6 +54,7 @@ class LocalMapConfig(BaseModel):
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it.
+        even: Probability of red that is evidence of nothing.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
         shy: Distance from walls at which a metre costs no more [m].
@@ -71,15 +70,16 @@ class LocalMapConfig(BaseModel):
     cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
-    blocked: float = Field(default=0.4, gt=0, le=1)
-    free: float = Field(default=0.05, gt=0, le=1)
+    blocked: float = Field(default=0.5, gt=0, le=1)
+    free: float = Field(default=0.1, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
     doubt: float = Field(default=3.0, ge=0)
     fade: float = Field(default=3.0, gt=0)
     certain: float = Field(default=3.0, gt=0)
-    wall: float = Field(default=1.0, gt=0)
+    even: float = Field(default=0.2, gt=0, lt=1)
+    wall: float = Field(default=0.4, gt=0)
     room: float = Field(default=0.5, ge=0)
     shy: float = Field(default=1.3, gt=0)
     tight: float = Field(default=15.0, ge=0)
@@ -163,16 +163,16 @@ class LocalMap:
         The ranges of its scan end at the walls that are remembered, edges among them.
         """
         # What was seen keeps its place in odom.
-        cells, there = view.scan.cells_of(self._grid), view.odometry
+        red, there = view.scan.red_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
         self._fence = _EVERYWHERE if view.area is None else _fence(view)
-        bearing = self.bearing(cells, here, yaw, view.heading_error, view.goal_distance)
+        bearing = self.bearing(red, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
 
     def bearing(
         self,
-        cells: NDArray[np.uint8],
+        red: NDArray[np.float32],
         here: NDArray[np.float64],
         yaw: float,
         bearing: float,
@@ -181,7 +181,7 @@ class LocalMap:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            cells: Of the scan, as ``VirtualScan.cells_of`` gives them.
+            red: Of the scan, as ``VirtualScan.red_of`` gives it.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].
@@ -189,7 +189,7 @@ class LocalMap:
         """
         config = self.config
         if self._looks % config.mark_every == 0:
-            self.mark(cells, here, yaw)
+            self.mark(red, here, yaw)
         goal = here + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
         if self._looks % config.plan_every == 0 or math.dist(goal, self._aim) > _ANOTHER_GOAL:
             self._subgoal, self._aim = self.subgoal(here, goal), goal
@@ -216,11 +216,11 @@ class LocalMap:
         _shorten(found, self._evidence, self._centre, here, yaw, self._grid.bearings, limits)
         return found
 
-    def mark(self, cells: NDArray[np.uint8], here: NDArray[np.float64], yaw: float) -> None:
+    def mark(self, red: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
         """Remember a scan.
 
         Args:
-            cells: Of the scan, uint8, shape (n_sectors, n_rings).
+            red: Of the scan, as ``VirtualScan.red_of`` gives it.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
         """
@@ -230,11 +230,11 @@ class LocalMap:
             self._evidence,
             self._centre,
             yaw,
-            cells,
+            red,
             self._rings,
             self._bearings,
             self._weights,
-            (config.blocked, config.free, config.void, config.certain),
+            (config.blocked, config.free, config.void, config.certain, config.even),
         )
 
     def subgoal(
@@ -299,14 +299,14 @@ def _follow(evidence, centre, here, cell):  # type: ignore[no-untyped-def]  # no
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Add what a scan says of each cell around the robot."""
-    n, half, sectors = len(evidence), len(rings) // 2, len(cells)
-    blocked, free, void, certain = gains
-    firsts = np.full(sectors, cells.shape[1])
+def _mark(evidence, centre, yaw, red, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Move the evidence of each cell around the robot towards what a scan says."""
+    n, half, sectors = len(evidence), len(rings) // 2, len(red)
+    blocked, free, void, certain, even = gains
+    firsts = np.full(sectors, red.shape[1])
     for s in range(sectors):
-        for ring in range(cells.shape[1]):
-            if cells[s, ring] == _RED:
+        for ring in range(red.shape[1]):
+            if red[s, ring] >= even:
                 firsts[s] = ring
                 break
     for a in range(2 * half + 1):
@@ -320,18 +320,19 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
                 evidence[i, j] = max(evidence[i, j] - free, -certain)
                 continue
             s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-            state, weight = cells[s, ring], weights[a, b, 0]
+            chance, weight = red[s, ring], weights[a, b, 0]
             known, most = evidence[i, j], certain * weight
-            if state == _GREEN:
+            if chance >= even:
+                wanted = most * (chance - even) / (1.0 - even)
+                evidence[i, j] = max(known, known + blocked * weight * (wanted - known))
+            elif chance < even:
                 # A thing in a corner makes its own polar cell red, and not this one.
                 for k in range(1, 5):
                     s = int((bearings[a, b, k] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-                    if rings[a, b, k] >= 0 and cells[s, rings[a, b, k]] == _RED:
-                        state = _RED
-                if state == _GREEN:
-                    evidence[i, j] = min(known, known - free * weight * (known + most))
-            elif state == _RED:
-                evidence[i, j] = max(known, known + blocked * weight * (most - known))
+                    if rings[a, b, k] >= 0 and red[s, rings[a, b, k]] >= even:
+                        weight = 0.0
+                wanted = most * (chance - even) / even
+                evidence[i, j] = min(known, known + free * weight * (wanted - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 

@@ -15,8 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from andabata.machine.pose import wrap
-from andabata.navigation.view import View
+from andabata.machine.pose import Pose, wrap
+from andabata.navigation.view import Area, View
 from traversability.grid import PolarGrid
 
 _BODY, _BEYOND = -1, -2
@@ -165,10 +165,30 @@ class LocalMap:
         # What was seen keeps its place in odom.
         red, there = view.scan.red_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
-        self._fence = _EVERYWHERE if view.area is None else _fence(view)
+        self.keep_inside(view.area, view.pose, view.odometry)
         bearing = self.bearing(red, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
+
+    def keep_inside(
+        self, area: Area | None, pose: Pose | None = None, odometry: Pose | None = None
+    ) -> None:
+        """Put a fence around an area.
+
+        Args:
+            area: In the map; None takes the fence away.
+            pose: The robot's in the map; None where map and ``odom`` are the same.
+            odometry: The same in ``odom``.
+        """
+        self._fence = _EVERYWHERE
+        if area is None:
+            return
+        c, s, shift = 1.0, 0.0, np.zeros(2)
+        if pose is not None and odometry is not None:
+            c, s = math.cos(pose.yaw - odometry.yaw), math.sin(pose.yaw - odometry.yaw)
+            x, y = odometry.position[:2]
+            shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
+        self._fence = np.array([c, s, *shift, *area])
 
     def bearing(
         self,
@@ -266,20 +286,12 @@ class LocalMap:
         n, cell = len(self._costs), config.cell
         self.corner = np.asarray((self._centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
-        end = ((goal - self.corner) / cell).clip(0.5, n - 0.5)
+        # Goals like to lie on the edges of cells, where rounding must not choose.
+        end = ((goal - self.corner) / cell + 1e-6).clip(0.5, n - 0.5)
         self.end = np.array(self.corner + end * cell, dtype=np.float64)
         spans = (config.near / cell, config.reach / cell, self._around / cell)
         place = _subgoal(self._costs, self.onward, self._before, start, end, spans)
         return None if place is None else self.corner + np.array(place) * cell
-
-
-def _fence(view: View) -> NDArray[np.float64]:
-    """Return where a view's area lies, as ``_EVERYWHERE`` has it."""
-    turn = view.pose.yaw - view.odometry.yaw
-    c, s = math.cos(turn), math.sin(turn)
-    x, y = view.odometry.position[:2]
-    shift = view.pose.position[:2] - [c * x - s * y, s * x + c * y]
-    return np.array([c, s, *shift, *(view.area or ())])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -11,6 +11,7 @@ from andabata.machine.senses import VehicleState
 from traversability.virtual_scan import VirtualScan
 
 Area = tuple[float, float, float, float]
+"""``x_min, y_min, x_max, y_max`` in the map [m]."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,8 @@ class View:
         odometry: Estimated pose in ``odom``, which drifts and never jumps.
         goal: Goal in the map [m], shape (2,).
         truth: The true state, for the oracle alone (simulation only).
-        area: Where the robot may be at all, ``x_min, y_min, x_max, y_max`` in the map [m]: the
-            fence that a field robot is given with its goals. None is everywhere.
+        area: Where the robot may be at all: the fence that a field robot is given with its goals.
+            None is everywhere.
     """
 
     stamp: float

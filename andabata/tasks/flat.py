@@ -23,6 +23,7 @@ from andabata.machine.pose import wrap
 from andabata.machine.simulator import TICKS_PER_STEP, reseed
 from andabata.machine.vehicle import TICK_HZ
 from andabata.navigation.local_map import LocalMap
+from andabata.navigation.view import Area
 from andabata.tasks.judge import Outcome
 from andabata.tasks.offroad import OffroadConfig, offroad_spaces
 from andabata.tasks.scenes import SceneShelf
@@ -114,12 +115,13 @@ class _Worlds(NamedTuple):
 
 
 class _Maze(NamedTuple):
-    """What is kept of a world: what rays meet, tasks, ``contact_map`` and its x, y and cell [m]."""
+    """A world: what rays meet, tasks, ``contact_map``, x, y and cell of that [m], and area."""
 
     layout: Layout
     tasks: tuple[Task, ...]
     contact: NDArray[np.uint8]
     raster: tuple[float, float, float]
+    area: Area
 
 
 class _Rules(NamedTuple):
@@ -295,6 +297,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         robots.steps[k] = 0
         if self._maps:
             self._maps[k].reset()
+            self._maps[k].keep_inside(self._mazes[number].area)
         robots.errors[k] = self._rules.spread[0] * self._wanders[k].standard_normal(5)
         self._over[k] = False
 
@@ -311,6 +314,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
                     scene.world.tasks,
                     contact_map(truth, self._rules.outline),
                     (truth.x_min, truth.y_min, truth.cell),
+                    scene.area,
                 )
             )
             self._worlds = None

@@ -26,9 +26,6 @@ from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from worlds.world import Start
 
-_MARGIN = 1.0
-"""The robot is told to keep so far from the world's border [m] (assumption)."""
-
 
 class RigConfig(BaseModel):
     """What a robot is put together from.
@@ -97,8 +94,7 @@ class Rig:
         self._errors = np.random.default_rng(0)
         self.localizer = make_localizer(config, self._errors)
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
-        half = np.array([scene.world.ground.width, scene.world.ground.depth]) / 2 - _MARGIN
-        self.navigator.area = (-half[0], -half[1], half[0], half[1])
+        self.navigator.area = scene.area
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
         """Put the robot down; every noise comes from a child of ``rng``."""

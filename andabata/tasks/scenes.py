@@ -3,9 +3,13 @@
 from collections import OrderedDict
 from dataclasses import dataclass
 
+from andabata.navigation.view import Area
 from worlds.catalogue import make_world
 from worlds.rays import RayScene
 from worlds.world import World
+
+_MARGIN = 1.0
+"""A robot is told to keep so far from the world's border [m] (assumption)."""
 
 
 @dataclass(frozen=True)
@@ -14,6 +18,13 @@ class Scene:
 
     world: World
     rays: RayScene
+
+    @property
+    def area(self) -> Area:
+        """Where a robot may be: beyond its border the world ends, and no real one does."""
+        ground = self.world.ground
+        x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN
+        return -x, -y, x, y
 
 
 class SceneShelf:

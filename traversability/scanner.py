@@ -53,7 +53,6 @@ class TraversabilityScanner:
         self._counts = np.zeros(shape, dtype=np.int32)
         self._values = np.zeros((*shape, len(ALL_FEATURES)), dtype=np.float32)
         self._states = np.zeros(shape, dtype=np.uint8)
-        self._sums, self._trees = np.zeros(shape), trees
         self.scan(np.zeros((1, 3), dtype=np.float32))
 
     def cells(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -71,8 +70,7 @@ class TraversabilityScanner:
     def scan(self, points: NDArray[np.float32]) -> VirtualScan:
         """Return the free distance in every sector; see ``cells`` and ``virtual_scan``."""
         ranges = self._look(points, every=False)
-        red = self._trees.probability(self._sums).astype(np.float32)
-        return VirtualScan(ranges, self.grid.outer_radius, red)
+        return VirtualScan(ranges, self.grid.outer_radius, self._states.copy())
 
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
         """Judge all cells, or those up to the first red one of each sector; return the ranges."""
@@ -104,7 +102,6 @@ class TraversabilityScanner:
             self.grid.min_points,
             every,
             self._states,
-            self._sums,
             ranges,
         )
         return ranges
@@ -127,7 +124,6 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     min_points,  # noqa: ANN001
     every,  # noqa: ANN001
     states,  # noqa: ANN001
-    sums,  # noqa: ANN001
     ranges,  # noqa: ANN001
 ):
     """Judge described cells ring by ring; a red one closes its sector."""
@@ -135,7 +131,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     flat = values.reshape(sectors * rings, values.shape[2])
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)
     states[:] = 0
-    sums[:] = ranges[:] = np.nan
+    ranges[:] = np.nan
     closed = np.zeros(sectors, dtype=np.bool_)
     for ring in range(rings):
         n = 0
@@ -150,7 +146,6 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
             add_leaves(flat, rows, n, screen, 0, len(screen[1]), votes)
         open_ = 0
         for k in range(n):
-            sums[rows[k] // rings, ring] = votes[k]
             if votes[k] >= screen_limit:
                 ask_neighbours(rows[k] // rings, ring, counts, values)
                 rows[open_], votes[open_] = rows[k], base
@@ -160,7 +155,6 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
             add_leaves(flat, rows, open_, nodes, first, stops[stop], votes)
             first, still = stops[stop], 0
             for k in range(open_):
-                sums[rows[k] // rings, ring] = votes[k]
                 if lows[stop] <= votes[k] <= highs[stop]:
                     rows[still], votes[still] = rows[k], votes[k]
                     still += 1

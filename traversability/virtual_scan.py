@@ -19,32 +19,36 @@ class VirtualScan:
             (n_sectors,), sector 0 centred on bearing ``-pi + pi / n_sectors``, then
             counter-clockwise (REP-117).
         max_range: Last ring edge [m].
-        red: Probability that each cell is non-traversable, as far as it was judged: NaN in empty
-            cells, and behind the first non-traversable one of a sector all may be NaN. float32,
-            shape (n_sectors, n_rings), None when nobody judged cells.
+        cells: ``CellState`` of each cell, as far as it was judged: behind the first non-traversable
+            one of a sector all may be empty. uint8, shape (n_sectors, n_rings), None when nobody
+            judged cells.
     """
 
     ranges: NDArray[np.float32]
     max_range: float
-    red: NDArray[np.float32] | None = None
+    cells: NDArray[np.uint8] | None = None
 
     def finite(self) -> NDArray[np.float32]:
         """Return the ranges as the policy sees them: free and unknown are ``max_range`` [m]."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
 
-    def red_of(self, grid: PolarGrid) -> NDArray[np.float32]:
-        """Return ``red``, or what the ranges say of the cells where nobody judged them.
+    def cells_of(self, grid: PolarGrid) -> NDArray[np.uint8]:
+        """Return the cells, or what the ranges say of them where nobody judged cells.
 
         Args:
             grid: The cells.
+
+        Returns:
+            ``CellState``, uint8, shape (n_sectors, n_rings).
         """
-        if self.red is not None:
-            return self.red
+        if self.cells is not None:
+            return self.cells
         near, far = grid.ring_edges[:-1], grid.ring_edges[1:]
         ranges = self.ranges[:, None]
-        ends = (ranges >= near) & (ranges < far)
-        ends[:, 0] |= self.ranges < near[0]
-        return np.where(ends, 1.0, np.where(ranges >= far, 0.0, np.nan)).astype(np.float32)
+        red = (ranges >= near) & (ranges < far)
+        red[:, 0] |= self.ranges < near[0]
+        cells = np.where(red, CellState.NON_TRAVERSABLE, CellState.EMPTY)
+        return np.where(ranges >= far, CellState.TRAVERSABLE, cells).astype(np.uint8)
 
 
 def virtual_scan(cells: NDArray[np.uint8], grid: PolarGrid) -> VirtualScan:
@@ -68,5 +72,4 @@ def virtual_scan(cells: NDArray[np.uint8], grid: PolarGrid) -> VirtualScan:
     red = cells == CellState.NON_TRAVERSABLE
     ranges = np.where(red.any(axis=1), grid.ring_edges[red.argmax(axis=1)], np.inf)
     ranges[(cells == CellState.EMPTY).all(axis=1)] = np.nan
-    probability = np.array([np.nan, 0.0, 1.0], dtype=np.float32)[cells]
-    return VirtualScan(ranges.astype(np.float32), grid.outer_radius, probability)
+    return VirtualScan(ranges.astype(np.float32), grid.outer_radius, cells)

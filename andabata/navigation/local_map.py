@@ -18,7 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from andabata.machine.pose import Pose, wrap
 from andabata.navigation.view import Area, View
 from traversability.grid import PolarGrid
+from traversability.labels import CellState
 
+_GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
 _BODY, _BEYOND = -1, -2
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
@@ -44,9 +46,9 @@ class LocalMapConfig(BaseModel):
         cell: Edge of a cell [m].
         mark_every: Control steps between two scans that are remembered.
         plan_every: Control steps between two plans.
-        blocked: Share of the way to what it says that a probably red cell of the scan right ahead
-            moves the evidence.
-        free: Share that a probably green one moves it.
+        blocked: Share of the way to certainty that a forbidden cell of the scan right ahead moves
+            the evidence.
+        free: Share that a free one moves it the other way.
         void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
@@ -54,7 +56,6 @@ class LocalMapConfig(BaseModel):
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it.
-        even: Probability of red that is evidence of nothing.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
         shy: Distance from walls at which a metre costs no more [m].
@@ -70,16 +71,15 @@ class LocalMapConfig(BaseModel):
     cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
-    blocked: float = Field(default=0.5, gt=0, le=1)
-    free: float = Field(default=0.1, gt=0, le=1)
+    blocked: float = Field(default=0.4, gt=0, le=1)
+    free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
     doubt: float = Field(default=3.0, ge=0)
     fade: float = Field(default=3.0, gt=0)
     certain: float = Field(default=3.0, gt=0)
-    even: float = Field(default=0.2, gt=0, lt=1)
-    wall: float = Field(default=0.4, gt=0)
+    wall: float = Field(default=1.0, gt=0)
     room: float = Field(default=0.5, ge=0)
     shy: float = Field(default=1.3, gt=0)
     tight: float = Field(default=15.0, ge=0)
@@ -163,10 +163,10 @@ class LocalMap:
         The ranges of its scan end at the walls that are remembered, edges among them.
         """
         # What was seen keeps its place in odom.
-        red, there = view.scan.red_of(self._grid), view.odometry
+        cells, there = view.scan.cells_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
         self.keep_inside(view.area, view.pose, view.odometry)
-        bearing = self.bearing(red, here, yaw, view.heading_error, view.goal_distance)
+        bearing = self.bearing(cells, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
 
@@ -192,7 +192,7 @@ class LocalMap:
 
     def bearing(
         self,
-        red: NDArray[np.float32],
+        cells: NDArray[np.uint8],
         here: NDArray[np.float64],
         yaw: float,
         bearing: float,
@@ -201,7 +201,7 @@ class LocalMap:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            red: Of the scan, as ``VirtualScan.red_of`` gives it.
+            cells: Of the scan, as ``VirtualScan.cells_of`` gives them.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].
@@ -209,7 +209,7 @@ class LocalMap:
         """
         config = self.config
         if self._looks % config.mark_every == 0:
-            self.mark(red, here, yaw)
+            self.mark(cells, here, yaw)
         goal = here + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
         if self._looks % config.plan_every == 0 or math.dist(goal, self._aim) > _ANOTHER_GOAL:
             self._subgoal, self._aim = self.subgoal(here, goal), goal
@@ -236,11 +236,11 @@ class LocalMap:
         _shorten(found, self._evidence, self._centre, here, yaw, self._grid.bearings, limits)
         return found
 
-    def mark(self, red: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
+    def mark(self, cells: NDArray[np.uint8], here: NDArray[np.float64], yaw: float) -> None:
         """Remember a scan.
 
         Args:
-            red: Of the scan, as ``VirtualScan.red_of`` gives it.
+            cells: Of the scan, uint8, shape (n_sectors, n_rings).
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
         """
@@ -250,11 +250,11 @@ class LocalMap:
             self._evidence,
             self._centre,
             yaw,
-            red,
+            cells,
             self._rings,
             self._bearings,
             self._weights,
-            (config.blocked, config.free, config.void, config.certain, config.even),
+            (config.blocked, config.free, config.void, config.certain),
         )
 
     def subgoal(
@@ -311,14 +311,14 @@ def _follow(evidence, centre, here, cell):  # type: ignore[no-untyped-def]  # no
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark(evidence, centre, yaw, red, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Move the evidence of each cell around the robot towards what a scan says."""
-    n, half, sectors = len(evidence), len(rings) // 2, len(red)
-    blocked, free, void, certain, even = gains
-    firsts = np.full(sectors, red.shape[1])
+def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Add what a scan says of each cell around the robot."""
+    n, half, sectors = len(evidence), len(rings) // 2, len(cells)
+    blocked, free, void, certain = gains
+    firsts = np.full(sectors, cells.shape[1])
     for s in range(sectors):
-        for ring in range(red.shape[1]):
-            if red[s, ring] >= even:
+        for ring in range(cells.shape[1]):
+            if cells[s, ring] == _RED:
                 firsts[s] = ring
                 break
     for a in range(2 * half + 1):
@@ -332,19 +332,18 @@ def _mark(evidence, centre, yaw, red, rings, bearings, weights, gains):  # type:
                 evidence[i, j] = max(evidence[i, j] - free, -certain)
                 continue
             s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-            chance, weight = red[s, ring], weights[a, b, 0]
+            state, weight = cells[s, ring], weights[a, b, 0]
             known, most = evidence[i, j], certain * weight
-            if chance >= even:
-                wanted = most * (chance - even) / (1.0 - even)
-                evidence[i, j] = max(known, known + blocked * weight * (wanted - known))
-            elif chance < even:
+            if state == _GREEN:
                 # A thing in a corner makes its own polar cell red, and not this one.
                 for k in range(1, 5):
                     s = int((bearings[a, b, k] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-                    if rings[a, b, k] >= 0 and red[s, rings[a, b, k]] >= even:
-                        weight = 0.0
-                wanted = most * (chance - even) / even
-                evidence[i, j] = min(known, known + free * weight * (wanted - known))
+                    if rings[a, b, k] >= 0 and cells[s, rings[a, b, k]] == _RED:
+                        state = _RED
+                if state == _GREEN:
+                    evidence[i, j] = min(known, known - free * weight * (known + most))
+            elif state == _RED:
+                evidence[i, j] = max(known, known + blocked * weight * (most - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 

@@ -364,8 +364,8 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             self._terms[k, 0] = self.config.reward.attraction * nearer
         self._places[k] = here
         local_map, ranges = self._maps[k], state[:-N_EXTRAS]
-        red = VirtualScan(ranges, grid.outer_radius).red_of(grid)
-        state[-1] = local_map.bearing(red, here, yaw, bearing, float(np.hypot(*to_goal)))
+        cells = VirtualScan(ranges, grid.outer_radius).cells_of(grid)
+        state[-1] = local_map.bearing(cells, here, yaw, bearing, float(np.hypot(*to_goal)))
         ranges[:] = local_map.shortened(ranges, here, yaw)
 
     def _make_rules(self) -> _Rules:

@@ -17,6 +17,7 @@ from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box
 from traversability.grid import PolarGrid
+from traversability.labels import CellState
 from traversability.virtual_scan import VirtualScan
 from worlds.rays import RayScene
 from worlds.truth import TruthConfig, build_truth
@@ -29,7 +30,7 @@ ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
 def cells(ranges):
     """Return the cells of a scan whose sectors are free so far [m]."""
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
-    return VirtualScan(full, GRID.outer_radius).red_of(GRID)
+    return VirtualScan(full, GRID.outer_radius).cells_of(GRID)
 
 
 def wall_ahead(distance=3.0, half_width=4.0):
@@ -70,7 +71,7 @@ def test_what_was_seen_keeps_its_place(yaw):
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     before = local_map.subgoal(ORIGIN, 8.0 * ahead)
     # Far away and back, as long as it stays within the square.
-    nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
+    nothing = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)
     for way in (-20.0, 0.0):
         seen(local_map, nothing, 1, way * ahead)
     np.testing.assert_allclose(local_map.subgoal(ORIGIN, 8.0 * ahead), before)
@@ -86,13 +87,13 @@ def test_near_cells_overrule_far_ones():
 
 
 def test_emptiness_that_nothing_hides_is_an_edge():
-    brink = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.float32)
+    brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)
-    brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = np.nan
+    brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = CellState.EMPTY
     place = seen(LocalMap(GRID), brink, 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
     assert place is not None
     hidden = brink.copy()
-    hidden[front, 4] = 1.0
+    hidden[front, 4] = CellState.NON_TRAVERSABLE
     behind = seen(LocalMap(GRID), hidden, 20)
     assert behind.subgoal(np.array([4.0, 0.0]), np.array([3.2, 0.0])) is None
 

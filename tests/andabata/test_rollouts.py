@@ -18,7 +18,7 @@ def mapped(ranges, goal=AHEAD):
     local_map = LocalMap(GRID, around=AROUND)
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
     for _ in range(20):
-        local_map.mark(VirtualScan(full, GRID.outer_radius).red_of(GRID), ORIGIN, 0.0)
+        local_map.mark(VirtualScan(full, GRID.outer_radius).cells_of(GRID), ORIGIN, 0.0)
     local_map.subgoal(ORIGIN, goal)
     return local_map
 

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from andabata.localization.noisy_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.navigation.local_map import LocalMap
+from andabata.navigation.navigator import Navigator
+from andabata.navigation.perception import HorizontalPerception
 from andabata.navigation.rollouts import AROUND, RolloutConfig, Rollouts, fan
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
@@ -81,3 +85,15 @@ def test_rollouts_move_as_the_robot_does():
 @pytest.mark.parametrize("wish", [-3.0, 3.0])
 def test_wishes_beyond_the_limit_are_judged_at_the_limit(wish):
     assert chosen(mapped(np.inf, np.array([0.0, np.sign(wish) * 6.0])), wish)[0] == wish
+
+
+def test_a_turn_on_the_spot_turns_the_wheels_against_each_other():
+    rng = np.random.default_rng(0)
+    localizer = NoisyTruthLocalizer(NoisyTruthConfig(), rng)
+    navigator = Navigator(ROBOT, localizer, HorizontalPerception(GRID))
+    navigator.reset(Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0), 0.0)
+    wheels = navigator.command(0.5, 0.0)
+    assert wheels.left == -wheels.right < 0.0
+    driving = navigator.command(0.5)
+    mean = (driving.left + driving.right) / 2 * ROBOT.wheel_radius
+    assert mean == pytest.approx(ROBOT.speed)

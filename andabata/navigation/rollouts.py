@@ -39,8 +39,8 @@ class RolloutConfig(BaseModel):
         leg_time: An arc is driven for this long [s].
         legs: Arcs in a row; their number and time make the horizon.
         rates: Yaw rates of an arc, shares of the steering limit.
-        room: Clearance that the body's centre keeps where it can [m], where only it is looked at.
-        margin: Room around the body itself [m], where the whole body is looked at.
+        room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
+        margin: Room that a robot with a map keeps around its body [m].
         shy: Extra cost of a metre for each metre of clearance short of one metre.
         hold: Control steps between two decisions.
         turns: Turns on the spot to each side, up to half a one.

@@ -6,7 +6,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 
-ROS_PACKAGES := ros-core python3-rospy python3-rosbag
+ROS_PACKAGES := ros-core python3-rospy python3-rosbag python3-geometry-msgs python3-nav-msgs \
+	python3-sensor-msgs python3-diagnostic-msgs python3-tf
 
 .PHONY: demo test check bench peers clean install ros
 

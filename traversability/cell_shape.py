@@ -28,7 +28,7 @@ _ENOUGH = 4.0  # Points that make a quarter's mean as good as any other.
 _MOST = 3.0  # Slopes and gaps beyond say no more.
 _FLAT = 0.03  # Lower quarters hold no bump.
 _BUMP = 0.04  # What rises so far over the ground around it stops a wheel, or nearly.
-NEAR = 3.2  # Cells that begin nearer than this are searched for bumps.
+NEAR = 3.2  # Cells whose middle is nearer than this are searched for bumps.
 FEW = 3  # A cell with fewer points tells nothing.
 
 

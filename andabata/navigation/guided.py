@@ -27,18 +27,13 @@ class GuidedController:
         self._rollouts = rollouts
         self.reset()
 
-    @property
-    def vetoes(self) -> float:
-        """Share of the decisions since the last ``reset`` in which the map knew better."""
-        return self._vetoed / max(self._decisions, 1)
-
     def reset(self) -> None:
         """Forget the last drive."""
         self._map.reset()
         self._controller.reset()
         if self._rollouts is not None:
             self._rollouts.reset()
-        self._steps = self._decisions = self._vetoed = 0
+        self._steps = 0
         self._veto: float | None = None
         self.pace = 1.0
 
@@ -52,7 +47,5 @@ class GuidedController:
             found = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
             self._veto = None if found == (wish, 1.0) else found[0]
             self.pace = found[1]
-            self._decisions += 1
-            self._vetoed += self._veto is not None
         self._steps += 1
         return wish if self._veto is None else self._veto

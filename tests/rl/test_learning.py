@@ -165,7 +165,7 @@ def test_the_value_of_a_state_takes_the_reward_as_printed():
     printed, plain = (ValueCritic(layout, 0.5, (200, 200), takes) for takes in (True, False))
     assert printed.linear[0].weight.shape == (200, 36)
     assert plain.linear[0].weight.shape == (200, 35)
-    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 5.0])
+    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 100.0])
     apart = [torch.diff(critic(states, rewards)).abs().item() for critic in (printed, plain)]
     assert apart[0] > 1e-2
     assert apart[1] < 1e-5

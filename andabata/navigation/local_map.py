@@ -8,7 +8,6 @@ away (assumption: the paper has nothing of the kind).
 
 import math
 from dataclasses import replace
-from heapq import heappop, heappush
 
 import numpy as np
 from numba import njit
@@ -16,15 +15,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.machine.pose import Pose, wrap
+from andabata.navigation.local_plan import LocalPlan, Prices
 from andabata.navigation.view import Area, View
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 
 _GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
 _BODY, _BEYOND = -1, -2
-_DETOUR = 1.05
-"""A straight line that costs this much more than the path is as good [and a cell more]."""
-
 _UNDER_BODY = 0.25
 """The robot stands on cells nearer than this, so that they are free [m]."""
 
@@ -102,11 +99,7 @@ class LocalMap:
     Attributes:
         target: Where the robot was told to head for last, sub-goal or goal, in ``odom`` [m], shape
             (2,).
-        gaps: Distance from the nearest wall, in cells, as of the last plan, shape (n, n).
-        onward: Cost of the way to the goal, in cells, around the robot; infinite where nobody
-            looked, shape (n, n).
-        corner: Place of the first cell's corner then, in ``odom`` [m], shape (2,).
-        end: Goal then, or the place of the square nearest to it, in ``odom`` [m], shape (2,).
+        plan: The last one.
     """
 
     def __init__(
@@ -122,13 +115,19 @@ class LocalMap:
         """
         self.config = config or LocalMapConfig()
         self._grid = grid
-        self._around = around
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
-        self.gaps = np.zeros((n, n), dtype=np.float32)
-        self._costs = np.zeros((n, n), dtype=np.float32)
-        self.onward = np.zeros((n, n))
-        self._before = np.zeros((n, n, 2), dtype=np.int32)
+        numbers = self.config
+        prices = Prices(
+            numbers.wall,
+            numbers.room,
+            numbers.shy,
+            numbers.tight,
+            numbers.crowd,
+            numbers.unseen,
+            numbers.doubt,
+        )
+        self.plan = LocalPlan(n, cell, prices, numbers.near, numbers.reach, around)
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.
@@ -154,8 +153,7 @@ class LocalMap:
         self._aim = np.full(2, np.inf)
         self._fence = _EVERYWHERE
         self.target: NDArray[np.float64] = np.zeros(2)
-        self.corner: NDArray[np.float64] = np.zeros(2)
-        self.end: NDArray[np.float64] = np.zeros(2)
+        self.plan.reset()
 
     def guide(self, view: View) -> View:
         """Remember what a view holds, and return it with the sub-goal in the goal's place.
@@ -271,27 +269,7 @@ class LocalMap:
         """
         if not (np.isfinite(here).all() and np.isfinite(goal).all()):
             raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
-        config = self.config
-        prices = (
-            config.wall,
-            config.room,
-            config.shy,
-            config.tight,
-            config.crowd,
-            config.unseen,
-            config.doubt,
-        )
-        _keep_inside(self._evidence, self._centre, config.cell, self._fence, self.gaps)
-        _price(self._evidence, self._centre, config.cell, prices, self.gaps, self._costs)
-        n, cell = len(self._costs), config.cell
-        self.corner = np.asarray((self._centre - n / 2) * cell, dtype=np.float64)
-        start = (here - self.corner) / cell
-        # Goals like to lie on the edges of cells, where rounding must not choose.
-        end = ((goal - self.corner) / cell + 1e-6).clip(0.5, n - 0.5)
-        self.end = np.array(self.corner + end * cell, dtype=np.float64)
-        spans = (config.near / cell, config.reach / cell, self._around / cell)
-        place = _subgoal(self._costs, self.onward, self._before, start, end, spans)
-        return None if place is None else self.corner + np.array(place) * cell
+        return self.plan.make(self._evidence, self._centre, self._fence, here, goal)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -368,142 +346,3 @@ def _shorten(ranges, evidence, centre, here, yaw, bearings, limits):  # type: ig
                     ranges[sector] = far
                     break
                 far += cell / 2
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _keep_inside(evidence, centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write 0 into the gaps of cells beyond the fence, 1 into the others."""
-    n = len(evidence)
-    c, s, x0, y0, x_min, y_min, x_max, y_max = fence
-    for i in range(n):
-        for j in range(n):
-            x = (centre[0] - n // 2 + i + 0.5) * cell
-            y = (centre[1] - n // 2 + j + 0.5) * cell
-            inside = x_min < c * x - s * y + x0 < x_max and y_min < s * x + c * y + y0 < y_max
-            gaps[i, j] = np.float32(inside)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the cost of a cell's length in each cell of the square, in its own order.
-
-    Where ``gaps`` is zero there is a wall already.
-    """
-    n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, doubt = prices
-    far = np.float32(shy / cell)
-    aslant = np.float32(np.sqrt(2.0))
-    one = np.float32(1.0)
-    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    for i in range(n):
-        row = (low0 + i) & (n - 1)
-        for j in range(n):
-            gap = np.float32(0.0)
-            if gaps[i, j] > 0 and not evidence[row, (low1 + j) & (n - 1)] > wall:
-                gap = far
-            if gap > 0:
-                if j > 0:
-                    gap = min(gap, gaps[i, j - 1] + one)
-                if i > 0:
-                    gap = min(gap, gaps[i - 1, j] + one)
-                    if j > 0:
-                        gap = min(gap, gaps[i - 1, j - 1] + aslant)
-                    if j < n - 1:
-                        gap = min(gap, gaps[i - 1, j + 1] + aslant)
-            gaps[i, j] = gap
-    for i in range(n - 1, -1, -1):
-        for j in range(n - 1, -1, -1):
-            gap = gaps[i, j]
-            if gap > 0:
-                if j < n - 1:
-                    gap = min(gap, gaps[i, j + 1] + one)
-                if i < n - 1:
-                    gap = min(gap, gaps[i + 1, j] + one)
-                    if j < n - 1:
-                        gap = min(gap, gaps[i + 1, j + 1] + aslant)
-                    if j > 0:
-                        gap = min(gap, gaps[i + 1, j - 1] + aslant)
-                gaps[i, j] = gap
-            metres = gap * cell
-            cost = 1.0
-            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            if known == 0.0:
-                cost += unseen
-            elif known > 0.0:
-                cost += doubt * min(known / wall, 1.0)
-            if metres < room:
-                cost += tight * (2.0 - metres / room)
-            if metres < shy:
-                cost += crowd * min(1.0, (shy - metres) / (shy - room))
-            costs[i, j] = cost
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _subgoal(costs, onward, before, start, end, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the farthest place of the best path that can be headed for, None for its end.
-
-    The search is A*, on the costs as they stand: ``worlds.paths`` builds a graph for each search,
-    and this one is made every second on the robot.
-    """
-    n = len(costs)
-    near, reach, around = spans
-    limit = n - 1.0
-    a = int(min(max(start[0], 0.0), limit)), int(min(max(start[1], 0.0), limit))
-    b = int(min(max(end[0], 0.0), limit)), int(min(max(end[1], 0.0), limit))
-    onward[:] = np.inf
-    onward[b] = 0.0
-    queue = [(0.0, b[0], b[1])]
-    most = np.inf
-    # From the goal to the robot, so that the path is read off from the robot on.
-    while len(queue):
-        due, i, j = heappop(queue)
-        if due > most:
-            break
-        here = onward[i, j]
-        if i == a[0] and j == a[1]:
-            most = here + around
-        if due > here + np.hypot(np.float64(i - a[0]), np.float64(j - a[1])) + 1e-6:
-            continue  # A shorter way here was found since.
-        for di in range(-1, 2):
-            for dj in range(-1, 2):
-                p, q = i + di, j + dj
-                if (di == 0 and dj == 0) or p < 0 or q < 0 or p >= n or q >= n:
-                    continue
-                step = np.sqrt(np.float64(di * di + dj * dj))
-                length = here + step * 0.5 * (costs[i, j] + costs[p, q])
-                if length < onward[p, q] - 1e-6:
-                    onward[p, q] = length
-                    before[p, q, 0], before[p, q, 1] = i, j
-                    rest = np.hypot(np.float64(p - a[0]), np.float64(q - a[1]))
-                    heappush(queue, (length + rest, p, q))
-    goal = (b[0] + 0.5, b[1] + 0.5)
-    if _straight(costs, start, goal) <= _DETOUR * onward[a] + 1.0:
-        return None
-    i, j = a
-    best = (start[0], start[1])
-    spent = 0.0
-    while (i, j) != b:
-        p, q = before[i, j, 0], before[i, j, 1]
-        spent += np.hypot(np.float64(p - i), np.float64(q - j)) * 0.5 * (costs[i, j] + costs[p, q])
-        i, j = p, q
-        place = (i + 0.5, j + 0.5)
-        far = np.hypot(place[0] - start[0], place[1] - start[1])
-        if far > reach:
-            return best
-        if far < near or _straight(costs, start, place) <= _DETOUR * spent + 1.0:
-            best = place
-    return None if best == goal else best
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _straight(costs, start, place):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the cost of the straight line between two places."""
-    far = np.hypot(place[0] - start[0], place[1] - start[1])
-    steps = int(2 * far) + 1
-    total = 0.0
-    for k in range(steps):
-        share = (k + 0.5) / steps
-        x = start[0] + share * (place[0] - start[0])
-        y = start[1] + share * (place[1] - start[1])
-        total += costs[int(x), int(y)]
-    return total * far / steps

@@ -110,15 +110,16 @@ class Rollouts:
         """
         config, limit, cell = self.config, self._robot.max_steering, local_map.config.cell
         self._rates[0] = apply_dead_zone(min(max(wish, -limit), limit), self._robot.dead_zone)
-        x, y = (here - local_map.corner) / cell
-        goal = (local_map.end - local_map.corner) / cell
+        plan = local_map.plan
+        x, y = (here - plan.corner) / cell
+        goal = (plan.end - plan.corner) / cell
         _price_ways(
             self._rates,
             self._turns,
             self._tails,
             (self._points, self._robot.speed * STEP, STEP, cell),
-            local_map.gaps,
-            local_map.onward,
+            plan.gaps,
+            plan.onward,
             (x, y, yaw, goal[0], goal[1]),
             self._limits,
             self._prices,

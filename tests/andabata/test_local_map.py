@@ -128,10 +128,12 @@ def test_a_fence_keeps_the_way_inside():
         area=(0.0, 18.0, 40.0, 40.0),
     )
     local_map.guide(view)
-    x, y = (np.mgrid[:256, :256] + 0.5) * local_map.config.cell + local_map.corner[:, None, None]
+    x, y = (np.mgrid[:256, :256] + 0.5) * local_map.config.cell + local_map.plan.corner[
+        :, None, None
+    ]
     there = 10.0 + c * x - s * y, 20.0 + s * x + c * y
     inside = (there[0] > 0) & (there[0] < 40) & (there[1] > 18) & (there[1] < 40)
-    np.testing.assert_array_equal(local_map.gaps > 0, inside)
+    np.testing.assert_array_equal(local_map.plan.gaps > 0, inside)
 
 
 def test_its_cells_are_a_power_of_two():

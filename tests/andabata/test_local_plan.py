@@ -1,0 +1,70 @@
+"""The plan over a local map: its costs are those of a search that is right by its slowness."""
+
+from heapq import heappop, heappush
+
+import numpy as np
+import pytest
+
+from andabata.navigation.local_plan import LocalPlan, Prices
+
+CELLS, CELL = 64, 0.2
+PRICES = Prices(wall=1.0, room=0.5, shy=1.3, tight=15.0, crowd=2.0, unseen=0.5, doubt=3.0)
+EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
+
+
+def a_plan(seed, around=4.0):
+    """Return a plan over a random map, its start and its goal, in cells."""
+    rng = np.random.default_rng(seed)
+    evidence = rng.choice([-1.0, 0.0, 0.5, 2.0], (CELLS, CELLS), p=[0.5, 0.3, 0.15, 0.05])
+    plan = LocalPlan(CELLS, CELL, PRICES, near=1.5, reach=5.0, around=around)
+    here, goal = rng.uniform(-6.0, 6.0, (2, 2))
+    centre = np.floor(here / CELL).astype(np.int64)
+    plan.make(evidence.astype(np.float32), centre, EVERYWHERE, here, goal)
+    first, last = (np.floor((place - plan.corner) / CELL).astype(int) for place in (here, plan.end))
+    return plan, tuple(first), tuple(last)
+
+
+def dijkstra(costs, last):
+    """Return the cost of the way to a cell from everywhere, shape (n, n)."""
+    found = np.full(costs.shape, np.inf)
+    found[last] = 0.0
+    queue = [(0.0, last)]
+    while queue:
+        here, (i, j) = heappop(queue)
+        if here > found[i, j]:
+            continue
+        for p in range(max(i - 1, 0), min(i + 2, len(costs))):
+            for q in range(max(j - 1, 0), min(j + 2, len(costs))):
+                length = here + np.hypot(p - i, q - j) * (costs[i, j] + costs[p, q]) / 2
+                if length < found[p, q]:
+                    found[p, q] = length
+                    heappush(queue, (length, (p, q)))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_way_costs_what_a_plain_search_says(seed):
+    plan, first, last = a_plan(seed)
+    true = dijkstra(plan.costs.astype(float), last)
+    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
+    n = np.arange(CELLS)
+    apart = np.hypot(n[:, None] - first[0], n[None, :] - first[1])
+    known = true + apart <= true[first] + 4.0 / CELL - 1.0
+    assert known.sum() > 100
+    np.testing.assert_allclose(plan.onward[known], true[known], rtol=1e-5)
+    assert (plan.onward >= true * (1 - 1e-5)).all()
+
+
+def test_no_price_overtakes_the_ring_of_buckets():
+    """Cells wait in a ring: one that waited a whole turn behind would be taken for the next."""
+    dear = PRICES._replace(tight=200.0)
+    plan = LocalPlan(CELLS, CELL, dear, near=1.5, reach=5.0, around=8.0)
+    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
+    evidence[:, 20] = 2.0
+    here, goal = np.array([0.0, 0.0]), np.array([0.0, 5.5])
+    plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+    first, last = (
+        tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in (here, plan.end)
+    )
+    true = dijkstra(plan.costs.astype(float), last)
+    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)

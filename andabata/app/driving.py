@@ -112,7 +112,7 @@ class Recording:
 
         def take(step: Step) -> None:
             if rig.navigator.start is not None and not recorder.begun:
-                recorder.begin(*rig.navigator.start, setup)
+                recorder.begin(*rig.navigator.start, setup | {"area": rig.navigator.area})
             recorder.take(step)
 
         rig.navigator.watch(take)

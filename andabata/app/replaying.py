@@ -138,6 +138,7 @@ def replay_bag(
         driver = make_controller(name, None, config, policy)
         navigator = Navigator(config.robot, localizer, perception, driver)
         navigator.reset(setup.start, 0.0, setup.rough)
+        navigator.area = setup.area
         gathering = Gathering(setup.epoch_ns, topic)
         for period in read_periods(bag, gathering, names):
             if period.goal is not None:

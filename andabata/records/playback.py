@@ -13,6 +13,7 @@ from andabata.localization.first_pose import first_pose
 from andabata.machine.pose import Pose
 from andabata.machine.senses import Senses, WheelSpeeds
 from andabata.machine.site import Site
+from andabata.navigation.view import Area
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
 from andabata.records.gathering import SWEEPS, Gathering
@@ -39,6 +40,24 @@ class Setup:
     epoch_ns: int
     settings: dict[str, Any]
     rough: bool = False
+
+    @property
+    def area(self) -> Area | None:
+        """Where the robot was allowed to be; None is everywhere.
+
+        Raises:
+            BagError: If the recording says it in another way.
+        """
+        area = self.settings.get("area")
+        if area is None:
+            return None
+        try:
+            x_min, y_min, x_max, y_max = map(float, area)
+        except (TypeError, ValueError):
+            raise BagError(
+                f"area: expected x_min, y_min, x_max, y_max [m], got {area!r}; record it again"
+            ) from None
+        return x_min, y_min, x_max, y_max
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError, open_writer
 from andabata.records.export import read_bag_cloud
 from andabata.records.messages import Composer, PointCloudError, cloud_of, fix_of
+from andabata.records.playback import Setup, read_setup
 from andabata.records.topics import TOPICS
+from andabata.tasks.rig import RigConfig
+from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.seeds import evaluation_world
 from traversability.cloud import PointCloud
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -62,6 +67,26 @@ def test_a_replay_makes_the_same_scans_and_commands(capsys, recorded, suffix):
     assert data["differing_scans"] == 0
     assert data["differing_commands"] == 0
     assert data["same_forest"] is True
+
+
+def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
+    path = tmp_path / "drive.mcap"
+    words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "learned"]
+    limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
+    assert main([*words, *limits, "--record", str(path), "--json"]) == 0
+    with Bag(path) as bag:
+        area = read_setup(bag, RigConfig().sensing.site, {}).area
+    assert area == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).area
+    code, data = run(capsys, "bag", "replay", str(path))
+    assert code == 0
+    assert data["differing_commands"] == 0
+
+
+@pytest.mark.parametrize("area", ["here", [0.0, 1.0], [None, 0.0, 1.0, 1.0]])
+def test_a_fence_that_is_none_is_refused(area):
+    pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
+    with pytest.raises(BagError, match="area: expected x_min, y_min, x_max, y_max"):
+        _ = Setup(pose, 0, {"area": area}).area
 
 
 def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):

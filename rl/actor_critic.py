@@ -30,8 +30,9 @@ class ActorCriticConfig(BaseModel):
             printed), or ``state``, the usual value of a state.
         actor_rate: Learning rate of the actor, of Adam.
         critic_rate: Of the critic.
-        discount: Of a control step.
-        hold: Control steps that an action is held (paper: 1).
+        discount: Of a decision.
+        hold: Control steps that an action is held while learning (paper: 1, with which it learns
+            nothing but circles here).
         reward_scale: Rewards are multiplied by this.
         largest_difference: Temporal differences are cut off here.
         batch: Episodes that are played side by side.
@@ -42,10 +43,10 @@ class ActorCriticConfig(BaseModel):
     algorithm: Literal["actor-critic"] = "actor-critic"
     hidden: tuple[int, ...] = (200, 200)
     critic: Literal["reward-input", "state"] = "reward-input"
-    actor_rate: float = Field(default=1e-4, gt=0)
-    critic_rate: float = Field(default=1e-3, gt=0)
-    discount: float = Field(default=0.99, gt=0, lt=1)
-    hold: int = Field(default=1, ge=1)
+    actor_rate: float = Field(default=1e-3, gt=0)
+    critic_rate: float = Field(default=3e-3, gt=0)
+    discount: float = Field(default=0.9, gt=0, lt=1)
+    hold: int = Field(default=5, ge=1)
     reward_scale: float = Field(default=0.1, gt=0)
     largest_difference: float = Field(default=10.0, gt=0)
     batch: int = Field(default=8, ge=1)

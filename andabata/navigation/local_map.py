@@ -51,6 +51,8 @@ class LocalMapConfig(BaseModel):
         void_reach: Empty cells farther than this mean nothing [m].
         unseen: Extra cost of a metre where no scan has seen anything.
         doubt: Extra cost of a metre with almost enough evidence for a wall.
+        sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
+            not tried twice.
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it.
         wall: Evidence above which a cell is a wall.
@@ -74,6 +76,7 @@ class LocalMapConfig(BaseModel):
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
     doubt: float = Field(default=3.0, ge=0)
+    sure: float = Field(default=50.0, ge=0)
     fade: float = Field(default=3.0, gt=0)
     certain: float = Field(default=3.0, gt=0)
     wall: float = Field(default=1.0, gt=0)
@@ -126,6 +129,8 @@ class LocalMap:
             numbers.crowd,
             numbers.unseen,
             numbers.doubt,
+            numbers.sure,
+            numbers.certain,
         )
         self.plan = LocalPlan(n, cell, prices, numbers.near, numbers.reach, around)
         reach = int(grid.outer_radius / cell) + 1
@@ -307,7 +312,7 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
                 continue
             j = (centre[1] + b - half) & (n - 1)
             if ring == _BODY:
-                evidence[i, j] = max(evidence[i, j] - free, -certain)
+                evidence[i, j] = -certain
                 continue
             s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
             state, weight = cells[s, ring], weights[a, b, 0]
@@ -320,7 +325,7 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
                         state = _RED
                 if state == _GREEN:
                     evidence[i, j] = min(known, known - free * weight * (known + most))
-            elif state == _RED:
+            elif state == _RED and known > -most:  # Else it was seen free from nearer.
                 evidence[i, j] = max(known, known + blocked * weight * (most - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))

@@ -21,11 +21,14 @@ class Prices(NamedTuple):
     crowd: float
     unseen: float
     doubt: float
+    sure: float
+    certain: float
 
     @property
     def most(self) -> float:
         """The highest cost of a cell's length."""
-        return 1.0 + max(self.unseen, self.doubt) + 2.0 * self.tight + self.crowd
+        walled = self.doubt + self.sure * max(self.certain / self.wall - 1.0, 0.0)
+        return 1.0 + max(self.unseen, walled) + 2.0 * self.tight + self.crowd
 
 
 class LocalPlan:
@@ -123,7 +126,7 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
     Where ``gaps`` is zero there is a wall already.
     """
     n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, doubt = prices
+    wall, room, shy, tight, crowd, unseen, doubt, sure, _ = prices
     far = np.float32(shy / cell)
     aslant = np.float32(np.sqrt(2.0))
     one = np.float32(1.0)
@@ -163,7 +166,7 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
             if known == 0.0:
                 cost += unseen
             elif known > 0.0:
-                cost += doubt * min(known / wall, 1.0)
+                cost += doubt * min(known / wall, 1.0) + sure * max(known / wall - 1.0, 0.0)
             if metres < room:
                 cost += tight * (2.0 - metres / room)
             if metres < shy:

@@ -86,6 +86,25 @@ def test_near_cells_overrule_far_ones():
     assert local_map.subgoal(ORIGIN, AHEAD) is None  # Seen from near by, it was not there.
 
 
+def test_what_was_seen_free_from_near_is_not_a_wall_from_afar():
+    """From the bottom of a hollow the rim where the robot came from looks steep."""
+    local_map = LocalMap(GRID)
+    for x in (4.0, 4.5, 5.0, 5.5):
+        seen(local_map, cells(np.inf), 20, np.array([x, 0.0]))
+    seen(local_map, wall_ahead(4.5, 1.0), 60, ORIGIN)
+    assert local_map.subgoal(ORIGIN, AHEAD) is None
+    unknown = seen(LocalMap(GRID), wall_ahead(4.5, 1.0), 60, ORIGIN)
+    assert unknown.subgoal(ORIGIN, AHEAD) is not None
+
+
+def test_where_the_robot_has_been_it_can_go():
+    local_map = LocalMap(GRID)
+    for x in np.arange(0.0, 8.0, 0.2):
+        local_map.mark(wall_ahead(0.9, 3.0), np.array([x, 0.0]), 0.0)
+    behind = local_map.subgoal(np.array([7.8, 0.0]), np.array([0.0, 0.0]))
+    assert behind is None or abs(behind[1]) < 0.3
+
+
 def test_emptiness_that_nothing_hides_is_an_edge():
     brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)

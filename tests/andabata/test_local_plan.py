@@ -8,7 +8,17 @@ import pytest
 from andabata.navigation.local_plan import LocalPlan, Prices
 
 CELLS, CELL = 64, 0.2
-PRICES = Prices(wall=1.0, room=0.5, shy=1.3, tight=15.0, crowd=2.0, unseen=0.5, doubt=3.0)
+PRICES = Prices(
+    wall=1.0,
+    room=0.5,
+    shy=1.3,
+    tight=15.0,
+    crowd=2.0,
+    unseen=0.5,
+    doubt=3.0,
+    sure=50.0,
+    certain=3.0,
+)
 EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
 
 
@@ -68,3 +78,18 @@ def test_no_price_overtakes_the_ring_of_buckets():
     )
     true = dijkstra(plan.costs.astype(float), last)
     assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
+
+
+def test_a_wall_that_was_seen_from_near_is_dearer_than_a_doubtful_one():
+    """Or the robot goes to and fro between two thin walls that it has seen often enough."""
+    here, goal = np.array([0.0, -2.0]), np.array([0.0, 2.0])
+    spent = {}
+    for believed in (0.9, 1.1, 3.0):
+        evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
+        evidence[:, :2] = believed  # Right across the square, two cells thick.
+        plan = LocalPlan(CELLS, CELL, PRICES, near=1.5, reach=5.0, around=0.0)
+        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+        spent[believed] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))]
+    assert spent[1.1] > spent[0.9] + 60
+    wall = PRICES.sure * (3.0 - 1.1) * 2
+    assert spent[3.0] == pytest.approx(spent[1.1] + wall, rel=0.02)

@@ -1,10 +1,13 @@
 """Work cut into tasks that carry their own seeds: results don't depend on who ran them."""
 
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 from typing import TypeVar
 
 Task = TypeVar("Task")
@@ -47,9 +50,21 @@ def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _begin() -> None:
-    """Keep a worker on one core; Ctrl-C is for the parent."""
+    """Keep a worker on one core; Ctrl-C is for the parent, whose death is the worker's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_follow_the_parent, daemon=True).start()
     use_one_thread()
+
+
+def _follow_the_parent() -> None:
+    """End this process when its parent has ended: a killed run leaves nobody behind.
+
+    The pool's own workers would wait for work for ever.
+    """
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 def use_one_thread() -> None:

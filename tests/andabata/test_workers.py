@@ -1,0 +1,47 @@
+"""Worker processes end with whoever started them, however that ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+_PARENT = """
+import os, time
+from andabata.app.workers import open_pool
+if __name__ == "__main__":
+    with open_pool(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        time.sleep(600)
+"""
+
+
+def is_alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    status = Path(f"/proc/{pid}/stat")  # Where nobody reaps orphans, the dead stand there as Z.
+    return not status.exists() or ") Z " not in status.read_text()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
+@pytest.mark.parametrize("death", ["SIGKILL", "SIGTERM"])
+def test_a_killed_run_leaves_nobody_behind(tmp_path, death):
+    script = tmp_path / "parent.py"
+    script.write_text(_PARENT)
+    environment = os.environ | {"PYTHONPATH": os.getcwd()}
+    command = [sys.executable, str(script)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as parent:
+        worker = int(parent.stdout.readline())
+        assert is_alive(worker)
+        parent.send_signal(getattr(signal, death))
+        parent.wait()
+    for _ in range(600):
+        if not is_alive(worker):
+            break
+        time.sleep(0.1)
+    assert not is_alive(worker)

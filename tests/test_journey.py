@@ -58,20 +58,21 @@ def test_clouds_become_a_forest_that_judges_an_unseen_world(clouds):
 
 
 def test_the_robot_goes_round_a_trunk_and_arrives(make_scene):
-    """From sweeps to wheels in bullet: the reactive controller sees the trunks by itself."""
+    """From sweeps to wheels in bullet, with and without a map; blindly it meets them."""
     trunks = [frustum(SemanticClass.TRUNK, (0.0, y, 0.0), (0.2, 0.2), 3.0) for y in (-0.4, 0.4)]
     scene = make_scene(objects=trunks, size=40.0)
     config = RigConfig()
     task = Task(Start(-6.0, 0.0, 0.0), ((6.0, 0.0),))
     outcomes = {}
-    for name in ("reactive", "straight"):
+    for name in ("learned", "reactive", "straight"):
         rig = Rig(scene, config, shipped_forest(), make_controller(name, scene.world, config))
         (leg,) = run_trial(rig, task, JudgeConfig(time_limit=90.0), np.random.default_rng(3))
         outcomes[name] = leg
         rig.close()
     assert outcomes["straight"].outcome is Outcome.COLLISION
-    assert outcomes["reactive"].outcome is Outcome.GOAL
-    assert 12.0 - 1.0 - 0.5 < outcomes["reactive"].distance < 20.0
+    for name in ("learned", "reactive"):
+        assert outcomes[name].outcome is Outcome.GOAL
+        assert 12.0 - 1.0 - 0.5 < outcomes[name].distance < 20.0
 
 
 def test_the_shipped_policy_steers_round_a_block_of_cells():
@@ -86,8 +87,11 @@ def test_the_shipped_policy_steers_round_a_block_of_cells():
 
 def test_the_shipped_models_are_small_and_fit_together():
     assert len(shipped_forest().to_bytes()) < 5e6
-    assert len(shipped_policy().to_bytes()) < 5e6
     assert shipped_forest().grid == GRID
-    assert shipped_policy().layout.n_sectors == GRID.n_sectors
+    for name, algorithm in (("policy", "sac"), ("actor-critic", "actor-critic")):
+        policy = shipped_policy(name)
+        assert len(policy.to_bytes()) < 5e6
+        assert policy.layout.n_sectors == GRID.n_sectors
+        assert policy.info["config"]["learner"]["algorithm"] == algorithm
     cells = np.full((32, 10), CellState.TRAVERSABLE)
     assert cells.shape == (GRID.n_sectors, GRID.n_rings)

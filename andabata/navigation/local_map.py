@@ -120,19 +120,8 @@ class LocalMap:
         self._grid = grid
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
-        numbers = self.config
-        prices = Prices(
-            numbers.wall,
-            numbers.room,
-            numbers.shy,
-            numbers.tight,
-            numbers.crowd,
-            numbers.unseen,
-            numbers.doubt,
-            numbers.sure,
-            numbers.certain,
-        )
-        self.plan = LocalPlan(n, cell, prices, numbers.near, numbers.reach, around)
+        prices = Prices(**{name: getattr(self.config, name) for name in Prices._fields})
+        self.plan = LocalPlan(n, cell, prices, self.config.near, self.config.reach, around)
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.

@@ -41,7 +41,7 @@ def evaluate(
     controllers: Annotated[
         str,
         typer.Option(
-            help="Some of learned, actor-critic, reactive, straight, oracle, comma-separated; "
+            help="Some of learned, reactive, straight, oracle, comma-separated; "
             "learned-map has no map, reactive+map and straight+map have one."
         ),
     ] = "learned,reactive,straight,oracle",

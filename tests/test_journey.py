@@ -87,11 +87,8 @@ def test_the_shipped_policy_steers_round_a_block_of_cells():
 
 def test_the_shipped_models_are_small_and_fit_together():
     assert len(shipped_forest().to_bytes()) < 5e6
+    assert len(shipped_policy().to_bytes()) < 5e6
     assert shipped_forest().grid == GRID
-    for name, algorithm in (("policy", "sac"),):
-        policy = shipped_policy(name)
-        assert len(policy.to_bytes()) < 5e6
-        assert policy.layout.n_sectors == GRID.n_sectors
-        assert policy.info["config"]["learner"]["algorithm"] == algorithm
+    assert shipped_policy().layout.n_sectors == GRID.n_sectors
     cells = np.full((32, 10), CellState.TRAVERSABLE)
     assert cells.shape == (GRID.n_sectors, GRID.n_rings)

@@ -24,6 +24,9 @@ class CloudAssemblyConfig(BaseModel):
             takes each by itself, as for a laser that sends whole turns.
         max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
             until the next cloud.
+        dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
+            beam in ``dense_stride`` is kept [m] (assumption, for the paper's 32,000 points).
+        dense_stride: See ``dense_range``.
         body_radius: Returns nearer than this to the vertical axis are the robot's own body [m].
         stale: A cloud whose newest point is older is no ground to drive on [s]: one and a half
             times what the paper's laser takes for a cloud (assumption).
@@ -34,6 +37,8 @@ class CloudAssemblyConfig(BaseModel):
     turn: float = Field(default=np.pi, gt=0, le=200)
     span: float = Field(default=0.0, ge=0, le=60)
     max_range: float = Field(default=11.5, gt=0)
+    dense_range: float = Field(default=2.5, ge=0)
+    dense_stride: int = Field(default=3, ge=1)
     body_radius: float = Field(default=0.4, ge=0)
     stale: float = Field(default=5.0, gt=0)
 
@@ -102,8 +107,8 @@ class CloudAssembler:
         rows = _worth_keeping(
             sweeps.ranges,
             self._tables.of(sweeps)[1],
-            config.max_range,
-            config.body_radius,
+            np.array([config.max_range, config.body_radius, config.dense_range]),
+            config.dense_stride,
         )
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         if sweeps.classes is None:
@@ -196,8 +201,9 @@ class CloudAssembler:
 
 
 @njit(cache=True, nogil=True)
-def _worth_keeping(ranges, tilts, max_range, body_radius):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return which beams are kept: not too far, not the robot's own body."""
+def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return which beams are kept: not too far, not the robot's own body, thinned where dense."""
+    max_range, body_radius, dense_range = limits
     beams = ranges.shape[1]
     found = np.empty(ranges.size, dtype=np.int64)
     count = 0
@@ -206,7 +212,8 @@ def _worth_keeping(ranges, tilts, max_range, body_radius):  # type: ignore[no-un
         for j in range(beams):
             distance = ranges[i, j]
             outward = distance * abs(tilts[row, j, 0])
-            if distance < max_range and outward > body_radius:
+            near = distance < max_range and outward > body_radius
+            if near and (distance > dense_range or j % stride == 0):
                 found[count] = i * beams + j
                 count += 1
     return found[:count]

@@ -32,7 +32,7 @@ class ActorCriticConfig(BaseModel):
         critic_rate: Of the critic.
         discount: Of a decision.
         hold: Control steps that an action is held while learning (paper: 1, with which it learns
-            nothing but circles here).
+            nothing here).
         reward_scale: Rewards are multiplied by this.
         largest_difference: Temporal differences are cut off here.
         batch: Episodes that are played side by side.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.machine.pose import Pose, wrap
-from andabata.navigation.local_plan import LocalPlan, Prices
+from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
 from andabata.navigation.view import Area, View
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
@@ -24,9 +24,6 @@ _GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
 _BODY, _BEYOND = -1, -2
 _UNDER_BODY = 0.25
 """The robot stands on cells nearer than this, so that they are free [m]."""
-
-_EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
-"""A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
 
 _FOOTPRINT = 0.6
 """Remembered walls nearer than this end no range: the robot would be in them [m]."""
@@ -145,7 +142,7 @@ class LocalMap:
         self._looks = 0
         self._subgoal: NDArray[np.float64] | None = None
         self._aim = np.full(2, np.inf)
-        self._fence = _EVERYWHERE
+        self._fence = EVERYWHERE
         self.target: NDArray[np.float64] = np.zeros(2)
         self.plan.reset()
 
@@ -172,7 +169,7 @@ class LocalMap:
             pose: The robot's in the map; None where map and ``odom`` are the same.
             odometry: The same in ``odom``.
         """
-        self._fence = _EVERYWHERE
+        self._fence = EVERYWHERE
         if area is None:
             return
         c, s, shift = 1.0, 0.0, np.zeros(2)

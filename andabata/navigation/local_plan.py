@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
 
+EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
+"""A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
+
 
 class Prices(NamedTuple):
     """What the cost of a metre depends on; see ``LocalMapConfig``."""
@@ -193,9 +196,7 @@ def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore
     begin = last[0] * n + last[1]
     flat[begin] = 0.0
     now = int(np.hypot(np.float32(last[0] - a0), np.float32(last[1] - a1)))
-    buckets[now & ring] = begin
-    before[begin] = after[begin] = -1
-    bucket[begin] = now & ring
+    _enter(buckets, before, after, bucket, begin, now & ring)
     waiting = 1
     most = np.float32(np.inf)
     steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
@@ -205,10 +206,7 @@ def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore
         if now > most:
             break
         cell = buckets[now & ring]
-        buckets[now & ring] = after[cell]
-        if after[cell] >= 0:
-            before[after[cell]] = -1
-        bucket[cell] = -1
+        _leave(buckets, before, after, bucket, cell)
         waiting -= 1
         i, j = cell // n, cell % n
         here, own = flat[cell], price[cell]
@@ -222,22 +220,35 @@ def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore
                     continue
                 flat[other] = length
                 if bucket[other] >= 0:
-                    left, right = before[other], after[other]
-                    if left >= 0:
-                        after[left] = right
-                    else:
-                        buckets[bucket[other]] = right
-                    if right >= 0:
-                        before[right] = left
+                    _leave(buckets, before, after, bucket, other)
                     waiting -= 1
                 rest = np.sqrt(np.float32((p - a0) * (p - a0) + (q - a1) * (q - a1)))
                 slot = max(now, int(length + rest)) & ring
-                head = buckets[slot]
-                before[other], after[other], bucket[other] = -1, head, slot
-                if head >= 0:
-                    before[head] = other
-                buckets[slot] = other
+                _enter(buckets, before, after, bucket, other, slot)
                 waiting += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _enter(buckets, before, after, bucket, cell, slot):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Put a cell at the head of a bucket."""
+    head = buckets[slot]
+    before[cell], after[cell], bucket[cell] = -1, head, slot
+    if head >= 0:
+        before[head] = cell
+    buckets[slot] = cell
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _leave(buckets, before, after, bucket, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Take a cell out of its bucket."""
+    left, right = before[cell], after[cell]
+    if left >= 0:
+        after[left] = right
+    else:
+        buckets[bucket[cell]] = right
+    if right >= 0:
+        before[right] = left
+    bucket[cell] = -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

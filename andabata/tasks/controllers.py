@@ -20,7 +20,7 @@ BLIND_CONTROLLERS = (
     "reactive+map",
     "straight+map",
 )
-"""Those that need no true map, some of them without or with a local map of their own."""
+"""Those that need no true map, and each of them without or with a local map of its own."""
 
 CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
 

@@ -1,7 +1,7 @@
 """Stage 1 for many robots at once: the maze's plant, beams, errors and judge in one compiled pass.
 
 Each robot does what it does in an ``OffroadEnv`` of stage 1, with the same draws: the plant and the
-rays are the same compiled functions, called from here.
+rays are the same compiled functions, called from ``flat_pass``.
 """
 
 import math

@@ -5,7 +5,7 @@ from heapq import heappop, heappush
 import numpy as np
 import pytest
 
-from andabata.navigation.local_plan import LocalPlan, Prices
+from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
 
 CELLS, CELL = 64, 0.2
 PRICES = Prices(
@@ -19,7 +19,6 @@ PRICES = Prices(
     sure=50.0,
     certain=3.0,
 )
-EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
 
 
 def a_plan(seed, around=4.0):

@@ -43,7 +43,8 @@ class LocalPlan:
         onward: Cost of the way to the goal, in cells, around the robot; infinite where nobody
             looked, float32, shape (n, n).
         corner: Place of the first cell's corner, in ``odom`` [m], shape (2,).
-        end: Goal, or the place of the square nearest to it, in ``odom`` [m], shape (2,).
+        end: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it is ground that nobody
+            has seen, as the crow flies.
     """
 
     def __init__(
@@ -68,8 +69,9 @@ class LocalPlan:
         self.costs = np.zeros((cells, cells), dtype=np.float32)
         # Neighbours in the queue before and after each cell, and the bucket that it waits in.
         self._links = np.zeros((3, cells * cells), dtype=np.int32)
-        # A cell waits at most the dearest step behind the one that is taken.
-        step = math.sqrt(2.0) * (prices.most + 1.0)
+        # A cell waits at most the dearest step behind the one that is taken, one of the square's
+        # edge at most as far as the way along the edge and back to the robot.
+        step = math.sqrt(2.0) * max(prices.most + 1.0, (2.0 + prices.unseen) * cells)
         self._buckets = np.zeros(1 << math.ceil(math.log2(step + 2.0)), dtype=np.int32)
         self.reset()
 
@@ -100,11 +102,15 @@ class LocalPlan:
         _price(evidence, centre, cell, self._prices, self.gaps, self.costs)
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
+        self.end = np.asarray(goal, dtype=np.float64)
         # Goals like to lie on the edges of cells, where rounding must not choose.
-        end = ((goal - self.corner) / cell + 1e-6).clip(0.5, n - 0.5)
-        self.end = np.array(self.corner + end * cell, dtype=np.float64)
-        first, last = np.clip(start, 0, n - 1).astype(np.int64), end.astype(np.int64)
-        _spread(self.costs, self.onward, self._links, self._buckets, first, last, self._around)
+        end = (goal - self.corner) / cell + 1e-6
+        first = np.clip(start, 0, n - 1).astype(np.int64)
+        last = np.floor(end).astype(np.int64)
+        beyond = 1.0 + self._prices.unseen
+        _spread(
+            self.costs, self.onward, self._links, self._buckets, first, last, beyond, self._around
+        )
         place = _farthest(self.costs, self.onward, start, first, last, self._spans)
         return None if place is None else self.corner + np.array(place) * cell
 
@@ -178,10 +184,11 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _spread(costs, onward, links, buckets, first, last, beyond, around):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the way to the last cell costs into those between it and the first, and around.
 
-    The search is A*, from the goal to the robot, so that the path is read off from the robot on.
+    A last cell beyond the square is reached from every cell of its edge, at the price of ground
+    that nobody has seen. The search is A*, from the goal to the robot, so that the path is read off from the robot on.
     Its queue is a ring of buckets a cell's length wide (Dial 1969), each a list linked both ways,
     from which a cell that gets cheaper moves without a trace. A cell that gets cheaper after it was
     taken is taken again: the costs are exact.
@@ -193,11 +200,16 @@ def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore
     buckets[:] = -1
     bucket[:] = -1
     a0, a1 = first
-    begin = last[0] * n + last[1]
-    flat[begin] = 0.0
-    now = int(np.hypot(np.float32(last[0] - a0), np.float32(last[1] - a1)))
-    _enter(buckets, before, after, bucket, begin, now & ring)
-    waiting = 1
+    inside = 0 <= last[0] < n and 0 <= last[1] < n
+    waiting = 1 if inside else 4 * (n - 1)
+    now = 1 << 30
+    for k in range(waiting):
+        i, j = (last[0], last[1]) if inside else _at_the_edge(k, n)
+        cell = i * n + j
+        flat[cell] = np.float32(beyond * np.hypot(last[0] - i, last[1] - j))
+        slot = int(flat[cell] + np.hypot(np.float32(i - a0), np.float32(j - a1)))
+        _enter(buckets, before, after, bucket, cell, slot & ring)
+        now = min(now, slot)
     most = np.float32(np.inf)
     steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
     while waiting:
@@ -226,6 +238,19 @@ def _spread(costs, onward, links, buckets, first, last, around):  # type: ignore
                 slot = max(now, int(length + rest)) & ring
                 _enter(buckets, before, after, bucket, other, slot)
                 waiting += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _at_the_edge(k, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the k-th cell of the way around the square."""
+    side, along = k // (n - 1), k % (n - 1)
+    if side == 0:
+        return 0, along
+    if side == 1:
+        return along, n - 1
+    if side == 2:
+        return n - 1, n - 1 - along
+    return n - 1 - along, 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -259,10 +284,11 @@ def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-unty
     i, j = first
     whole = onward[i, j]
     goal = (last[0] + 0.5, last[1] + 0.5)
-    if _straight(costs, start, goal) <= _DETOUR * whole + 1.0:
+    inside = 0 <= last[0] < n and 0 <= last[1] < n
+    if inside and _straight(costs, start, goal) <= _DETOUR * whole + 1.0:
         return None
     best = (start[0], start[1])
-    while i != last[0] or j != last[1]:
+    while (i != last[0] or j != last[1]) and (inside or (0 < i < n - 1 and 0 < j < n - 1)):
         # The next cell of the path is the one from which the rest, and the step to it, cost least.
         least, to = np.inf, (i, j)
         for p in range(max(i - 1, 0), min(i + 2, n)):

@@ -1,6 +1,6 @@
 """The plan over a local map: its costs are those of a search that is right by its slowness."""
 
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 import pytest
@@ -34,10 +34,22 @@ def a_plan(seed, around=4.0):
 
 
 def dijkstra(costs, last):
-    """Return the cost of the way to a cell from everywhere, shape (n, n)."""
+    """Return the cost of the way to a cell from everywhere, shape (n, n).
+
+    A cell beyond the square is reached from each cell of its edge, over ground that nobody has
+    seen.
+    """
+    n = len(costs)
     found = np.full(costs.shape, np.inf)
-    found[last] = 0.0
     queue = [(0.0, last)]
+    if not (0 <= last[0] < n and 0 <= last[1] < n):
+        edge = [(i, j) for i in range(n) for j in range(n) if {i, j} & {0, n - 1}]
+        queue = [
+            (np.hypot(last[0] - i, last[1] - j) * (1 + PRICES.unseen), (i, j)) for i, j in edge
+        ]
+        heapify(queue)
+    for length, cell in queue:
+        found[cell] = length
     while queue:
         here, (i, j) = heappop(queue)
         if here > found[i, j]:
@@ -62,6 +74,34 @@ def test_the_way_costs_what_a_plain_search_says(seed):
     assert known.sum() > 100
     np.testing.assert_allclose(plan.onward[known], true[known], rtol=1e-5)
     assert (plan.onward >= true * (1 - 1e-5)).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_goal_beyond_the_square_is_reached_from_every_cell_of_its_edge(seed):
+    """Or the way leads to the place of the edge nearest to the goal, be it inside a bank."""
+    rng = np.random.default_rng(seed)
+    evidence = rng.choice([-1.0, 0.0, 0.5, 2.0], (CELLS, CELLS), p=[0.5, 0.3, 0.15, 0.05])
+    plan = LocalPlan(CELLS, CELL, PRICES, near=1.5, reach=5.0, around=4.0)
+    here, goal = np.zeros(2), 30.0 * np.array([np.cos(seed + 0.5), np.sin(seed + 0.5)])
+    fence = EVERYWHERE
+    plan.make(evidence.astype(np.float32), np.zeros(2, dtype=np.int64), fence, here, goal)
+    first, last = (tuple(np.floor((p - plan.corner) / CELL).astype(int)) for p in (here, goal))
+    true = dijkstra(plan.costs.astype(float), last)
+    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
+    assert (plan.onward >= true * (1 - 1e-5)).all()
+
+
+def test_a_known_way_round_is_taken_to_a_goal_beyond_the_square():
+    """A slope before the goal ends the square, but for a trail far from the goal."""
+    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
+    evidence[-16:-14, :] = 3.0  # The square wraps around: this is behind the robot.
+    evidence[14:32, :] = 3.0
+    evidence[14:32, -28:-16] = -1.0
+    plan = LocalPlan(CELLS, CELL, PRICES, near=1.5, reach=5.0, around=4.0)
+    here, goal = np.zeros(2), np.array([12.0, 2.0])
+    place = plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+    assert place is not None
+    assert place[1] < -2.0
 
 
 def test_no_price_overtakes_the_ring_of_buckets():

@@ -188,10 +188,10 @@ def _spread(costs, onward, links, buckets, first, last, beyond, around):  # type
     """Write what the way to the last cell costs into those between it and the first, and around.
 
     A last cell beyond the square is reached from every cell of its edge, at the price of ground
-    that nobody has seen. The search is A*, from the goal to the robot, so that the path is read off from the robot on.
-    Its queue is a ring of buckets a cell's length wide (Dial 1969), each a list linked both ways,
-    from which a cell that gets cheaper moves without a trace. A cell that gets cheaper after it was
-    taken is taken again: the costs are exact.
+    that nobody has seen. The search is A*, from the goal to the robot, so that the path is read off
+    from the robot on. Its queue is a ring of buckets a cell's length wide (Dial 1969), each a list
+    linked both ways, from which a cell that gets cheaper moves without a trace. A cell that gets
+    cheaper after it was taken is taken again: the costs are exact.
     """
     n, ring = len(costs), len(buckets) - 1
     before, after, bucket = links

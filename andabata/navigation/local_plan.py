@@ -132,10 +132,12 @@ def _keep_inside(centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # 
 def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the cost of a cell's length in each cell of the square, in its own order.
 
-    Where ``gaps`` is zero there is a wall already.
+    Where ``gaps`` is zero there is a wall already. Where the robot has driven it can drive, however
+    narrow it is there.
     """
     n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, doubt, sure, _ = prices
+    wall, room, shy, tight, crowd, unseen, doubt, sure, certain = prices
+    driven = -np.float32(certain)
     far = np.float32(shy / cell)
     aslant = np.float32(np.sqrt(2.0))
     one = np.float32(1.0)
@@ -180,7 +182,7 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
                 cost += tight * (2.0 - metres / room)
             if metres < shy:
                 cost += crowd * min(1.0, (shy - metres) / (shy - room))
-            costs[i, j] = cost
+            costs[i, j] = 1.0 if known <= driven else cost
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -132,3 +132,18 @@ def test_a_wall_that_was_seen_from_near_is_dearer_than_a_doubtful_one():
     assert spent[1.1] > spent[0.9] + 60
     wall = PRICES.sure * (3.0 - 1.1) * 2
     assert spent[3.0] == pytest.approx(spent[1.1] + wall, rel=0.02)
+
+
+def test_where_the_robot_has_driven_a_metre_costs_no_more_than_a_metre():
+    """Or it explores rather than drive back through the gap that it came through."""
+    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
+    evidence[2, :], evidence[-2, :] = 2.0, 2.0
+    here, goal = np.array([0.1, -3.0]), np.array([0.1, 3.0])
+    spent = {}
+    for driven in (False, True):
+        evidence[0, :] = -PRICES.certain if driven else -1.0
+        plan = LocalPlan(CELLS, CELL, PRICES, near=1.5, reach=5.0, around=0.0)
+        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+        spent[driven] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))] * CELL
+    assert spent[False] > 60.0
+    assert spent[True] == pytest.approx(6.0, abs=CELL)

@@ -67,15 +67,15 @@ class LocalMapConfig(BaseModel):
     cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
-    blocked: float = Field(default=0.4, gt=0, le=1)
+    blocked: float = Field(default=0.55, gt=0, le=1)
     free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
     doubt: float = Field(default=3.0, ge=0)
     sure: float = Field(default=50.0, ge=0)
-    fade: float = Field(default=3.0, gt=0)
-    certain: float = Field(default=3.0, gt=0)
+    fade: float = Field(default=1.5, gt=0)
+    certain: float = Field(default=3.5, gt=0)
     wall: float = Field(default=1.0, gt=0)
     room: float = Field(default=0.5, ge=0)
     shy: float = Field(default=1.3, gt=0)
@@ -311,7 +311,9 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
                         state = _RED
                 if state == _GREEN:
                     evidence[i, j] = min(known, known - free * weight * (known + most))
-            elif state == _RED and known > -most:  # Else it was seen free from nearer.
+            elif known <= -most:
+                continue  # It was seen free from nearer.
+            elif state == _RED:
                 evidence[i, j] = max(known, known + blocked * weight * (most - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))

@@ -25,9 +25,9 @@ def moving_track(speed=0.0, rate=0.0, seconds=8.0, tilt=0.0):
     return track
 
 
-def assembled(scene, track, config=EXACT, seconds=7.2):
+def assembled(scene, track, config=EXACT, seconds=7.2, stride=1):
     lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
-    assembler = CloudAssembler(CloudAssemblyConfig(), ROBOT.lidar_height)
+    assembler = CloudAssembler(CloudAssemblyConfig(dense_stride=stride), ROBOT.lidar_height)
     for step in range(round(seconds * 10)):
         assembler.add(lidar.sweeps(step / 10, (step + 1) / 10, track), track)
     return assembler
@@ -87,7 +87,7 @@ def test_the_cloud_travels_with_the_robot(make_scene):
     assert cloud.frame == "base_footprint"
 
 
-def test_a_cloud_has_about_as_many_points_as_the_papers(shelf):
+def test_a_cloud_has_about_as_many_points_as_the_papers_when_near_beams_are_thinned(shelf):
     scene = shelf.get("natural", 3)
     ground = scene.world.ground
     start = scene.world.tasks[0].start
@@ -95,8 +95,16 @@ def test_a_cloud_has_about_as_many_points_as_the_papers(shelf):
     track = PoseTrack(2048)
     for stamp in np.arange(0.0, 4.0, 0.01):
         track.append(float(stamp), np.array([start.x, start.y, height]), np.array([0, 0, 0, 1.0]))
-    assembler = assembled(scene, track, LidarConfig(), 3.5)
-    assert 20_000 < len(assembler.cloud) < 45_000
+    whole, thinned = (
+        assembled(scene, track, LidarConfig(), 3.5, stride).cloud.points for stride in (1, 3)
+    )
+    assert 20_000 < len(thinned) < 45_000
+    # What is left out is two near beams in three.
+    eye = np.array([start.x, start.y, height + ROBOT.lidar_height])
+    near, few = (np.linalg.norm(points - eye, axis=1) < 2.4 for points in (whole, thinned))
+    assert near.sum() == pytest.approx(3 * few.sum(), rel=0.01)
+    far, same = (np.linalg.norm(points - eye, axis=1) > 2.6 for points in (whole, thinned))
+    np.testing.assert_array_equal(whole[far], thinned[same])
 
 
 def test_noise_is_three_centimetres_and_some_returns_are_lost(make_scene):

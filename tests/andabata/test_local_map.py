@@ -67,7 +67,8 @@ def test_a_dead_end_is_left_backwards():
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
 def test_what_was_seen_keeps_its_place(yaw):
-    local_map = seen(LocalMap(GRID), wall_ahead(), yaw=yaw)
+    # An empty scan that says nothing, not even of edges.
+    local_map = seen(LocalMap(GRID, LocalMapConfig(void=0.0)), wall_ahead(), yaw=yaw)
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     before = local_map.subgoal(ORIGIN, 8.0 * ahead)
     # Far away and back, as long as it stays within the square.
@@ -190,3 +191,14 @@ def test_a_robot_with_a_map_leaves_a_dead_end_and_one_without_does_not():
         rig.close()
     assert outcomes[True] is Outcome.GOAL
     assert outcomes[False] is not Outcome.GOAL
+
+
+def test_emptiness_is_no_edge_where_the_robot_has_been():
+    """Ground under the laser is never seen, and would turn the driven trail into a doubtful one."""
+    local_map = seen(LocalMap(GRID), cells(np.inf))
+    nothing = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)
+    seen(local_map, nothing, 12, np.array([1.0, 0.0]))
+    local_map.subgoal(np.array([1.0, 0.0]), AHEAD)
+    plan = local_map.plan
+    i, j = ((ORIGIN - plan.corner) / local_map.config.cell).astype(int)
+    assert plan.costs[i, j] == 1.0

@@ -50,8 +50,7 @@ class LocalMapConfig(BaseModel):
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
             not tried twice.
-        fade: Evidence weighs ``1 / (1 + (range / fade)²)``, as the area of the scan's cells grows
-            with the range [m]: what is red from afar is dear, and a wall only from near.
+        fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
@@ -66,16 +65,16 @@ class LocalMapConfig(BaseModel):
 
     cells: int = Field(default=256, ge=64, le=1024)
     cell: float = Field(default=0.2, gt=0)
-    mark_every: int = Field(default=3, ge=1)
+    mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
-    blocked: float = Field(default=0.5, gt=0, le=1)
+    blocked: float = Field(default=0.4, gt=0, le=1)
     free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
-    doubt: float = Field(default=6.0, ge=0)
+    doubt: float = Field(default=3.0, ge=0)
     sure: float = Field(default=50.0, ge=0)
-    fade: float = Field(default=1.5, gt=0)
+    fade: float = Field(default=3.0, gt=0)
     certain: float = Field(default=3.0, gt=0)
     wall: float = Field(default=1.0, gt=0)
     room: float = Field(default=0.5, ge=0)
@@ -131,7 +130,7 @@ class LocalMap:
         self._rings = np.where(ranges < _UNDER_BODY, _BODY, np.where(rings < 0, _BEYOND, rings))
         self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
         ranges = ranges[:, :, 0]
-        fading = 1.0 / (1.0 + (ranges / self.config.fade) ** 2)
+        fading = 1.0 / (1.0 + ranges / self.config.fade)
         self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
         self.reset()

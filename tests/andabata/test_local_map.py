@@ -5,9 +5,10 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.machine.simulator import SensingConfig
+from andabata.navigation.guided import GuidedController
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
+from andabata.navigation.reactive import ReactiveController
 from andabata.navigation.view import View
-from andabata.tasks.controllers import make_controller
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import Scene
@@ -32,7 +33,7 @@ def cells(ranges):
     return VirtualScan(full, GRID.outer_radius).cells_of(GRID)
 
 
-def wall_ahead(distance=1.5, half_width=4.0):
+def wall_ahead(distance=3.0, half_width=4.0):
     """Return the cells of a scan with a wall across the way."""
     bearings = GRID.bearings
     reach = np.where(np.cos(bearings) > 0.05, distance / np.maximum(np.cos(bearings), 0.05), np.inf)
@@ -57,18 +58,9 @@ def test_it_goes_round_a_wall():
     assert np.hypot(*place) <= LocalMapConfig().reach + 0.5
 
 
-def test_a_wall_seen_from_afar_is_dear_and_no_wall():
-    """A cell of the scan is 2 m long at 7 m: what makes it red fills little of it."""
-    far = seen(LocalMap(GRID), wall_ahead(6.0), 60)
-    assert far.subgoal(ORIGIN, AHEAD) is None
-    assert far.plan.gaps.min() > 0
-    i, j = ((np.array([6.5, 0.0]) - far.plan.corner) / far.config.cell).astype(int)
-    assert far.plan.costs[i, j] > 1.2
-
-
 def test_a_dead_end_is_left_backwards():
     bearings = np.abs(GRID.bearings)
-    trap = cells(np.where(bearings < np.deg2rad(130), 1.5, np.inf))
+    trap = cells(np.where(bearings < np.deg2rad(130), 2.5, np.inf))
     place = seen(LocalMap(GRID), trap).subgoal(ORIGIN, AHEAD)
     assert abs(np.arctan2(place[1], place[0])) > np.deg2rad(110)
 
@@ -90,9 +82,8 @@ def test_what_was_seen_keeps_its_place(yaw):
 
 
 def test_near_cells_overrule_far_ones():
-    local_map = seen(LocalMap(GRID), wall_ahead(2.0, 2.0))
-    assert local_map.subgoal(ORIGIN, AHEAD) is not None
-    seen(local_map, cells(np.inf), 40, np.array([1.0, 0.0]))
+    local_map = seen(LocalMap(GRID), wall_ahead(3.0, 2.0))
+    seen(local_map, cells(np.inf), 40, np.array([2.0, 0.0]))
     assert local_map.subgoal(ORIGIN, AHEAD) is None  # Seen from near by, it was not there.
 
 
@@ -118,11 +109,11 @@ def test_where_the_robot_has_been_it_can_go():
 def test_emptiness_that_nothing_hides_is_an_edge():
     brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)
-    brink[np.ix_(front, GRID.ring_edges[:-1] > 1.3)] = CellState.EMPTY
+    brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = CellState.EMPTY
     place = seen(LocalMap(GRID), brink, 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
     assert place is not None
     hidden = brink.copy()
-    hidden[front, 3] = CellState.NON_TRAVERSABLE
+    hidden[front, 4] = CellState.NON_TRAVERSABLE
     behind = seen(LocalMap(GRID), hidden, 20)
     assert behind.subgoal(np.array([4.0, 0.0]), np.array([3.2, 0.0])) is None
 
@@ -191,7 +182,9 @@ def test_a_robot_with_a_map_leaves_a_dead_end_and_one_without_does_not():
     config = RigConfig(plant="kinematic", sensing=sensing, localizer="truth")
     outcomes = {}
     for guided in (False, True):
-        driver = make_controller("reactive+map" if guided else "reactive", None, config)
+        driver = ReactiveController(config.robot, config.grid)
+        if guided:
+            driver = GuidedController(driver, LocalMap(config.grid, config.local_map))
         rig = Rig(scene, config, None, driver)
         (leg,) = run_trial(rig, world.tasks[0], JudgeConfig(), np.random.default_rng(1))
         outcomes[guided] = leg.outcome

@@ -67,8 +67,7 @@ def test_a_dead_end_is_left_backwards():
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
 def test_what_was_seen_keeps_its_place(yaw):
-    # An empty scan that says nothing, not even of edges.
-    local_map = seen(LocalMap(GRID, LocalMapConfig(void=0.0)), wall_ahead(), yaw=yaw)
+    local_map = seen(LocalMap(GRID), wall_ahead(), yaw=yaw)
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     before = local_map.subgoal(ORIGIN, 8.0 * ahead)
     # Far away and back, as long as it stays within the square.

@@ -42,6 +42,7 @@ class TraversabilityScanner:
         self._lows = np.array([stop.low for stop in stops])
         self._highs = np.array([stop.high for stop in stops])
         self._limits = trees.sum_at(forest.thresholds.of_rings(self.grid))
+        self._trees, self._threshold_odds = trees, trees.log_odds(self._limits)
         first = trees if screen is None else screen.trees
         self._screen, self._screen_base = first.laid_out(ALL_FEATURES), first.base
         self._screen_limit = -np.inf if screen is None else screen.limit
@@ -53,6 +54,7 @@ class TraversabilityScanner:
         self._counts = np.zeros(shape, dtype=np.int32)
         self._values = np.zeros((*shape, len(ALL_FEATURES)), dtype=np.float32)
         self._states = np.zeros(shape, dtype=np.uint8)
+        self._votes = np.zeros(shape)
         self.scan(np.zeros((1, 3), dtype=np.float32))
 
     def cells(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -70,7 +72,8 @@ class TraversabilityScanner:
     def scan(self, points: NDArray[np.float32]) -> VirtualScan:
         """Return the free distance in every sector; see ``cells`` and ``virtual_scan``."""
         ranges = self._look(points, every=False)
-        return VirtualScan(ranges, self.grid.outer_radius, self._states.copy())
+        odds = self._trees.log_odds(self._votes) - self._threshold_odds
+        return VirtualScan(ranges, self.grid.outer_radius, odds.astype(np.float32))
 
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
         """Judge all cells, or those up to the first red one of each sector; return the ranges."""
@@ -102,6 +105,7 @@ class TraversabilityScanner:
             self.grid.min_points,
             every,
             self._states,
+            self._votes,
             ranges,
         )
         return ranges
@@ -124,6 +128,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     min_points,  # noqa: ANN001
     every,  # noqa: ANN001
     states,  # noqa: ANN001
+    votes_of,  # noqa: ANN001
     ranges,  # noqa: ANN001
 ):
     """Judge described cells ring by ring; a red one closes its sector."""
@@ -131,6 +136,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     flat = values.reshape(sectors * rings, values.shape[2])
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)
     states[:] = 0
+    votes_of[:] = np.nan
     ranges[:] = np.nan
     closed = np.zeros(sectors, dtype=np.bool_)
     for ring in range(rings):
@@ -140,6 +146,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
                 rows[n], votes[n] = sector * rings + ring, screen_base
                 n += 1
                 states[sector, ring] = _GREEN
+                votes_of[sector, ring] = -np.inf
                 if not closed[sector]:
                     ranges[sector] = np.inf
         if screen_limit > -np.inf:
@@ -155,6 +162,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
             add_leaves(flat, rows, open_, nodes, first, stops[stop], votes)
             first, still = stops[stop], 0
             for k in range(open_):
+                votes_of[rows[k] // rings, ring] = votes[k]
                 if lows[stop] <= votes[k] <= highs[stop]:
                     rows[still], votes[still] = rows[k], votes[k]
                     still += 1

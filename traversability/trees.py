@@ -137,6 +137,14 @@ class Trees:
         """Return the probability of red from the sums of leaves, ``base`` included."""
         return 1 / (1 + np.exp(-sums)) if self.vote == "logistic" else sums / len(self.roots)
 
+    def log_odds(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log odds of red from the sums of leaves, ``base`` included."""
+        if self.vote == "logistic":
+            return sums
+        with np.errstate(divide="ignore"):
+            share = np.maximum(sums / len(self.roots), 0.0)
+            return np.log(share) - np.log(1.0 - share)
+
     def sum_at(self, probability: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the sum of leaves at which the probability is this; see ``probability``."""
         if self.vote == "logistic":

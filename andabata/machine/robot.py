@@ -1,5 +1,6 @@
 """The robot's numbers, and the URDF generated from them."""
 
+import math
 import tomllib
 from importlib.resources import files
 from typing import Self
@@ -85,6 +86,11 @@ class RobotModel(BaseModel):
     def effective_track(self) -> float:
         """Distance between the sides' centres of rotation [m]."""
         return self.slip_factor * self.track
+
+    @property
+    def half_radius(self) -> float:
+        """Radius of two circles, a quarter of the length before and behind, that cover it [m]."""
+        return math.hypot(self.length / 4, self.width / 2)
 
     @classmethod
     def load(cls, name: str) -> Self:

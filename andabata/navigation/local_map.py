@@ -15,15 +15,17 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.machine.pose import Pose, wrap
+from andabata.machine.robot import RobotModel
 from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
 from andabata.navigation.view import Area, View
 from traversability.grid import PolarGrid
-from traversability.labels import CellState
 
-_GREEN, _RED = int(CellState.TRAVERSABLE), int(CellState.NON_TRAVERSABLE)
 _BODY, _BEYOND = -1, -2
-_UNDER_BODY = 0.25
-"""The robot stands on cells nearer than this, so that they are free [m]."""
+_RIM = 0.02
+"""The body stands on cells that are so much nearer than its sides, so that they are free [m]."""
+
+_PASSAGE = 0.2
+"""Where the middle of the robot has been there is this much room around the body [m]."""
 
 _FOOTPRINT = 0.6
 """Remembered walls nearer than this end no range: the robot would be in them [m]."""
@@ -40,8 +42,10 @@ class LocalMapConfig(BaseModel):
         cell: Edge of a cell [m].
         mark_every: Control steps between two scans that are remembered.
         plan_every: Control steps between two plans.
-        blocked: Share of the way to certainty that a forbidden cell of the scan right ahead moves
-            the evidence.
+        surely_red: Log odds, above those from which on a cell is called forbidden, at which it is
+            so for certain. Less than that moves the evidence to its share of certainty.
+        surely_green: The same below them, for free cells.
+        blocked: Share of its way that a forbidden cell of the scan right ahead moves the evidence.
         free: Share that a free one moves it the other way.
         void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
@@ -67,6 +71,8 @@ class LocalMapConfig(BaseModel):
     cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
+    surely_red: float = Field(default=3.6, gt=0)
+    surely_green: float = Field(default=2.0, gt=0)
     blocked: float = Field(default=0.4, gt=0, le=1)
     free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
@@ -103,22 +109,31 @@ class LocalMap:
     """
 
     def __init__(
-        self, grid: PolarGrid, config: LocalMapConfig | None = None, around: float = 0.0
+        self,
+        grid: PolarGrid,
+        config: LocalMapConfig | None = None,
+        robot: RobotModel | None = None,
+        around: float = 0.0,
     ) -> None:
         """Lay out an empty map.
 
         Args:
             grid: Of the scans.
             config: Numbers.
+            robot: Whose body drives.
             around: The way to the goal is known wherever it costs no more than the best one and
                 this [m]: what rollouts look up.
         """
         self.config = config or LocalMapConfig()
         self._grid = grid
+        robot = robot or RobotModel()
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
         prices = Prices(**{name: getattr(self.config, name) for name in Prices._fields})
-        self.plan = LocalPlan(n, cell, prices, self.config.near, self.config.reach, around)
+        under = robot.width / 2 - _RIM
+        passage = (robot.half_radius + _PASSAGE, under, robot.length)
+        spans = (self.config.near, self.config.reach)
+        self.plan = LocalPlan(n, cell, prices, spans, around, passage)
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.
@@ -127,10 +142,12 @@ class LocalMap:
         ranges = np.hypot(x, y)
         rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
         rings[rings >= grid.n_rings] = _BEYOND
-        self._rings = np.where(ranges < _UNDER_BODY, _BODY, np.where(rings < 0, _BEYOND, rings))
+        self._rings = np.where(ranges < under, _BODY, np.where(rings < 0, _BEYOND, rings))
         self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
         ranges = ranges[:, :, 0]
         fading = 1.0 / (1.0 + ranges / self.config.fade)
+        # The nearer the middle was, the more room there was for the body.
+        fading = np.where(ranges < under, 2.0 - ranges / under, fading)
         self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
         self.reset()
@@ -152,10 +169,10 @@ class LocalMap:
         The ranges of its scan end at the walls that are remembered, edges among them.
         """
         # What was seen keeps its place in odom.
-        cells, there = view.scan.cells_of(self._grid), view.odometry
+        odds, there = view.scan.odds_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
         self.keep_inside(view.area, view.pose, view.odometry)
-        bearing = self.bearing(cells, here, yaw, view.heading_error, view.goal_distance)
+        bearing = self.bearing(odds, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
 
@@ -181,7 +198,7 @@ class LocalMap:
 
     def bearing(
         self,
-        cells: NDArray[np.uint8],
+        odds: NDArray[np.float32],
         here: NDArray[np.float64],
         yaw: float,
         bearing: float,
@@ -190,7 +207,7 @@ class LocalMap:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            cells: Of the scan, as ``VirtualScan.cells_of`` gives them.
+            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].
@@ -198,7 +215,7 @@ class LocalMap:
         """
         config = self.config
         if self._looks % config.mark_every == 0:
-            self.mark(cells, here, yaw)
+            self.mark(odds, here, yaw)
         goal = here + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
         if self._looks % config.plan_every == 0 or math.dist(goal, self._aim) > _ANOTHER_GOAL:
             self._subgoal, self._aim = self.subgoal(here, goal), goal
@@ -225,11 +242,11 @@ class LocalMap:
         _shorten(found, self._evidence, self._centre, here, yaw, self._grid.bearings, limits)
         return found
 
-    def mark(self, cells: NDArray[np.uint8], here: NDArray[np.float64], yaw: float) -> None:
+    def mark(self, odds: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
         """Remember a scan.
 
         Args:
-            cells: Of the scan, uint8, shape (n_sectors, n_rings).
+            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
         """
@@ -239,11 +256,12 @@ class LocalMap:
             self._evidence,
             self._centre,
             yaw,
-            cells,
+            odds,
             self._rings,
             self._bearings,
             self._weights,
             (config.blocked, config.free, config.void, config.certain),
+            (config.surely_red, config.surely_green),
         )
 
     def subgoal(
@@ -280,14 +298,14 @@ def _follow(evidence, centre, here, cell):  # type: ignore[no-untyped-def]  # no
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _mark(evidence, centre, yaw, odds, rings, bearings, weights, gains, sure):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add what a scan says of each cell around the robot."""
-    n, half, sectors = len(evidence), len(rings) // 2, len(cells)
+    n, half, sectors = len(evidence), len(rings) // 2, len(odds)
     blocked, free, void, certain = gains
-    firsts = np.full(sectors, cells.shape[1])
+    firsts = np.full(sectors, odds.shape[1])
     for s in range(sectors):
-        for ring in range(cells.shape[1]):
-            if cells[s, ring] == _RED:
+        for ring in range(odds.shape[1]):
+            if odds[s, ring] >= 0:
                 firsts[s] = ring
                 break
     for a in range(2 * half + 1):
@@ -298,23 +316,25 @@ def _mark(evidence, centre, yaw, cells, rings, bearings, weights, gains):  # typ
                 continue
             j = (centre[1] + b - half) & (n - 1)
             if ring == _BODY:
-                evidence[i, j] = -certain
+                evidence[i, j] = min(evidence[i, j], -certain * weights[a, b, 0])
                 continue
             s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-            state, weight = cells[s, ring], weights[a, b, 0]
+            belief, weight = odds[s, ring], weights[a, b, 0]
             known, most = evidence[i, j], certain * weight
-            if state == _GREEN:
+            if belief < 0:
                 # A thing in a corner makes its own polar cell red, and not this one.
                 for k in range(1, 5):
                     s = int((bearings[a, b, k] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-                    if rings[a, b, k] >= 0 and cells[s, rings[a, b, k]] == _RED:
-                        state = _RED
-                if state == _GREEN:
-                    evidence[i, j] = min(known, known - free * weight * (known + most))
+                    if rings[a, b, k] >= 0:
+                        belief = max(belief, odds[s, rings[a, b, k]])
+                if belief < 0:
+                    there = most * max(belief / sure[1], -1.0)
+                    evidence[i, j] = min(known, known - free * weight * (known - there))
             elif known <= -most:
                 continue  # It was seen free from nearer.
-            elif state == _RED:
-                evidence[i, j] = max(known, known + blocked * weight * (most - known))
+            elif belief >= 0:
+                there = most * min(belief / sure[0], 1.0)
+                evidence[i, j] = max(known, known + blocked * weight * (there - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 

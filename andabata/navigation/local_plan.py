@@ -39,6 +39,8 @@ class LocalPlan:
 
     Attributes:
         gaps: Distance from the nearest wall, in cells, shape (n, n).
+        rooms: The same, and more where the robot came through, whatever stands beside its way: room
+            to drive and not to turn on the spot. In cells, shape (n, n).
         costs: Of a cell's length in each cell, shape (n, n).
         onward: Cost of the way to the goal, in cells, around the robot; infinite where nobody
             looked, float32, shape (n, n).
@@ -48,7 +50,13 @@ class LocalPlan:
     """
 
     def __init__(
-        self, cells: int, cell: float, prices: Prices, near: float, reach: float, around: float
+        self,
+        cells: int,
+        cell: float,
+        prices: Prices,
+        spans: tuple[float, float],
+        around: float,
+        passage: tuple[float, float, float],
     ) -> None:
         """Prepare for a square.
 
@@ -56,15 +64,19 @@ class LocalPlan:
             cells: Along its edge.
             cell: Edge of a cell [m].
             prices: Of a metre.
-            near: Nearest sub-goal [m].
-            reach: Farthest sub-goal [m].
+            spans: Nearest and farthest sub-goal [m].
             around: The way is known wherever it costs no more than the best one and this [m].
+            passage: Room where the middle of the robot has been, how far from it ground counts as
+                driven, and how far the robot is past a place that it has come through [m].
         """
         self._cell = cell
         self._prices = prices
-        self._spans = (near / cell, reach / cell)
+        self._spans = (spans[0] / cell, spans[1] / cell)
+        room, under, past = passage
+        self._passage = (room / cell, under / cell, past / cell)
         self._around = around / cell
         self.gaps = np.zeros((cells, cells), dtype=np.float32)
+        self.rooms = np.zeros((cells, cells), dtype=np.float32)
         self.onward = np.zeros((cells, cells), dtype=np.float32)
         self.costs = np.zeros((cells, cells), dtype=np.float32)
         # Neighbours in the queue before and after each cell, and the bucket that it waits in.
@@ -100,6 +112,7 @@ class LocalPlan:
         n, cell = len(self.costs), self._cell
         _keep_inside(centre, cell, fence, self.gaps)
         _price(evidence, centre, cell, self._prices, self.gaps, self.costs)
+        _open(evidence, centre, self._prices.certain, self._passage, self.gaps, self.rooms)
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
         self.end = np.asarray(goal, dtype=np.float64)
@@ -183,6 +196,24 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
             if metres < shy:
                 cost += crowd * min(1.0, (shy - metres) / (shy - room))
             costs[i, j] = 1.0 if known <= driven else cost
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _open(evidence, centre, certain, passage, gaps, rooms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the rooms: gaps, raised where the robot has driven.
+
+    Evidence there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
+    """
+    n = len(gaps)
+    room, under, past = passage
+    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    for i in range(n):
+        for j in range(n):
+            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
+            rooms[i, j] = gaps[i, j]
+            if known <= -certain and gaps[i, j] > 0 and np.hypot(i - n // 2, j - n // 2) > past:
+                off = (2.0 + known / certain) * under
+                rooms[i, j] = max(gaps[i, j], np.float32(room - off))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

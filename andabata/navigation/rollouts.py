@@ -76,15 +76,21 @@ class Rollouts:
         self._robot = robot
         self._rates = np.array([0.0, *config.rates]) * robot.max_steering
         rest = config.model_copy(update={"legs": config.legs - 1})
+        # What follows an arc, and what follows a turn on the spot: whoever looks less far ahead
+        # would seem to have more room.
+        after = {
+            "legs": config.legs - 1,
+            "leg_time": config.leg_time * config.legs / (config.legs - 1),
+        }
         self._tails = np.ascontiguousarray(fan(robot, rest)[0])
+        self._ways = np.ascontiguousarray(fan(robot, config.model_copy(update=after))[0])
         self._points = round(config.leg_time / STEP)
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._turns = np.concatenate([turns, -turns])
         self._prices = np.zeros(len(self._rates) + len(self._turns))
         # Two circles, before and behind the middle, cover the body; one the body that turns.
-        ahead, side = robot.length / 4, robot.width / 2
-        room = math.hypot(ahead, side) + config.margin
-        swing = math.hypot(robot.length / 2, side)
+        ahead, room = robot.length / 4, robot.half_radius + config.margin
+        swing = math.hypot(robot.length / 2, robot.width / 2)
         per_radian = robot.speed / robot.max_steering
         limits = (room, ahead, swing, config.shy, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
@@ -117,8 +123,10 @@ class Rollouts:
             self._rates,
             self._turns,
             self._tails,
+            self._ways,
             (self._points, self._robot.speed * STEP, STEP, cell),
             plan.gaps,
+            plan.rooms,
             plan.onward,
             (x, y, yaw, goal[0], goal[1]),
             self._limits,
@@ -154,13 +162,16 @@ def fan(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _price_ways(rates, turns, tails, ways, stride, gaps, rooms, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the cheapest way costs that begins with each arc or turn on the spot."""
     points, far, time, cell = stride
     x0, y0, yaw0, goal_x, goal_y = at
     room, ahead, swing, shy, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
+    limit = len(onward) - 1
     for k in range(len(prices)):
+        if k == len(rates):
+            tails = ways
         x, y, yaw = x0, y0, yaw0
         driven = crowded = missing = 0.0
         number = 0
@@ -173,7 +184,7 @@ def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices): 
                 there |= np.hypot(x - goal_x, y - goal_y) < arrived
                 if there:
                     break
-                gap = _gap(gaps, x, y, yaw, ahead) * cell
+                gap = _gap(rooms, x, y, yaw, ahead) * cell
                 driven, crowded, number = driven + far, crowded + max(1.0 - gap, 0.0), number + 1
                 missing += max(room - gap, 0.0) ** 2
         else:
@@ -197,7 +208,7 @@ def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices): 
                 if np.hypot(p - goal_x, q - goal_y) < arrived:
                     there = True
                     break
-                gap = _gap(gaps, p, q, yaw + tails[tail, t, 2], ahead) * cell
+                gap = _gap(rooms, p, q, yaw + tails[tail, t, 2], ahead) * cell
                 near, count = near + max(1.0 - gap, 0.0), count + 1
                 more += far + _CONTACT * max(room - gap, 0.0) ** 2
                 if more > prices[k]:
@@ -205,7 +216,6 @@ def _price_ways(rates, turns, tails, stride, gaps, onward, at, limits, prices): 
             if count:
                 more += shy * near / count
             if not there:
-                limit = len(onward) - 1
                 i, j = min(max(int(p), 0), limit), min(max(int(q), 0), limit)
                 rest = onward[i, j] * cell
                 if not rest < _NO_WAY:

@@ -55,7 +55,7 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        local_map = LocalMap(config.grid, config.local_map, AROUND)
+        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND)
         rollouts = Rollouts(config.robot, config.rollouts)
         controller = GuidedController(controller, local_map, rollouts)
     return controller

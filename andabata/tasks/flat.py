@@ -94,7 +94,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self._maps: list[LocalMap] = []
         self._places = np.zeros((num_envs, 2))
         if config.heading == "subgoal":
-            self._maps = [LocalMap(rig.grid, rig.local_map) for _ in range(num_envs)]
+            self._maps = [LocalMap(rig.grid, rig.local_map, rig.robot) for _ in range(num_envs)]
         self._robots = FlatRobots.make(num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
         self._slips = [np.random.default_rng(0) for _ in range(num_envs)]
@@ -270,8 +270,8 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             self._terms[k, 0] = self.config.reward.attraction * nearer
         self._places[k] = here
         local_map, ranges = self._maps[k], state[:-N_EXTRAS]
-        cells = VirtualScan(ranges, grid.outer_radius).cells_of(grid)
-        state[-1] = local_map.bearing(cells, here, yaw, bearing, float(np.hypot(*to_goal)))
+        odds = VirtualScan(ranges, grid.outer_radius).odds_of(grid)
+        state[-1] = local_map.bearing(odds, here, yaw, bearing, float(np.hypot(*to_goal)))
         ranges[:] = local_map.shortened(ranges, here, yaw)
 
     def _make_rules(self) -> Rules:

@@ -116,7 +116,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._limit = config.rig.robot.max_steering
         self._map: LocalMap | None = None
         if config.heading == "subgoal":
-            self._map = LocalMap(config.rig.grid, config.rig.local_map)
+            self._map = LocalMap(config.rig.grid, config.rig.local_map, config.rig.robot)
         self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(

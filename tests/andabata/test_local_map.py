@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.pose import Pose
+from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
@@ -18,7 +19,7 @@ from terrain.heightfield import Heightfield
 from terrain.objects import box
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
-from traversability.virtual_scan import VirtualScan
+from traversability.virtual_scan import VirtualScan, sure_odds
 from worlds.rays import RayScene
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, Task, World
@@ -27,18 +28,18 @@ GRID = PolarGrid()
 ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
 
 
-def cells(ranges):
-    """Return the cells of a scan whose sectors are free so far [m]."""
+def odds(ranges):
+    """Return the odds of a scan whose sectors are free so far [m]."""
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
-    return VirtualScan(full, GRID.outer_radius).cells_of(GRID)
+    return VirtualScan(full, GRID.outer_radius).odds_of(GRID)
 
 
 def wall_ahead(distance=3.0, half_width=4.0):
-    """Return the cells of a scan with a wall across the way."""
+    """Return the odds of a scan with a wall across the way."""
     bearings = GRID.bearings
     reach = np.where(np.cos(bearings) > 0.05, distance / np.maximum(np.cos(bearings), 0.05), np.inf)
     hit = np.abs(reach * np.sin(bearings)) < half_width
-    return cells(np.where(hit & (reach < 10), reach, np.inf))
+    return odds(np.where(hit & (reach < 10), reach, np.inf))
 
 
 def seen(local_map, scan, times=12, here=ORIGIN, yaw=0.0):
@@ -49,7 +50,7 @@ def seen(local_map, scan, times=12, here=ORIGIN, yaw=0.0):
 
 def test_a_free_way_leads_straight_to_the_goal():
     assert LocalMap(GRID).subgoal(ORIGIN, AHEAD) is None
-    assert seen(LocalMap(GRID), cells(np.inf)).subgoal(ORIGIN, AHEAD) is None
+    assert seen(LocalMap(GRID), odds(np.inf)).subgoal(ORIGIN, AHEAD) is None
 
 
 def test_it_goes_round_a_wall():
@@ -60,7 +61,7 @@ def test_it_goes_round_a_wall():
 
 def test_a_dead_end_is_left_backwards():
     bearings = np.abs(GRID.bearings)
-    trap = cells(np.where(bearings < np.deg2rad(130), 2.5, np.inf))
+    trap = odds(np.where(bearings < np.deg2rad(130), 2.5, np.inf))
     place = seen(LocalMap(GRID), trap).subgoal(ORIGIN, AHEAD)
     assert abs(np.arctan2(place[1], place[0])) > np.deg2rad(110)
 
@@ -71,7 +72,7 @@ def test_what_was_seen_keeps_its_place(yaw):
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     before = local_map.subgoal(ORIGIN, 8.0 * ahead)
     # Far away and back, as long as it stays within the square.
-    nothing = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)
+    nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
     for way in (-20.0, 0.0):
         seen(local_map, nothing, 1, way * ahead)
     np.testing.assert_allclose(local_map.subgoal(ORIGIN, 8.0 * ahead), before)
@@ -82,7 +83,7 @@ def test_what_was_seen_keeps_its_place(yaw):
 
 def test_near_cells_overrule_far_ones():
     local_map = seen(LocalMap(GRID), wall_ahead(3.0, 2.0))
-    seen(local_map, cells(np.inf), 40, np.array([2.0, 0.0]))
+    seen(local_map, odds(np.inf), 40, np.array([2.0, 0.0]))
     assert local_map.subgoal(ORIGIN, AHEAD) is None  # Seen from near by, it was not there.
 
 
@@ -90,7 +91,7 @@ def test_what_was_seen_free_from_near_is_not_a_wall_from_afar():
     """From the bottom of a hollow the rim where the robot came from looks steep."""
     local_map = LocalMap(GRID)
     for x in (4.0, 4.5, 5.0, 5.5):
-        seen(local_map, cells(np.inf), 20, np.array([x, 0.0]))
+        seen(local_map, odds(np.inf), 20, np.array([x, 0.0]))
     seen(local_map, wall_ahead(4.5, 1.0), 60, ORIGIN)
     assert local_map.subgoal(ORIGIN, AHEAD) is None
     unknown = seen(LocalMap(GRID), wall_ahead(4.5, 1.0), 60, ORIGIN)
@@ -109,11 +110,11 @@ def test_emptiness_that_nothing_hides_is_an_edge():
     brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)
     brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = CellState.EMPTY
-    place = seen(LocalMap(GRID), brink, 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
+    place = seen(LocalMap(GRID), sure_odds(brink), 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
     assert place is not None
     hidden = brink.copy()
     hidden[front, 4] = CellState.NON_TRAVERSABLE
-    behind = seen(LocalMap(GRID), hidden, 20)
+    behind = seen(LocalMap(GRID), sure_odds(hidden), 20)
     assert behind.subgoal(np.array([4.0, 0.0]), np.array([3.2, 0.0])) is None
 
 
@@ -194,10 +195,47 @@ def test_a_robot_with_a_map_leaves_a_dead_end_and_one_without_does_not():
 
 def test_emptiness_is_no_edge_where_the_robot_has_been():
     """Ground under the laser is never seen, and would turn the driven trail into a doubtful one."""
-    local_map = seen(LocalMap(GRID), cells(np.inf))
-    nothing = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)
+    local_map = seen(LocalMap(GRID), odds(np.inf))
+    nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
     seen(local_map, nothing, 12, np.array([1.0, 0.0]))
     local_map.subgoal(np.array([1.0, 0.0]), AHEAD)
     plan = local_map.plan
     i, j = ((ORIGIN - plan.corner) / local_map.config.cell).astype(int)
     assert plan.costs[i, j] == 1.0
+
+
+def test_what_is_hardly_red_is_dear_and_no_wall():
+    """A red cell that is as likely green moves the evidence to its share of certainty."""
+    config = LocalMapConfig()
+    red = wall_ahead(2.0)
+    sure = seen(LocalMap(GRID), red, 60)
+    hardly = seen(LocalMap(GRID), np.where(red > 0, 0.2 * config.surely_red, red), 60)
+    i, j = (int(2.1 / config.cell), 0)
+    weight = 1 / (1 + np.hypot(i, j) * config.cell / config.fade)
+    assert sure._evidence[i, j] == pytest.approx(config.certain * weight, rel=1e-3)
+    assert hardly._evidence[i, j] == pytest.approx(0.2 * sure._evidence[i, j], rel=1e-3)
+    assert sure.subgoal(ORIGIN, AHEAD) is not None
+    costs = []
+    for local_map in (sure, hardly):
+        local_map.subgoal(ORIGIN, AHEAD)
+        place = ((np.array([2.1, 0.1]) - local_map.plan.corner) / config.cell).astype(int)
+        costs.append((local_map.plan.gaps[tuple(place)], local_map.plan.costs[tuple(place)]))
+    (wall, dear), (free, less) = costs
+    assert (wall, free > 0) == (0, True)
+    assert 1.0 < less < dear
+
+
+def test_there_is_room_where_the_robot_came_through():
+    """Walls that cells of the scan make too thick do not close the way back."""
+    local_map = LocalMap(GRID)
+    for x in np.arange(0.0, 4.0, 0.1):
+        local_map.mark(odds(0.7), np.array([x, 0.0]), 0.0)
+    local_map.subgoal(np.array([3.9, 0.0]), ORIGIN)
+    plan, robot = local_map.plan, RobotModel()
+    middle, beside = (
+        tuple(((np.array([2.0, y]) - plan.corner) / local_map.config.cell).astype(int))
+        for y in (0.0, 0.45)
+    )
+    assert plan.rooms[middle] * local_map.config.cell > robot.half_radius
+    assert plan.rooms[middle] > plan.gaps[middle] > 0.0
+    assert plan.rooms[beside] == plan.gaps[beside] == 0.0

@@ -22,7 +22,7 @@ def mapped(ranges, goal=AHEAD):
     local_map = LocalMap(GRID, around=AROUND)
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
     for _ in range(20):
-        local_map.mark(VirtualScan(full, GRID.outer_radius).cells_of(GRID), ORIGIN, 0.0)
+        local_map.mark(VirtualScan(full, GRID.outer_radius).odds_of(GRID), ORIGIN, 0.0)
     local_map.subgoal(ORIGIN, goal)
     return local_map
 
@@ -71,6 +71,20 @@ def test_a_turn_that_has_begun_goes_on():
     first, _ = rollouts.choose(pocket, ORIGIN, 0.0, 0.0)
     for yaw in np.sign(first) * np.array([-0.2, 0.5, 1.0, 2.0]):
         assert rollouts.choose(pocket, ORIGIN, yaw, 0.0) == (first, 0.0)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.5, 2.0, -1.1])
+def test_the_way_that_it_came_is_a_way_back(heading):
+    """Even when nothing else is left."""
+    local_map = LocalMap(GRID, around=AROUND)
+    red = np.full((GRID.n_sectors, GRID.n_rings), np.inf, dtype=np.float32)
+    ahead = np.array([np.cos(heading), np.sin(heading)])
+    for x in np.arange(-4.0, 0.05, 0.1):
+        local_map.mark(red, x * ahead, heading)
+    local_map.subgoal(ORIGIN, -4.0 * ahead)
+    rate, pace = chosen(local_map, 0.0, yaw=heading + np.pi)
+    assert (abs(rate) <= 0.25, pace) == (True, 1.0)
+    assert chosen(local_map, 0.0, yaw=heading)[1] == 0.0
 
 
 def test_rollouts_move_as_the_robot_does():

@@ -1,8 +1,9 @@
-"""What limits driving: what the cloud shows, or what the forest makes of it?
+"""What limits driving: the world, the filter, what the cloud shows, or what the forest makes of it?
 
-Run with ``python tests/benchmarks/bench_sight.py [WORLDS]``. The reactive controller drives natural
-worlds that nobody trains or judges in (seeds from 200 on), in bullet and with the true pose, three
-times over: by the forest's cells, by true cells of the same clouds, and by the true map itself.
+Run with ``python tests/benchmarks/bench_sight.py [TRIALS] [CONTROLLER] [WORLD]``. The worlds are
+those of ``andabata evaluate --world WORLD --seed 0``, in bullet; sensors draw their noise from the
+same seeds. They are driven five times over: as the robot does, with its true pose, by true cells of
+the same clouds, by the true map as far as cells reach, seen or not, and by the oracle.
 """
 
 import sys
@@ -12,32 +13,28 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.evaluation import EvaluationConfig
 from andabata.localization.localizer import Localizer
 from andabata.localization.noisy_truth import NoisyTruthConfig
 from andabata.models import shipped_forest
 from andabata.navigation.perception import CloudPerception
 from andabata.tasks.controllers import make_controller
-from andabata.tasks.judge import JudgeConfig
+from andabata.tasks.judge import Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
+from rl.metrics import wilson_interval
 from traversability.grid import PolarGrid
 from traversability.labels import CellState, label_cells
-from traversability.scanner import TraversabilityScanner
 from traversability.virtual_scan import VirtualScan, virtual_scan
 from worlds.truth import TraversabilityMap
+from worlds.world import choose_task
 
-CONFIG = RigConfig(localizer="truth", errors=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0))
-SCANNER = TraversabilityScanner(shipped_forest())
+KNOWN_POSE = RigConfig(
+    localizer="truth", errors=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+)
 Cells = NDArray[np.uint8]
 Sight = Callable[[CloudPerception, Localizer, TraversabilityMap, PolarGrid], Cells]
-
-
-def forest_cells(
-    perception: CloudPerception, localizer: Localizer, truth: TraversabilityMap, grid: PolarGrid
-) -> Cells:
-    """Return what the robot itself believes."""
-    return SCANNER.cells(perception.assembler.relative(localizer.pose).points)
 
 
 def labelled_cells(
@@ -47,8 +44,9 @@ def labelled_cells(
     cloud = perception.assembler.cloud
     assert cloud is not None
     assert cloud.classes is not None
-    bad = truth.severity_of(cloud.points, cloud.classes) > 0
-    return label_cells(perception.assembler.relative(localizer.pose).points, bad, grid)
+    severity = truth.severity_of(cloud.points, cloud.classes)
+    points = perception.assembler.relative(localizer.pose).points
+    return label_cells(points, severity > 0, grid, things=np.isposinf(severity))
 
 
 def map_cells(
@@ -63,47 +61,60 @@ def map_cells(
     return np.where(red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE).astype(np.uint8)
 
 
-def drive(name: str, sight: Sight, worlds: int) -> None:
-    """Drive all worlds by one sight and print how the first legs ended and how good cells were."""
-    outcomes: Counter[str] = Counter()
-    counts = np.zeros((2, 2))
-    for seed in range(200, 200 + worlds):
-        scene = SceneShelf().get("natural", seed)
-        controller = make_controller("reactive", scene.world, CONFIG)
-        rig = Rig(scene, CONFIG, shipped_forest(), controller)
-        perception = rig.perception
-        assert isinstance(perception, CloudPerception)
-        plain, truth = perception.look, scene.world.truth
+def give_sight(rig: Rig, sight: Sight, truth: TraversabilityMap) -> None:
+    """Replace what the forest makes of the clouds."""
+    perception = rig.perception
+    assert isinstance(perception, CloudPerception)
+    plain, grid = perception.look, rig.config.grid
 
-        def look(
-            stamp: float,
-            localizer: Localizer,
-            plain: Callable[[float, Localizer], VirtualScan | None] = plain,
-            perception: CloudPerception = perception,
-            truth: TraversabilityMap = truth,
-        ) -> VirtualScan | None:
-            if plain(stamp, localizer) is None:
-                return None
-            cells = sight(perception, localizer, truth, CONFIG.grid)
-            near = slice(0, 5)  # Rings to 2.4 m.
-            true = labelled_cells(perception, localizer, truth, CONFIG.grid)[:, near]
-            for k in (0, 1):
-                for j in (0, 1):
-                    counts[k, j] += ((true == k + 1) & (cells[:, near] == j + 1)).sum()
-            return virtual_scan(cells, CONFIG.grid)
+    def look(stamp: float, localizer: Localizer) -> VirtualScan | None:
+        if plain(stamp, localizer) is None:
+            return None
+        return virtual_scan(sight(perception, localizer, truth, grid), grid)
 
-        perception.look = look  # type: ignore[method-assign]
-        legs = run_trial(rig, scene.world.tasks[0], JudgeConfig(), np.random.default_rng([seed, 1]))
-        outcomes[str(legs[0].outcome)] += 1
+    perception.look = look  # type: ignore[method-assign]
+
+
+def drive(name: str, config: EvaluationConfig, sight: Sight | None) -> None:
+    """Drive all worlds by one sight and print how many reached each goal in a row."""
+    (law,) = config.controllers
+    ends = Counter[str]()
+    reached = np.zeros(3, dtype=int)
+    for trial, course in enumerate(config.courses):
+        scene = SceneShelf().get(course.world, course.seed, course.difficulty)
+        task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
+        rig = Rig(
+            scene, config.rig, shipped_forest(), make_controller(law, scene.world, config.rig)
+        )
+        if sight is not None:
+            give_sight(rig, sight, scene.world.truth)
+        rng = np.random.default_rng([config.seed, trial, 1])
+        legs = run_trial(rig, task, config.judge, rng)
         rig.close()
-    false_alarms, recall = counts[:, 1] / counts.sum(axis=1)
-    figures = f"rings to 2.4 m: recall {recall:.3f}, false alarms {false_alarms:.3f}"
-    sys.stdout.write(f"{name}: {dict(outcomes)}; {figures}\n")
+        for leg in legs:
+            reached[leg.goal - 1] += leg.outcome is Outcome.GOAL
+        ends[str(legs[-1].outcome)] += 1
+    rates = [
+        "{} [{:.2f}, {:.2f}]".format(n, *wilson_interval(n, config.trials))
+        for n in reached.tolist()
+    ]
+    sys.stdout.write(f"{name}: of {config.trials}: {', '.join(rates)}; {dict(ends)}\n")
     sys.stdout.flush()
 
 
+def main() -> None:
+    """Drive by each sight."""
+    trials = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    law = sys.argv[2] if len(sys.argv) > 2 else "straight+map"
+    world = sys.argv[3] if len(sys.argv) > 3 else "natural-test"
+    config = EvaluationConfig(world=world, trials=trials, goals=3, controllers=(law,))
+    knowing = config.model_copy(update={"rig": KNOWN_POSE})
+    drive("as it is", config, None)
+    drive("true pose", knowing, None)
+    drive("true cells of the cloud", knowing, labelled_cells)
+    drive("true map within reach", knowing, map_cells)
+    drive("oracle", knowing.model_copy(update={"controllers": ("oracle",)}), None)
+
+
 if __name__ == "__main__":
-    worlds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    drive("forest's cells", forest_cells, worlds)
-    drive("true cells of the cloud", labelled_cells, worlds)
-    drive("true map", map_cells, worlds)
+    main()

@@ -94,6 +94,17 @@ def test_the_same_seed_gives_the_same_forest(recipe):
     assert first.to_bytes() == second.to_bytes()
 
 
+@pytest.mark.parametrize("recipe", [SMALL, PAPER_RECIPE.model_copy(update={"trees": 10})])
+def test_odds_and_probability_tell_the_same(recipe):
+    trees = grow_forest(cells(), GRID, recipe, seed=1).trees
+    shares = np.array([0.1, 0.5, 0.9])
+    sums = trees.sum_at(shares)
+    np.testing.assert_allclose(trees.probability(sums), shares)
+    np.testing.assert_allclose(trees.log_odds(sums), np.log(shares / (1 - shares)), atol=1e-12)
+    assert trees.log_odds(np.array([-np.inf]))[0] == -np.inf
+    assert np.isnan(trees.log_odds(np.array([np.nan]))[0])
+
+
 def test_a_feature_can_be_left_out():
     config = SMALL.model_copy(update={"without": ("roughness",)})
     forest = grow_forest(cells(), GRID, config, seed=1)

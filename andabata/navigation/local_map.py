@@ -55,7 +55,8 @@ class LocalMapConfig(BaseModel):
         sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
             not tried twice.
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
-        certain: Largest evidence; from afar that weight of it.
+        certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
+            twice as much against a wall.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
         shy: Distance from walls at which a metre costs no more [m].

@@ -87,6 +87,13 @@ def test_the_way_that_it_came_is_a_way_back(heading):
     assert chosen(local_map, 0.0, yaw=heading)[1] == 0.0
 
 
+def test_a_turn_on_the_spot_is_looked_at_as_far_ahead_as_an_arc():
+    """Whoever looks less far ahead seems to have more room, and the robot dithers."""
+    rollouts = Rollouts(ROBOT, RolloutConfig())
+    after_arc, after_turn = rollouts._tails.shape[1], rollouts._ways.shape[1]
+    assert abs(rollouts._points + after_arc - after_turn) <= 1
+
+
 def test_rollouts_move_as_the_robot_does():
     paths, first = fan(ROBOT, RolloutConfig())
     assert paths.shape == (125, 33, 3)

@@ -4,6 +4,8 @@ Published are the networks, the critic's 36th input and that both are updated at
 rates, discount, optimiser and the distribution of the actions are ours (assumptions).
 """
 
+import copy
+import math
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -35,6 +37,9 @@ class ActorCriticConfig(BaseModel):
             nothing here).
         reward_scale: Rewards are multiplied by this.
         largest_difference: Temporal differences are cut off here.
+        trust: The probability of an action is moved by this share at most from what it was when the
+            episode was driven. The paper's robot learns at each step with the actor that drives;
+            these learn after whole episodes (assumption, the limit of Schulman et al. 2017).
         batch: Episodes that are played side by side.
     """
 
@@ -49,6 +54,7 @@ class ActorCriticConfig(BaseModel):
     hold: int = Field(default=5, ge=1)
     reward_scale: float = Field(default=0.1, gt=0)
     largest_difference: float = Field(default=10.0, gt=0)
+    trust: float = Field(default=0.2, gt=0)
     batch: int = Field(default=8, ge=1)
 
 
@@ -109,15 +115,16 @@ class ActorCritic:
                 group["lr"] = rate * pace
         figures, count = np.zeros(3), 0
         longest = max(len(episode.actions) for episode in episodes)
+        driver = copy.deepcopy(self.actor)
         for moment in range(longest):
             rows = _decisions(episodes, moment, self.config.reward_scale)
-            figures += self._descend(rows)
+            figures += self._descend(rows, driver)
             count += 1
         loss, value, spread = (figures / count).tolist()
         return {"critic_loss": loss, "value": value, "spread": spread}
 
-    def _descend(self, rows: dict[str, Tensor]) -> tuple[float, float, float]:
-        """Take one step of critic and actor along the temporal difference."""
+    def _descend(self, rows: dict[str, Tensor], driver: Actor) -> tuple[float, float, float]:
+        """Take one step of critic and actor along the temporal difference, near the driver."""
         config = self.config
         values = self.critic(rows["states"], rows["rewards_before"])
         with torch.no_grad():
@@ -128,7 +135,10 @@ class ActorCritic:
         critic_loss = torch.nn.functional.smooth_l1_loss(values, wanted)
         self._step("critic", critic_loss)
         log_p = self.actor.log_probability(rows["states"], rows["actions"])
-        self._step("actor", -(difference * log_p).mean())
+        with torch.no_grad():
+            moved = log_p - driver.log_probability(rows["states"], rows["actions"])
+            near = moved * difference.sign() < math.log1p(config.trust)
+        self._step("actor", -(near * difference * log_p).mean())
         with torch.no_grad():
             spread = self.actor(rows["states"])[1].mean()
         return float(critic_loss.detach()), float(values.detach().mean()), float(spread)

@@ -12,12 +12,14 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
+from andabata.navigation.bumps import Bumps, BumpsConfig, Wrapping, follow
 from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
 from andabata.navigation.view import Area, View
+from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 
 _BODY, _BEYOND = -1, -2
@@ -38,7 +40,7 @@ class LocalMapConfig(BaseModel):
     """Numbers of the map.
 
     Attributes:
-        cells: Cells along an edge of the square that is remembered around the robot, a power of 2.
+        cells: Cells along an edge of the square that is remembered around the robot.
         cell: Edge of a cell [m].
         mark_every: Control steps between two scans that are remembered.
         plan_every: Control steps between two plans.
@@ -64,11 +66,12 @@ class LocalMapConfig(BaseModel):
         crowd: Extra cost of a metre at ``room``, falling to none at ``shy``.
         near: Nearest sub-goal [m]: what lies within the turning circle cannot be headed for.
         reach: Farthest sub-goal [m].
+        bumps: Numbers of what stands out of the ground by centimetres.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    cells: int = Field(default=256, ge=64, le=1024)
+    cells: Wrapping = Field(default=256, ge=64, le=1024)
     cell: float = Field(default=0.2, gt=0)
     mark_every: int = Field(default=5, ge=1)
     plan_every: int = Field(default=5, ge=1)
@@ -90,14 +93,7 @@ class LocalMapConfig(BaseModel):
     crowd: float = Field(default=2.0, ge=0)
     near: float = Field(default=1.5, ge=0)
     reach: float = Field(default=5.0, gt=0)
-
-    @field_validator("cells")
-    @classmethod
-    def _check_cells(cls, cells: int) -> int:
-        """Places wrap around the square by their lowest bits."""
-        if cells & (cells - 1):
-            raise ValueError(f"expected a power of 2, got {cells}")
-        return cells
+    bumps: BumpsConfig = Field(default_factory=BumpsConfig)
 
 
 class LocalMap:
@@ -130,6 +126,7 @@ class LocalMap:
         robot = robot or RobotModel()
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
+        self._bumps = Bumps(cell / 2, self.config.bumps)
         prices = Prices(**{name: getattr(self.config, name) for name in Prices._fields})
         under = robot.width / 2 - _RIM
         passage = (robot.half_radius + _PASSAGE, under, robot.length)
@@ -156,6 +153,8 @@ class LocalMap:
     def reset(self) -> None:
         """Forget everything."""
         self._evidence[:] = 0.0
+        self._bumps.reset()
+        self._cloud: PointCloud | None = None
         self._centre[:] = 0
         self._looks = 0
         self._subgoal: NDArray[np.float64] | None = None
@@ -172,10 +171,22 @@ class LocalMap:
         # What was seen keeps its place in odom.
         odds, there = view.scan.odds_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
+        self.look_down(view.cloud, here)
         self.keep_inside(view.area, view.pose, view.odometry)
         bearing = self.bearing(odds, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.shortened(view.scan.ranges, here, yaw)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
+
+    def look_down(self, cloud: PointCloud | None, here: NDArray[np.float64]) -> None:
+        """Remember the bumps of a cloud, once.
+
+        Args:
+            cloud: In ``odom``; None has none.
+            here: Position of the robot there [m], shape (2,).
+        """
+        if cloud is not None and cloud is not self._cloud:
+            self._bumps.take(cloud.points, here)
+            self._cloud = cloud
 
     def keep_inside(
         self, area: Area | None, pose: Pose | None = None, odometry: Pose | None = None
@@ -252,7 +263,7 @@ class LocalMap:
             yaw: Its heading there [rad].
         """
         config = self.config
-        _follow(self._evidence, self._centre, here, config.cell)
+        follow(self._evidence, self._centre, here, config.cell)
         _mark(
             self._evidence,
             self._centre,
@@ -264,6 +275,8 @@ class LocalMap:
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
         )
+        bumps = (self._bumps.rises, self._bumps.centre, config.wall / config.bumps.rise)
+        _raise(self._evidence, self._centre, len(self._rings) // 2, bumps, config.certain)
 
     def subgoal(
         self, here: NDArray[np.float64], goal: NDArray[np.float64]
@@ -280,22 +293,6 @@ class LocalMap:
         if not (np.isfinite(here).all() and np.isfinite(goal).all()):
             raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
         return self.plan.make(self._evidence, self._centre, self._fence, here, goal)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _follow(evidence, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Move the square to the robot and forget what it leaves behind; indices wrap around."""
-    n = len(evidence)
-    for axis in range(2):
-        now = int(np.floor(here[axis] / cell))
-        shift = now - centre[axis]
-        for k in range(min(abs(shift), n)):
-            line = (now + n // 2 - 1 - k if shift > 0 else now - n // 2 + k) & (n - 1)
-            if axis == 0:
-                evidence[line, :] = 0.0
-            else:
-                evidence[:, line] = 0.0
-        centre[axis] = now
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -338,6 +335,27 @@ def _mark(evidence, centre, yaw, odds, rings, bearings, weights, gains, sure):  
                 evidence[i, j] = max(known, known + blocked * weight * (there - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _raise(evidence, centre, half, bumps, certain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Raise the evidence where the ground has bumps, or beside them, and nobody has driven.
+
+    Beside them, because bumps and the gaps between walls are told by the middles of cells.
+    """
+    rises, middle, steepness = bumps
+    n, m = len(evidence), len(rises)
+    half = min(half, m // 4 - 1)
+    for a in range(centre[0] - half, centre[0] + half + 1):
+        for b in range(centre[1] - half, centre[1] + half + 1):
+            i, j = a & (n - 1), b & (n - 1)
+            if evidence[i, j] <= -certain:
+                continue
+            for u in range(2 * a - 1, 2 * a + 3):
+                for v in range(2 * b - 1, 2 * b + 3):
+                    rise = rises[u & (m - 1), v & (m - 1)]
+                    if rise > 0 and max(abs(u - middle[0]), abs(v - middle[1])) < m // 2:
+                        evidence[i, j] = max(evidence[i, j], min(steepness * rise, certain))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

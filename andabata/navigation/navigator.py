@@ -150,6 +150,7 @@ class Navigator:
             goal=self._goal,
             truth=senses.truth,
             area=self.area,
+            cloud=self._perception.cloud,
         )
 
     def command(self, steering: float, pace: float = 1.0) -> WheelSpeeds:

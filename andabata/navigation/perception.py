@@ -5,6 +5,7 @@ from typing import Protocol
 from andabata.localization.localizer import Localizer
 from andabata.machine.senses import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
+from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
@@ -13,6 +14,10 @@ from traversability.virtual_scan import VirtualScan
 
 class Perception(Protocol):
     """Whatever tells how far it is free around the robot."""
+
+    @property
+    def cloud(self) -> PointCloud | None:
+        """The latest complete cloud, in ``odom``; None where there is none."""
 
     def reset(self) -> None:
         """Forget what was seen."""
@@ -30,6 +35,11 @@ class CloudPerception:
     def __init__(self, assembler: CloudAssembler, forest: Forest, grid: PolarGrid) -> None:
         self.assembler = assembler
         self._scanner = TraversabilityScanner(forest, grid)
+
+    @property
+    def cloud(self) -> PointCloud | None:
+        """The latest complete cloud."""
+        return self.assembler.cloud
 
     def reset(self) -> None:
         """Forget the clouds."""
@@ -59,6 +69,11 @@ class HorizontalPerception:
     def __init__(self, grid: PolarGrid) -> None:
         self._grid = grid
         self.reset()
+
+    @property
+    def cloud(self) -> PointCloud | None:
+        """None: a scanner in one plane makes no clouds."""
+        return None
 
     def reset(self) -> None:
         """Forget the last scan."""

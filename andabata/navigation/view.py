@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.pose import Pose
 from andabata.machine.senses import VehicleState
+from traversability.cloud import PointCloud
 from traversability.virtual_scan import VirtualScan
 
 Area = tuple[float, float, float, float]
@@ -31,6 +32,7 @@ class View:
         truth: The true state, for the oracle alone (simulation only).
         area: Where the robot may be at all: the fence that a field robot is given with its goals.
             None is everywhere.
+        cloud: The cloud behind the scan, in ``odom``; None where there is none.
     """
 
     stamp: float
@@ -43,6 +45,7 @@ class View:
     goal: NDArray[np.float64]
     truth: VehicleState | None
     area: Area | None = None
+    cloud: PointCloud | None = None
 
 
 class Controller(Protocol):

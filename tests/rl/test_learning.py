@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from rl.actor_critic import ActorCriticConfig
+from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.curriculum import Curriculum, CurriculumConfig, Difficulty, Stage
 from rl.networks import ValueCritic
 from rl.observation import ObservationLayout
@@ -150,6 +150,25 @@ def test_the_papers_learner_learns_and_resumes(critic):
     second = Curriculum(plan, sampler(), first.to_bytes())
     assert run(second) == told[28:]
     assert second.to_bytes() == whole.to_bytes()
+
+
+def test_the_papers_actor_stays_near_the_one_that_drove():
+    """Without that limit what comes late in an episode is learnt by an actor that never drove."""
+    moved = []
+    for trust in (0.2, 1e9):
+        config = ActorCriticConfig(trust=trust, hidden=(32, 32), actor_rate=3e-3)
+        learner = ActorCritic(ObservationLayout(4), 10.0, 0.5, config, seed=1)
+        rng = np.random.default_rng(2)
+        driver = learner.explorer(0.0)
+        episodes = [play(TurnToGoal(), driver, 1, Assignment(0, (5, k))) for k in range(8)]
+        states = torch.from_numpy(np.concatenate([e.states for e in episodes]))
+        actions = torch.from_numpy(np.concatenate([e.actions for e in episodes]))
+        before = learner.actor.log_probability(states, actions).detach()
+        learner.update(episodes, rng)
+        after = learner.actor.log_probability(states, actions).detach()
+        moved.append(float((after - before).abs().quantile(0.9)))
+    assert moved[0] < 0.5
+    assert moved[1] > 5.0
 
 
 def test_a_checkpoint_of_the_other_learner_is_refused():

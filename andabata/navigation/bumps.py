@@ -1,0 +1,197 @@
+"""Bumps: what stands out of the ground by centimetres, told by the points of several clouds.
+
+A rock that no wheel may touch can be ten points of a cloud, too few to make a cell of the scan red.
+But neighbouring points are measured within a fraction of a second, so that noise alone moves them
+against each other, and they lie there again in every cloud. Not in the papers (assumption).
+"""
+
+from typing import Annotated
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+_ASIDE = 3
+"""A cell is compared with those so many cells away on either side."""
+
+_ALONG = np.array([[_ASIDE, 0], [0, _ASIDE], [2, 2], [2, -2]])
+
+
+def _wrapping(cells: int) -> int:
+    """Return a number of cells in which places wrap around by their lowest bits."""
+    if cells & (cells - 1):
+        raise ValueError(f"expected a power of 2, got {cells}")
+    return cells
+
+
+Wrapping = Annotated[int, AfterValidator(_wrapping)]
+"""Cells along an edge of a square that moves with the robot: a power of 2."""
+
+
+class BumpsConfig(BaseModel):
+    """Numbers of the bumps.
+
+    Attributes:
+        cells: Cells along an edge of the square that is remembered around the robot.
+        nearest: Points nearer to the robot tell nothing [m].
+        reach: Points further away tell nothing [m].
+        most: What stands out further is no bump, but a thing or a crown above the ground [m]: cells
+            of the scan tell it.
+        enough: A cell has to have so many points.
+        memory: What a cell has seen weighs no more than so many points.
+        rise: A cell that stands out so far is a wall [m]: rocks of 6 cm make a mean of 2.
+        roughness: A bump stands out so many times further than what is around it does.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    cells: Wrapping = Field(default=128, ge=32, le=1024)
+    nearest: float = Field(default=0.6, ge=0)
+    reach: float = Field(default=4.0, gt=0)
+    most: float = Field(default=0.25, gt=0)
+    enough: float = Field(default=6.0, gt=0)
+    memory: float = Field(default=100.0, gt=0)
+    rise: float = Field(default=0.018, gt=0)
+    roughness: float = Field(default=5.0, ge=0)
+
+
+class Bumps:
+    """Remembers how far the ground stands out, in a square that moves with the robot, in ``odom``.
+
+    Attributes:
+        rises: Height of each cell over the ground on either side of it [m], and 0 where that is no
+            bump; wrapped around, float32, shape (n, n).
+        centre: The robot's cell at the last cloud, counted from the origin of ``odom``, shape (2,).
+    """
+
+    def __init__(self, cell: float, config: BumpsConfig) -> None:
+        """Begin without any.
+
+        Args:
+            cell: Edge of a cell [m].
+            config: Numbers.
+        """
+        self._cell = cell
+        self._config = config
+        n = config.cells
+        self.rises = np.zeros((n, n), dtype=np.float32)
+        self.centre = np.zeros(2, dtype=np.int64)
+        self._sums = np.zeros((n, n, 2), dtype=np.float32)
+        # Lowest point, points and mean height of each cell in the last cloud.
+        self._last = np.zeros((n, n, 3), dtype=np.float32)
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.rises[:] = 0.0
+        self._sums[:] = 0.0
+        self.centre[:] = 0
+
+    def take(self, points: NDArray[np.float32], here: NDArray[np.float64]) -> None:
+        """Take in a cloud.
+
+        Args:
+            points: In ``odom`` [m], shape (n, 3).
+            here: Position of the robot there [m], shape (2,).
+        """
+        config = self._config
+        follow(self._sums, self.centre, here, self._cell)
+        _describe(points, here, self.centre, self._cell, config.reach, config.most, self._last)
+        limits = (config.nearest, config.reach, config.most, config.memory)
+        _add(self._last, self._sums, self.centre, here, self._cell, limits)
+        _judge(self._sums, config.enough, config.rise, config.roughness, self.rises)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Move a square to the robot and forget what it leaves behind; indices wrap around."""
+    n = len(square)
+    for axis in range(2):
+        now = int(np.floor(here[axis] / cell))
+        shift = now - centre[axis]
+        for k in range(min(abs(shift), n)):
+            line = (now + n // 2 - 1 - k if shift > 0 else now - n // 2 + k) & (n - 1)
+            if axis == 0:
+                square[line, :] = 0.0
+            else:
+                square[:, line] = 0.0
+        centre[axis] = now
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _describe(points, here, centre, cell, reach, most, last):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write each cell's lowest point, and number and mean height of those not far above it."""
+    n = len(last)
+    last[:, :, 0] = np.inf
+    last[:, :, 1:] = 0.0
+    half = min(int(reach / cell) + _ASIDE + 1, n // 2 - 1)
+    for above in (False, True):
+        for k in range(len(points)):
+            i = int(np.floor(points[k, 0] / cell))
+            j = int(np.floor(points[k, 1] / cell))
+            if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
+                continue
+            own, z = last[i & (n - 1), j & (n - 1)], points[k, 2]
+            if not above:
+                own[0] = min(own[0], z)
+            elif z < own[0] + most:
+                own[1] += np.float32(1.0)
+                own[2] += (z - own[2]) / own[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add(last, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Add how far cells stand out of those on either side: points, and the sum over them.
+
+    The mean of two cells on either side is the ground's height between them, on slopes too; of the
+    four pairs the one in the middle counts, so that the next rock does no harm.
+    """
+    n = len(last)
+    nearest, reach, most, memory = limits
+    half = min(int(reach / cell), n // 2 - _ASIDE - 1)
+    levels = np.empty(len(_ALONG))
+    for i in range(centre[0] - half, centre[0] + half + 1):
+        for j in range(centre[1] - half, centre[1] + half + 1):
+            own = last[i & (n - 1), j & (n - 1)]
+            far = np.hypot((i + 0.5) * cell - here[0], (j + 0.5) * cell - here[1])
+            if own[1] == 0 or far < nearest or far > reach:
+                continue
+            known = 0
+            for k in range(len(_ALONG)):
+                a = last[(i + _ALONG[k, 0]) & (n - 1), (j + _ALONG[k, 1]) & (n - 1)]
+                b = last[(i - _ALONG[k, 0]) & (n - 1), (j - _ALONG[k, 1]) & (n - 1)]
+                if a[1] > 0 and b[1] > 0:
+                    levels[known] = (a[2] + b[2]) / 2
+                    known += 1
+            if known == 0:
+                continue
+            rise = own[2] - np.median(levels[:known])
+            if abs(rise) > most:
+                continue
+            seen = sums[i & (n - 1), j & (n - 1)]
+            seen[0] += own[1]
+            seen[1] += own[1] * rise
+            if seen[0] > memory:
+                seen[1] *= np.float32(memory) / seen[0]
+                seen[0] = memory
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _judge(sums, enough, least, roughness, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write how far bumps stand out: further than ``least``, and than what is around them."""
+    n, around = len(sums), 2 * _ASIDE
+    for i in range(n):
+        for j in range(n):
+            rises[i, j] = 0.0
+            points, total = sums[i, j]
+            if points < enough or total < least * points:
+                continue
+            rough, count = 0.0, 0
+            for a in range(i - around, i + around + 1):
+                for b in range(j - around, j + around + 1):
+                    far = max(abs(a - i), abs(b - j))
+                    other = sums[a & (n - 1), b & (n - 1)]
+                    if far >= _ASIDE and other[0] >= enough:
+                        rough, count = rough + abs(other[1] / other[0]), count + 1
+            if total > roughness * points * rough / max(count, 1):
+                rises[i, j] = total / points

@@ -88,8 +88,11 @@ def test_the_shipped_policy_steers_round_a_block_of_cells():
 
 def test_the_shipped_models_are_small_and_fit_together():
     assert len(shipped_forest().to_bytes()) < 5e6
-    assert len(shipped_policy().to_bytes()) < 5e6
     assert shipped_forest().grid == GRID
-    assert shipped_policy().layout.n_sectors == GRID.n_sectors
+    for name, algorithm in (("policy", "sac"), ("actor-critic", "actor-critic")):
+        policy = shipped_policy(name)
+        assert len(policy.to_bytes()) < 5e6
+        assert policy.layout.n_sectors == GRID.n_sectors
+        assert policy.info["config"]["learner"]["algorithm"] == algorithm
     cells = np.full((32, 10), CellState.TRAVERSABLE)
     assert cells.shape == (GRID.n_sectors, GRID.n_rings)

@@ -1,4 +1,4 @@
-"""The shipped forest and policy; ``README.md`` here gives the commands that made them."""
+"""The shipped forest and policies; ``README.md`` here gives the commands that made them."""
 
 from functools import cache
 from importlib.resources import files
@@ -20,6 +20,6 @@ def shipped_forest() -> Forest:
 
 
 @cache
-def shipped_policy() -> Policy:
-    """Return the actor that comes with the package."""
-    return Policy.from_bytes(files(__name__).joinpath("policy.safetensors").read_bytes())
+def shipped_policy(name: str = "policy") -> Policy:
+    """Return an actor that comes with the package: ``policy`` or ``actor-critic``."""
+    return Policy.from_bytes(files(__name__).joinpath(f"{name}.safetensors").read_bytes())

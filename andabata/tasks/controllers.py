@@ -14,6 +14,7 @@ from worlds.world import World
 
 BLIND_CONTROLLERS = (
     "learned",
+    "actor-critic",
     "reactive",
     "straight",
     "learned-map",
@@ -34,7 +35,8 @@ def make_controller(
         name: One of ``CONTROLLERS``.
         world: The oracle's world; None for a recording or a real robot, where nobody knows it.
         config: The robot and grid that the controller works with.
-        policy: The learned controller's policy; None for the shipped one.
+        policy: The learned controller's policy; None for the shipped one. ``actor-critic`` always
+            drives with the shipped policy of the paper's scheme, and without a map.
 
     Raises:
         ValueError: If there is no controller of that name.
@@ -50,6 +52,8 @@ def make_controller(
     match name.removesuffix("+map").removesuffix("-map"):
         case "learned":
             controller = LearnedController(policy or shipped_policy())
+        case "actor-critic":
+            controller = LearnedController(shipped_policy("actor-critic"))
         case "reactive":
             controller = ReactiveController(config.robot, config.grid)
         case _:

@@ -41,8 +41,8 @@ def evaluate(
     controllers: Annotated[
         str,
         typer.Option(
-            help="Some of learned, reactive, straight, oracle, comma-separated; learned-map has no "
-            "map, reactive+map and straight+map have one."
+            help="Some of learned, actor-critic, reactive, straight, oracle, comma-separated; "
+            "learned-map has no map, reactive+map and straight+map have one."
         ),
     ] = "learned,reactive,straight,oracle",
     trials: Annotated[int, typer.Option(min=1, help="Trials of each controller.")] = 20,

@@ -12,14 +12,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from traversability.cloud import PointCloud
-
 _ASIDE = 3
 """A cell is compared with those so many cells away on either side."""
-
-_TOGETHER = 1.0
-"""Places measured further apart in time are not compared [s]: a half turn's first and last beams
-lie side by side, and the pose between them is off by more than a small rock."""
 
 _ALONG = np.array([[_ASIDE, 0], [0, _ASIDE], [2, 2], [2, -2]])
 
@@ -84,8 +78,8 @@ class Bumps:
         self.rises = np.zeros((n, n), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self._sums = np.zeros((n, n, 2), dtype=np.float32)
-        # Lowest point, points, mean height and time of each cell in the last cloud.
-        self._last = np.zeros((n, n, 4), dtype=np.float32)
+        # Lowest point, points and mean height of each cell in the last cloud.
+        self._last = np.zeros((n, n, 3), dtype=np.float32)
 
     def reset(self) -> None:
         """Forget everything."""
@@ -93,17 +87,16 @@ class Bumps:
         self._sums[:] = 0.0
         self.centre[:] = 0
 
-    def take(self, cloud: PointCloud, here: NDArray[np.float64]) -> None:
+    def take(self, points: NDArray[np.float32], here: NDArray[np.float64]) -> None:
         """Take in a cloud.
 
         Args:
-            cloud: In ``odom``.
+            points: In ``odom`` [m], shape (n, 3).
             here: Position of the robot there [m], shape (2,).
         """
-        config, points, stamps = self._config, cloud.points, cloud.stamps
-        times = np.zeros(len(points)) if stamps is None else stamps - stamps.min(initial=np.inf)
+        config = self._config
         follow(self._sums, self.centre, here, self._cell)
-        _describe(points, times, self.centre, self._cell, config.reach, config.most, self._last)
+        _describe(points, here, self.centre, self._cell, config.reach, config.most, self._last)
         limits = (config.nearest, config.reach, config.most, config.memory)
         _add(self._last, self._sums, self.centre, here, self._cell, limits)
         _judge(self._sums, config.enough, config.rise, config.roughness, self.rises)
@@ -126,11 +119,8 @@ def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(points, times, centre, cell, reach, most, last):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write each cell's lowest point, number and mean height of those not far above it, and time.
-
-    The first point of a cell says when it was measured; what comes later is left out.
-    """
+def _describe(points, here, centre, cell, reach, most, last):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write each cell's lowest point, and number and mean height of those not far above it."""
     n = len(last)
     last[:, :, 0] = np.inf
     last[:, :, 1:] = 0.0
@@ -142,10 +132,6 @@ def _describe(points, times, centre, cell, reach, most, last):  # type: ignore[n
             if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
                 continue
             own, z = last[i & (n - 1), j & (n - 1)], points[k, 2]
-            if own[0] == np.inf:
-                own[3] = times[k]
-            if abs(times[k] - own[3]) > _TOGETHER:
-                continue
             if not above:
                 own[0] = min(own[0], z)
             elif z < own[0] + most:
@@ -174,8 +160,7 @@ def _add(last, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def
             for k in range(len(_ALONG)):
                 a = last[(i + _ALONG[k, 0]) & (n - 1), (j + _ALONG[k, 1]) & (n - 1)]
                 b = last[(i - _ALONG[k, 0]) & (n - 1), (j - _ALONG[k, 1]) & (n - 1)]
-                apart = max(abs(a[3] - own[3]), abs(b[3] - own[3]))
-                if a[1] > 0 and b[1] > 0 and apart < _TOGETHER:
+                if a[1] > 0 and b[1] > 0:
                     levels[known] = (a[2] + b[2]) / 2
                     known += 1
             if known == 0:

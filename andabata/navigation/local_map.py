@@ -185,7 +185,7 @@ class LocalMap:
             here: Position of the robot there [m], shape (2,).
         """
         if cloud is not None and cloud is not self._cloud:
-            self._bumps.take(cloud, here)
+            self._bumps.take(cloud.points, here)
             self._cloud = cloud
 
     def keep_inside(

@@ -37,9 +37,9 @@ class ActorCriticConfig(BaseModel):
             nothing here).
         reward_scale: Rewards are multiplied by this.
         largest_difference: Temporal differences are cut off here.
-        trust: The probability of an action is moved by this share at most from what it was when the
-            episode was driven. The paper's robot learns at each step with the actor that drives;
-            these learn after whole episodes (assumption, the limit of Schulman et al. 2017).
+        trust: An action whose probability has moved by this share since the episode was driven is
+            pushed no further that way. The paper's robot learns at each step with the actor that
+            drives; these learn after whole episodes (assumption, as Schulman et al. 2017 do).
         batch: Episodes that are played side by side.
     """
 

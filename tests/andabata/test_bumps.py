@@ -24,7 +24,7 @@ def ground(rng, slope=0.0, noise=0.005, spacing=0.04, half=4.0):
 
 
 def with_rock(points, place=ROCK, width=0.15, height=0.07):
-    """Return the points with a block on the ground, its top where the ground was."""
+    """Return the points with those over a square block raised by its height."""
     on = (np.abs(points[:, :2] - place) < width / 2).all(axis=1)
     return points + np.outer(on, [0, 0, height]).astype(np.float32)
 
@@ -60,7 +60,7 @@ def test_a_rock_of_seven_centimetres_is_one_wherever_odom_begins(slope, shift):
     assert 0.02 < bumps.rises.max() < 0.075
 
 
-def test_one_of_two_centimetres_is_none():
+def test_a_stone_of_fifteen_millimetres_is_none():
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(2)
     for _ in range(3):
         bumps.take(with_rock(ground(rng), height=0.015), np.zeros(2))

@@ -42,8 +42,8 @@ class Step:
 class Navigator:
     """Senses in, wheel speeds out: the same in simulation, in training and on a record.
 
-    The vehicle keeps the paper's constant longitudinal speed, or turns on the spot; only the
-    steering is decided. It stands still until there is a first scan.
+    The vehicle keeps the paper's constant longitudinal speed, or the share of it that its
+    controller asks for; it stands still until there is a first scan.
 
     Attributes:
         start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.

@@ -83,8 +83,34 @@ def test_the_way_that_it_came_is_a_way_back(heading):
         local_map.mark(red, x * ahead, heading)
     local_map.subgoal(ORIGIN, -4.0 * ahead)
     rate, pace = chosen(local_map, 0.0, yaw=heading + np.pi)
-    assert (abs(rate) <= 0.25, pace) == (True, 1.0)
+    assert (abs(rate) <= 0.25, pace) == (True, RolloutConfig().haste)
     assert chosen(local_map, 0.0, yaw=heading)[1] == 0.0
+
+
+def driven_up_to(ranges):
+    """Return a map of a robot that came from behind and saw sectors free so far [m]."""
+    local_map = LocalMap(GRID, around=AROUND)
+    odds = VirtualScan(np.asarray(ranges, dtype=np.float32), GRID.outer_radius).odds_of(GRID)
+    for x in np.arange(-4.0, 0.05, 0.1):
+        local_map.mark(odds, np.array([x, 0.0]), 0.0)
+    local_map.subgoal(ORIGIN, AHEAD)
+    return local_map
+
+
+def test_it_hastens_over_ground_that_it_knows_with_room_on_both_sides():
+    free = driven_up_to(np.full(GRID.n_sectors, np.inf))
+    assert chosen(free, 0.1) == (0.1, 2.0)
+    assert chosen(free, 0.1, config=RolloutConfig(haste=1.0)) == (0.1, 1.0)
+    assert chosen(mapped(np.inf), 0.1) == (0.1, 1.0)  # Nobody has seen the ground before it.
+    assert chosen(driven_up_to(between(60, 120, 1.2)), 0.0)[1] == 1.0  # A wall beside its way.
+
+
+def test_whoever_hastens_is_looked_at_as_far_as_that_takes_it():
+    """The wall ahead is in the way of the fast arc alone."""
+    ahead = driven_up_to(between(-20, 20, 3.0))
+    assert chosen(ahead, 0.0, config=RolloutConfig(haste=1.0, leg_time=1.0))[1] == 1.0
+    paces = [chosen(ahead, 0.0, config=RolloutConfig(haste=h, leg_time=2.2))[1] for h in (1.2, 3.0)]
+    assert paces == [1.2, 1.0]
 
 
 def test_a_turn_on_the_spot_is_looked_at_as_far_ahead_as_an_arc():

@@ -9,7 +9,7 @@ class GuidedController:
     """A controller that heads for the sub-goals of a local map and steers where that leads on.
 
     Attributes:
-        pace: 0 while it turns on the spot, more than 1 where there is room to hasten, else 1.
+        pace: What the rollouts say, else 1.
     """
 
     def __init__(
@@ -44,9 +44,7 @@ class GuidedController:
             return wish
         if self._steps % self._rollouts.config.hold == 0:
             there = view.odometry
-            rate, self.pace = self._rollouts.choose(
-                self._map, there.position[:2], there.yaw, wish
-            )
-            self._veto = None if rate == wish else rate
+            rate, self.pace = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
+            self._veto = None if rate == wish and self.pace >= 1.0 else rate
         self._steps += 1
         return wish if self._veto is None else self._veto

@@ -2,8 +2,8 @@
 
 The robot turns only so sharply: of the ways that a map shows it can take those that begin with an
 arc it can drive (the dynamic window's idea, Fox et al. 1997, at constant speed; three arcs in a row
-are an assumption). Where none leads on it turns on the spot, as a skid-steer can and the paper's
-never does; over ground that it knows it hastens.
+are an assumption). Where none leads on it turns on the spot or backs out, as a skid-steer can and
+the paper's never does; over ground that it knows it hastens.
 """
 
 import math
@@ -44,7 +44,8 @@ class RolloutConfig(BaseModel):
         shy: Extra cost of a metre for each metre of clearance short of one metre.
         hold: Control steps between two decisions.
         turns: Turns on the spot to each side, up to half a one.
-        pause: A turn on the spot costs this much more than the time that it takes [m].
+        pause: Each stop, to turn on the spot or to back out, costs this much more than the time
+            that it takes [m].
         trust: A wish stands when its cheapest way costs so much more than the cheapest at most [m].
         haste: Share of the speed at which an arc is driven over ground that is known to be free,
             with room on both sides, or where the robot came through; 1 is the paper's one speed.
@@ -90,11 +91,13 @@ class Rollouts:
         self._points = round(config.leg_time / STEP)
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._turns = np.concatenate([turns, -turns])
-        self._prices = np.zeros(len(self._rates) + len(self._turns))
+        self._backs = np.array([-0.5, 0.0, 0.5]) * robot.max_steering
+        self._prices = np.zeros(len(self._rates) + len(self._turns) + len(self._backs))
         # Two circles, before and behind the middle, cover the body; one the body that turns.
         ahead, room = robot.length / 4, robot.half_radius + config.margin
-        swing = math.hypot(robot.length / 2, robot.width / 2)
+        swing = math.hypot(robot.length / 2, robot.width / 2) + config.margin
         per_radian = robot.speed / robot.max_steering
+        self._half_turn = np.pi * per_radian
         limits = (room, ahead, swing, config.shy, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
         self.reset()
@@ -106,10 +109,10 @@ class Rollouts:
     def choose(
         self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
     ) -> tuple[float, float]:
-        """Return a yaw rate [rad/s] and the share of the speed to drive it at.
+        """Return a yaw rate [rad/s] and the share of the speed to drive it at, below 0 backwards.
 
-        They are the wish, or the begin of a way that is cheaper by more than ``trust``: an arc, or
-        a turn on the spot.
+        They are the wish, or the begin of a way that is cheaper by more than ``trust``: an arc, a
+        turn on the spot, or backwards until one of these leads on.
 
         Args:
             local_map: With a plan.
@@ -125,6 +128,7 @@ class Rollouts:
         _price_ways(
             self._rates,
             self._turns,
+            self._backs,
             self._tails,
             self._ways,
             (self._points, self._robot.speed * STEP, STEP, cell),
@@ -135,17 +139,22 @@ class Rollouts:
             self._limits,
             self._prices,
         )
-        # A turn is paid for when it begins, and turning back begins another.
-        self._prices[len(self._rates) :] += config.pause * (self._turns * self._turning <= 0)
+        # A turn is paid for when it begins, and turning back begins another. Whoever backs out
+        # stops twice, and has yet to turn.
+        arcs, turns = len(self._rates), len(self._rates) + len(self._turns)
+        self._prices[arcs:turns] += config.pause * (self._turns * self._turning <= 0)
+        self._prices[turns:] += 2.0 * config.pause + self._half_turn
         best = int(np.argmin(self._prices))
         self._turning = 0.0
         if self._prices[0] <= self._prices[best] + config.trust:
             best = 0
-        if best < len(self._rates):
+        if best < arcs:
             rate, stride = float(self._rates[best]), config.haste * self._robot.speed * STEP / cell
             free = _is_free(plan.costs, (x, y, yaw), rate * STEP, stride, self._points)
             return wish if best == 0 else rate, config.haste if free else 1.0
-        self._turning = math.copysign(limit, self._turns[best - len(self._rates)])
+        if best >= turns:
+            return float(self._backs[best - turns]), -1.0
+        self._turning = math.copysign(limit, self._turns[best - arcs])
         return self._turning, 0.0
 
 
@@ -167,13 +176,12 @@ def fan(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price_ways(rates, turns, tails, ways, stride, gaps, rooms, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what the cheapest way costs that begins with each arc or turn on the spot."""
+def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
     points, far, time, cell = stride
     x0, y0, yaw0, goal_x, goal_y = at
     room, ahead, swing, shy, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
-    limit = len(onward) - 1
     for k in range(len(prices)):
         if k == len(rates):
             tails = ways
@@ -181,11 +189,13 @@ def _price_ways(rates, turns, tails, ways, stride, gaps, rooms, onward, at, limi
         driven = crowded = missing = 0.0
         number = 0
         there = False
-        if k < len(rates):
+        back = k - len(rates) - len(turns)
+        if k < len(rates) or back >= 0:
+            rate, way = (rates[k], far) if back < 0 else (backs[back], -far)
             for _ in range(points):
-                middle = yaw + rates[k] * time / 2
-                x, y = x + far * np.cos(middle) / cell, y + far * np.sin(middle) / cell
-                yaw += rates[k] * time
+                middle = yaw + rate * time / 2
+                x, y = x + way * np.cos(middle) / cell, y + way * np.sin(middle) / cell
+                yaw += rate * time
                 there |= np.hypot(x - goal_x, y - goal_y) < arrived
                 if there:
                     break
@@ -200,6 +210,11 @@ def _price_ways(rates, turns, tails, ways, stride, gaps, rooms, onward, at, limi
         price = driven + _CONTACT * missing
         if there:
             prices[k] = price + shy * crowded / max(number, 1)
+            continue
+        if back >= 0:
+            prices[k] = (
+                price + shy * crowded / max(number, 1) + _rest(onward, x, y, goal_x, goal_y, cell)
+            )
             continue
         prices[k] = np.inf
         c, s = np.cos(yaw), np.sin(yaw)
@@ -221,12 +236,18 @@ def _price_ways(rates, turns, tails, ways, stride, gaps, rooms, onward, at, limi
             if count:
                 more += shy * near / count
             if not there:
-                i, j = min(max(int(p), 0), limit), min(max(int(q), 0), limit)
-                rest = onward[i, j] * cell
-                if not rest < _NO_WAY:
-                    rest = _NO_WAY + np.hypot(p - goal_x, q - goal_y) * cell
-                more += rest
+                more += _rest(onward, p, q, goal_x, goal_y, cell)
             prices[k] = min(prices[k], more)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rest(onward, x, y, goal_x, goal_y, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return what the way on from a place costs [m]."""
+    limit = len(onward) - 1
+    rest = onward[min(max(int(x), 0), limit), min(max(int(y), 0), limit)] * cell
+    if rest < _NO_WAY:
+        return rest
+    return _NO_WAY + np.hypot(x - goal_x, y - goal_y) * cell
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

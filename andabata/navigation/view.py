@@ -52,8 +52,8 @@ class Controller(Protocol):
     """Whatever decides where to steer.
 
     Attributes:
-        pace: Share of the robot's speed that the last answer is meant for: 1, as in the paper, or 0
-            for a turn on the spot.
+        pace: Share of the robot's speed that the last answer is meant for: 1, as in the paper, 0
+            for a turn on the spot, below 0 backwards, above 1 in haste.
     """
 
     pace: float

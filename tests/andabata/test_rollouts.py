@@ -75,7 +75,7 @@ def test_a_turn_that_has_begun_goes_on():
 
 @pytest.mark.parametrize("heading", [0.0, 0.5, 2.0, -1.1])
 def test_the_way_that_it_came_is_a_way_back(heading):
-    """Even when nothing else is left."""
+    """Even when nothing else is left; backwards where there is no room to turn round."""
     local_map = LocalMap(GRID, around=AROUND)
     red = np.full((GRID.n_sectors, GRID.n_rings), np.inf, dtype=np.float32)
     ahead = np.array([np.cos(heading), np.sin(heading)])
@@ -84,7 +84,8 @@ def test_the_way_that_it_came_is_a_way_back(heading):
     local_map.subgoal(ORIGIN, -4.0 * ahead)
     rate, pace = chosen(local_map, 0.0, yaw=heading + np.pi)
     assert (abs(rate) <= 0.25, pace) == (True, RolloutConfig().haste)
-    assert chosen(local_map, 0.0, yaw=heading)[1] == 0.0
+    rate, pace = chosen(local_map, 0.0, yaw=heading)
+    assert (abs(rate) <= 0.25, pace) == (True, -1.0)
 
 
 def driven_up_to(ranges):

@@ -5,6 +5,8 @@ import os
 import tempfile
 from pathlib import Path
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
 
 def write_atomically(path: Path, data: bytes) -> None:
     """Write a file so that a kill at any moment leaves the old one or the new one, never a part.
@@ -16,7 +18,7 @@ def write_atomically(path: Path, data: bytes) -> None:
         data: What.
 
     Raises:
-        OSError: If the folder is not there or cannot be written.
+        OSError: If the folder is not there or cannot be written, or the disk is full.
     """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
@@ -29,8 +31,13 @@ def write_atomically(path: Path, data: bytes) -> None:
             os.fsync(file.fileno())
         temporary.chmod(0o644)
         temporary.replace(path)
-    except BaseException:
+    except BaseException as error:
         temporary.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno in _FULL:
+            why = (
+                f"expected room for {len(data):,} bytes, got none; make room and go on: it is whole"
+            )
+            raise OSError(error.errno, why, str(path)) from error
         raise
     _sync_folder(path.parent)
 

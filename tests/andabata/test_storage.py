@@ -1,5 +1,6 @@
 """Files are whole or not there."""
 
+import errno
 import os
 
 import pytest
@@ -27,3 +28,17 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
         write_atomically(path, b"two")
     assert path.read_bytes() == b"one"
     assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
+
+
+def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, monkeypatch):
+    path = tmp_path / "file.bin"
+    write_atomically(path, b"one")
+
+    def fail(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OSError, match="expected room for 3 bytes, got none") as caught:
+        write_atomically(path, b"two")
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    assert path.read_bytes() == b"one"

@@ -151,6 +151,7 @@ def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) ->
         "spl": leg.spl,
         "trespass_m": leg.trespass,
         "restlessness": leg.restlessness,
+        "energy_j": leg.energy,
         "min_clearance_m": leg.min_clearance,
         "end_xy": leg.path[-1, :2].tolist(),
     }
@@ -263,7 +264,8 @@ def _table_row(
         return sum(row["outcome"] == outcome for row in legs)
 
     def mean(key: str) -> float | None:
-        return float(np.mean([row[key] for row in legs])) if legs else None
+        known = [row[key] for row in legs if row[key] is not None]
+        return float(np.mean(known)) if known else None
 
     driven = sum(row["distance_m"] for row in legs)
     return {
@@ -284,6 +286,7 @@ def _table_row(
         "trespass_share": sum(row["trespass_m"] for row in legs) / driven if driven else None,
         "distance_m": mean("distance_m"),
         "restlessness": mean("restlessness"),
+        "energy_j": mean("energy_j"),
         "min_clearance_m": mean("min_clearance_m"),
         "mean_time_s": mean("time_s"),
     }

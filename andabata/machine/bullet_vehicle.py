@@ -76,6 +76,7 @@ class BulletVehicle:
         self._stamp = 0.0
         self._collided = False
         self._tipped = False
+        self._work = 0.0
 
     def _load(self, robot: RobotModel) -> int:
         """Return the robot's body number."""
@@ -143,7 +144,7 @@ class BulletVehicle:
             pybullet.resetJointState(self._body, wheel, 0.0, 0.0, physicsClientId=self._client)
         self._collided = self._tipped = False
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle / TICK))
-        self._stamp = 0.0
+        self._stamp = self._work = 0.0
         self._collided = False
 
     def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
@@ -169,7 +170,9 @@ class BulletVehicle:
                 pybullet.stepSimulation(physicsClientId=self._client)
             self._collided |= self._touches()
             row[:7], turn = self._footprint()
-            row[7:] = self._wheel_speeds()
+            speeds, power = self._wheels_now()
+            row[7:] = speeds
+            self._work += power * TICK
             self._tipped |= bool(turn[2, 2] < math.cos(self._config.tipped))
         self._stamp += ticks * TICK
         return rows
@@ -200,11 +203,12 @@ class BulletVehicle:
         footprint = np.array(position) - turn[:, 2] * self._robot.centre_of_mass
         return np.concatenate([footprint, orientation]), turn
 
-    def _wheel_speeds(self) -> tuple[float, float]:
-        """Return the mean speed of the wheels of each side [rad/s]."""
+    def _wheels_now(self) -> tuple[tuple[float, float], float]:
+        """Return the mean speed of the wheels of each side [rad/s], and the motors' power [W]."""
         joints = pybullet.getJointStates(self._body, self._wheels, physicsClientId=self._client)
         left, rear_left, right, rear_right = (joint[1] for joint in joints)
-        return (left + rear_left) / 2, (right + rear_right) / 2
+        power = sum(max(joint[1] * joint[3], 0.0) for joint in joints)
+        return ((left + rear_left) / 2, (right + rear_right) / 2), power
 
     @property
     def state(self) -> VehicleState:
@@ -218,9 +222,10 @@ class BulletVehicle:
             pose=Pose(pose[:3], pose[3:]),
             linear=turn.T @ np.array(linear) + np.cross(spin, lever),
             angular=spin,
-            wheels=WheelSpeeds(*self._wheel_speeds()),
+            wheels=WheelSpeeds(*self._wheels_now()[0]),
             collided=self._collided,
             tipped=self._tipped,
+            work=self._work,
         )
 
     def close(self) -> None:

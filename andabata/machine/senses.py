@@ -57,6 +57,8 @@ class VehicleState:
         wheels: Actual wheel speeds.
         collided: Whether the body touches something solid that is not ground.
         tipped: Whether the body has rolled over beyond recovery.
+        work: What the motors have given since the body was put down [J]; what turns them gives
+            nothing back. None where the plant has no motors.
     """
 
     stamp: float
@@ -66,6 +68,7 @@ class VehicleState:
     wheels: WheelSpeeds
     collided: bool = False
     tipped: bool = False
+    work: float | None = None
 
 
 @dataclass(frozen=True)

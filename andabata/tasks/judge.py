@@ -47,6 +47,7 @@ class Judge:
         distance: Metres driven.
         trespass: Metres driven where the true map forbids it.
         restlessness: Integral of the squared yaw rate, a measure of restless steering [rad2/s].
+        energy: What the motors gave [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions of the body, one a control step [m].
     """
@@ -62,6 +63,8 @@ class Judge:
         self._began = state.stamp
         self._anchor = state.pose.position[:2]
         self._anchor_stamp = state.stamp
+        self._work = state.work
+        self.energy: float | None = None
         self.distance = 0.0
         self.trespass = 0.0
         self.restlessness = 0.0
@@ -76,6 +79,8 @@ class Judge:
         self.distance += moved
         self.restlessness += float(state.angular[2] ** 2) * (state.stamp - self._began - self.time)
         self.time = state.stamp - self._began
+        if state.work is not None and self._work is not None:
+            self.energy = state.work - self._work
         forbidden, clearance = self._truth.at(float(here[0]), float(here[1]))
         if moved > 0 and forbidden:
             self.trespass += moved

@@ -27,6 +27,7 @@ class Leg:
         shortest: Length of the shortest safe path [m].
         trespass: Metres driven where the true map forbids it.
         restlessness: Integral of the squared yaw rate [rad2/s].
+        energy: What the motors gave [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions, one a control step, float64, shape (k, 3).
     """
@@ -38,6 +39,7 @@ class Leg:
     shortest: float
     trespass: float
     restlessness: float
+    energy: float | None
     min_clearance: float
     path: NDArray[np.float64]
 
@@ -123,6 +125,7 @@ def _leg(number: int, outcome: Outcome, shortest: float, judge: Judge) -> Leg:
         shortest=shortest,
         trespass=judge.trespass,
         restlessness=judge.restlessness,
+        energy=judge.energy,
         min_clearance=judge.min_clearance,
         path=np.array(judge.path),
     )

@@ -16,7 +16,7 @@ from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
 
-def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze"):
+def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze", energy=20.0):
     return {
         "controller": controller,
         "trial": trial,
@@ -32,6 +32,7 @@ def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="
         "spl": spl,
         "trespass_m": 1.0,
         "restlessness": 0.0,
+        "energy_j": energy,
         "min_clearance_m": 0.2,
         "end_xy": [0.0, 0.0],
     }
@@ -49,6 +50,13 @@ ROWS = [
     leg(3, 2, "goal"),
     leg(3, 3, "timeout", spl=0.0),
 ]
+
+
+def test_energy_is_the_mean_of_the_legs_whose_plant_has_motors():
+    rows = [leg(0, 1, "goal", energy=30.0), leg(1, 1, "goal", energy=50.0)]
+    assert summarise(rows, CONFIG)[0]["energy_j"] == 40.0
+    rows = [leg(0, 1, "goal", energy=None)]
+    assert summarise(rows, CONFIG)[0]["energy_j"] is None
 
 
 def test_goals_in_a_row_count_every_trial():

@@ -73,6 +73,35 @@ def test_it_climbs(make_ground, plant, angle):
     assert not vehicle_tipped(rows)
 
 
+@pytest.mark.parametrize("angle", [5, 10, 20])
+def test_its_motors_lift_its_weight(make_ground, angle):
+    vehicle = BulletVehicle(make_ground(slope(angle)), ROBOT)
+    vehicle.place(ORIGIN)
+    assert vehicle.state.work == 0.0
+    twist(vehicle, 0.3, 0.0, 1.0)
+    before = vehicle.state
+    twist(vehicle, 0.3, 0.0, 4.0)
+    after = vehicle.state
+    vehicle.close()
+    lifted = ROBOT.mass * 9.81 * (after.pose.position[2] - before.pose.position[2])
+    # Besides, level ground takes some 40 J: wheels that are dragged by the corners of squares.
+    assert lifted < after.work - before.work < lifted + 45.0
+
+
+def test_turning_takes_work_and_rolling_down_gives_none_back(make_ground, flat):
+    spent = []
+    for rate in (0.0, 0.5):
+        flat.place(ORIGIN)
+        twist(flat, 0.3, rate, 4.0)
+        spent.append(flat.state.work)
+    assert spent[1] > 2 * spent[0] > 0
+    vehicle = BulletVehicle(make_ground(slope(-10)), ROBOT)
+    vehicle.place(ORIGIN)
+    twist(vehicle, 0.3, 0.0, 4.0)
+    assert 0 <= vehicle.state.work < spent[0]
+    vehicle.close()
+
+
 def vehicle_tipped(rows):
     x, y = rows[-1, 3:5]
     return 1 - 2 * (x * x + y * y) < np.cos(np.deg2rad(60))

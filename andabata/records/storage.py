@@ -34,9 +34,7 @@ def write_atomically(path: Path, data: bytes) -> None:
     except BaseException as error:
         temporary.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno in _FULL:
-            why = (
-                f"expected room for {len(data):,} bytes, got none; make room and go on: it is whole"
-            )
+            why = f"expected room for {len(data):,} bytes, got none; make room and go on"
             raise OSError(error.errno, why, str(path)) from error
         raise
     _sync_folder(path.parent)

@@ -204,7 +204,10 @@ class BulletVehicle:
         return np.concatenate([footprint, orientation]), turn
 
     def _wheels_now(self) -> tuple[tuple[float, float], float]:
-        """Return the mean speed of the wheels of each side [rad/s], and the motors' power [W]."""
+        """Return the mean speed of the wheels of each side [rad/s], and the motors' power [W].
+
+        What turns a motor gives nothing back.
+        """
         joints = pybullet.getJointStates(self._body, self._wheels, physicsClientId=self._client)
         left, rear_left, right, rear_right = (joint[1] for joint in joints)
         power = sum(max(joint[1] * joint[3], 0.0) for joint in joints)

@@ -91,6 +91,7 @@ class Rollouts:
         self._points = round(config.leg_time / STEP)
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._turns = np.concatenate([turns, -turns])
+        # Backing out is priced without what follows it: a turn, which has its own price from there.
         self._backs = np.array([-0.5, 0.0, 0.5]) * robot.max_steering
         self._prices = np.zeros(len(self._rates) + len(self._turns) + len(self._backs))
         # Two circles, before and behind the middle, cover the body; one the body that turns.
@@ -208,13 +209,10 @@ def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, a
             missing = points * max(swing - _between(gaps, x, y) * cell, 0.0) ** 2
             yaw += turn
         price = driven + _CONTACT * missing
-        if there:
+        if there or back >= 0:
             prices[k] = price + shy * crowded / max(number, 1)
-            continue
-        if back >= 0:
-            prices[k] = (
-                price + shy * crowded / max(number, 1) + _rest(onward, x, y, goal_x, goal_y, cell)
-            )
+            if not there:
+                prices[k] += _rest(onward, x, y, goal_x, goal_y, cell)
             continue
         prices[k] = np.inf
         c, s = np.cos(yaw), np.sin(yaw)

@@ -1,18 +1,25 @@
 """Judging a forest on labelled clouds, beside the paper's own figures."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from traversability.dataset import CellSamples, DatasetError, Manifest, Split, read_clouds
 from traversability.forest import Forest
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
+from traversability.square_forest import SquareForest, SquareSamples
+from traversability.squares import SQUARE_FEATURES
 
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
+
+SQUARE_BANDS = (1.8, 3.2, 5.0)
+"""Squares are judged apart up to each of these distances [m]."""
 
 
 def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
@@ -51,6 +58,42 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         "white": int((states == CellState.EMPTY).sum()),
     }
     return scores | {"n_cells": colours, "clouds": len(truth)}
+
+
+def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any]:
+    """Return the scores of a classifier of squares, of all and of those within each distance.
+
+    A square is called red from even odds on; a map weighs misses by itself.
+    """
+    odds, far = forest.odds(samples.features), samples.features[:, SQUARE_FEATURES.index("range")]
+
+    def of(chosen: NDArray[np.bool_]) -> dict[str, Any]:
+        states = np.where(samples.red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
+        called = np.where(odds >= 0, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
+        return CellScores.of(states.astype(np.uint8), called.astype(np.uint8)).as_dict()
+
+    edges = np.array([0.0, *SQUARE_BANDS])
+    bands = {
+        f"within_{end:g}_m": of((far >= begin) & (far < end))
+        for begin, end in pairwise(edges.tolist())
+    }
+    return {**of(np.ones(len(far), dtype=np.bool_)), **bands, "squares": len(far)}
+
+
+def squares_table(data: dict[str, Any]) -> str:
+    """Return a table of the scores of squares by distance."""
+    rows = {"all": data} | {name: row for name, row in data.items() if name.startswith("within_")}
+    columns = ("balanced_accuracy", "precision", "recall", "f1_red")
+    lines = [
+        f"judged squares: {data['squares']}",
+        "",
+        " " * 14 + "".join(f"{c:>19}" for c in columns),
+    ]
+    lines += [
+        f"{name.replace('_', ' '):14}" + "".join(f"{row[column]:19.3f}" for column in columns)
+        for name, row in rows.items()
+    ]
+    return "\n".join(lines)
 
 
 def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:

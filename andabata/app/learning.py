@@ -11,7 +11,7 @@ from typing import Any
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
-from andabata.models import shipped_forest_file
+from andabata.models import shipped_forest_file, shipped_squares_file
 from andabata.records.storage import write_atomically
 from andabata.tasks.plans import TrainingPlan
 from rl.curriculum import Curriculum, Generation
@@ -63,6 +63,7 @@ def learn(
         "seed": seed,
         "commit": commit(),
         "forest": hashlib.sha256(forest or shipped_forest_file()).hexdigest(),
+        "squares": hashlib.sha256(shipped_squares_file()).hexdigest(),
     }
     checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:
@@ -104,7 +105,7 @@ def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: boo
             raise ValueError(
                 f"{name}: expected {before.get(name)}, as it began, got {origin[name]}"
             )
-    for name in ("forest", "commit"):
+    for name in ("forest", "squares", "commit"):
         if before.get(name) != origin[name] and not changed:
             raise ValueError(
                 f"{name}: expected {before.get(name)}, with which the run began, got "

@@ -5,28 +5,17 @@ But neighbouring points are measured within a fraction of a second, so that nois
 against each other, and they lie there again in every cloud. Not in the papers (assumption).
 """
 
-from typing import Annotated
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
+
+from traversability.tiles import MEAN, POINTS, Tiles, Wrapping
 
 _ASIDE = 3
 """A cell is compared with those so many cells away on either side."""
 
 _ALONG = np.array([[_ASIDE, 0], [0, _ASIDE], [2, 2], [2, -2]])
-
-
-def _wrapping(cells: int) -> int:
-    """Return a number of cells in which places wrap around by their lowest bits."""
-    if cells & (cells - 1):
-        raise ValueError(f"expected a power of 2, got {cells}")
-    return cells
-
-
-Wrapping = Annotated[int, AfterValidator(_wrapping)]
-"""Cells along an edge of a square that moves with the robot: a power of 2."""
 
 
 class BumpsConfig(BaseModel):
@@ -78,8 +67,6 @@ class Bumps:
         self.rises = np.zeros((n, n), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self._sums = np.zeros((n, n, 2), dtype=np.float32)
-        # Lowest point, points and mean height of each cell in the last cloud.
-        self._last = np.zeros((n, n, 3), dtype=np.float32)
 
     def reset(self) -> None:
         """Forget everything."""
@@ -87,18 +74,17 @@ class Bumps:
         self._sums[:] = 0.0
         self.centre[:] = 0
 
-    def take(self, points: NDArray[np.float32], here: NDArray[np.float64]) -> None:
+    def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
         """Take in a cloud.
 
         Args:
-            points: In ``odom`` [m], shape (n, 3).
+            tiles: The cloud in ``odom``, as many as the square has cells, and as large.
             here: Position of the robot there [m], shape (2,).
         """
         config = self._config
         follow(self._sums, self.centre, here, self._cell)
-        _describe(points, here, self.centre, self._cell, config.reach, config.most, self._last)
         limits = (config.nearest, config.reach, config.most, config.memory)
-        _add(self._last, self._sums, self.centre, here, self._cell, limits)
+        _add(tiles.table, self._sums, self.centre, here, self._cell, limits)
         _judge(self._sums, config.enough, config.rise, config.roughness, self.rises)
 
 
@@ -119,58 +105,37 @@ def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(points, here, centre, cell, reach, most, last):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write each cell's lowest point, and number and mean height of those not far above it."""
-    n = len(last)
-    last[:, :, 0] = np.inf
-    last[:, :, 1:] = 0.0
-    half = min(int(reach / cell) + _ASIDE + 1, n // 2 - 1)
-    for above in (False, True):
-        for k in range(len(points)):
-            i = int(np.floor(points[k, 0] / cell))
-            j = int(np.floor(points[k, 1] / cell))
-            if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
-                continue
-            own, z = last[i & (n - 1), j & (n - 1)], points[k, 2]
-            if not above:
-                own[0] = min(own[0], z)
-            elif z < own[0] + most:
-                own[1] += np.float32(1.0)
-                own[2] += (z - own[2]) / own[1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _add(last, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _add(table, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add how far cells stand out of those on either side: points, and the sum over them.
 
     The mean of two cells on either side is the ground's height between them, on slopes too; of the
     four pairs the one in the middle counts, so that the next rock does no harm.
     """
-    n = len(last)
+    n = len(table)
     nearest, reach, most, memory = limits
     half = min(int(reach / cell), n // 2 - _ASIDE - 1)
     levels = np.empty(len(_ALONG))
     for i in range(centre[0] - half, centre[0] + half + 1):
         for j in range(centre[1] - half, centre[1] + half + 1):
-            own = last[i & (n - 1), j & (n - 1)]
+            own = table[i & (n - 1), j & (n - 1)]
             far = np.hypot((i + 0.5) * cell - here[0], (j + 0.5) * cell - here[1])
-            if own[1] == 0 or far < nearest or far > reach:
+            if own[POINTS] == 0 or far < nearest or far > reach:
                 continue
             known = 0
             for k in range(len(_ALONG)):
-                a = last[(i + _ALONG[k, 0]) & (n - 1), (j + _ALONG[k, 1]) & (n - 1)]
-                b = last[(i - _ALONG[k, 0]) & (n - 1), (j - _ALONG[k, 1]) & (n - 1)]
-                if a[1] > 0 and b[1] > 0:
-                    levels[known] = (a[2] + b[2]) / 2
+                a = table[(i + _ALONG[k, 0]) & (n - 1), (j + _ALONG[k, 1]) & (n - 1)]
+                b = table[(i - _ALONG[k, 0]) & (n - 1), (j - _ALONG[k, 1]) & (n - 1)]
+                if a[POINTS] > 0 and b[POINTS] > 0:
+                    levels[known] = (a[MEAN] + b[MEAN]) / 2
                     known += 1
             if known == 0:
                 continue
-            rise = own[2] - np.median(levels[:known])
+            rise = own[MEAN] - np.median(levels[:known])
             if abs(rise) > most:
                 continue
             seen = sums[i & (n - 1), j & (n - 1)]
-            seen[0] += own[1]
-            seen[1] += own[1] * rise
+            seen[0] += own[POINTS]
+            seen[1] += own[POINTS] * rise
             if seen[0] > memory:
                 seen[1] *= np.float32(memory) / seen[0]
                 seen[0] = memory

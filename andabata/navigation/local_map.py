@@ -16,11 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
-from andabata.navigation.bumps import Bumps, BumpsConfig, Wrapping, follow
+from andabata.navigation.bumps import Bumps, BumpsConfig, follow
 from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
+from andabata.navigation.square_map import SquareMap, SquareMapConfig
 from andabata.navigation.view import Area, View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.square_forest import SquareForest
+from traversability.tiles import Tiles, Wrapping
 
 _BODY, _BEYOND = -1, -2
 _RIM = 0.02
@@ -31,6 +34,9 @@ _PASSAGE = 0.2
 
 _FOOTPRINT = 0.6
 """Remembered walls nearer than this end no range: the robot would be in them [m]."""
+
+_KNOWN_FREE = 0.7
+"""Share of certainty that seen ground can have against a wall; driven ground has all of it."""
 
 _ANOTHER_GOAL = 3.0
 """A goal that jumps farther than this is another one [m]."""
@@ -66,6 +72,7 @@ class LocalMapConfig(BaseModel):
         crowd: Extra cost of a metre at ``room``, falling to none at ``shy``.
         near: Nearest sub-goal [m]: what lies within the turning circle cannot be headed for.
         reach: Farthest sub-goal [m].
+        squares: Numbers of what clouds say of each cell.
         bumps: Numbers of what stands out of the ground by centimetres.
     """
 
@@ -93,6 +100,7 @@ class LocalMapConfig(BaseModel):
     crowd: float = Field(default=2.0, ge=0)
     near: float = Field(default=1.5, ge=0)
     reach: float = Field(default=5.0, gt=0)
+    squares: SquareMapConfig = Field(default_factory=SquareMapConfig)
     bumps: BumpsConfig = Field(default_factory=BumpsConfig)
 
 
@@ -111,6 +119,7 @@ class LocalMap:
         config: LocalMapConfig | None = None,
         robot: RobotModel | None = None,
         around: float = 0.0,
+        squares: SquareForest | None = None,
     ) -> None:
         """Lay out an empty map.
 
@@ -120,13 +129,27 @@ class LocalMap:
             robot: Whose body drives.
             around: The way to the goal is known wherever it costs no more than the best one and
                 this [m]: what rollouts look up.
+            squares: Judges cells of the map by the clouds behind the scans; None leaves that to the
+                scans' own cells.
+
+        Raises:
+            ValueError: If the squares are no cells of the map.
         """
         self.config = config or LocalMapConfig()
         self._grid = grid
         robot = robot or RobotModel()
         n, cell = self.config.cells, self.config.cell
         self._evidence = np.zeros((n, n), dtype=np.float32)
+        self._tiles = Tiles(cell / 2, self.config.bumps.cells)
         self._bumps = Bumps(cell / 2, self.config.bumps)
+        self._squares: SquareMap | None = None
+        if squares is not None:
+            if not math.isclose(self._tiles.cell, squares.cell):
+                raise ValueError(
+                    f"local_map.cell: expected {2 * squares.cell:g} m, as large as the squares "
+                    f"that the classifier knows, got {cell:g} m; train one for these"
+                )
+            self._squares = SquareMap(n, squares, self.config.squares)
         prices = Prices(**{name: getattr(self.config, name) for name in Prices._fields})
         under = robot.width / 2 - _RIM
         passage = (robot.half_radius + _PASSAGE, under, robot.length)
@@ -154,6 +177,8 @@ class LocalMap:
         """Forget everything."""
         self._evidence[:] = 0.0
         self._bumps.reset()
+        if self._squares is not None:
+            self._squares.reset()
         self._cloud: PointCloud | None = None
         self._centre[:] = 0
         self._looks = 0
@@ -178,14 +203,17 @@ class LocalMap:
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
 
     def look_down(self, cloud: PointCloud | None, here: NDArray[np.float64]) -> None:
-        """Remember the bumps of a cloud, once.
+        """Remember the squares and the bumps of a cloud, once.
 
         Args:
             cloud: In ``odom``; None has none.
             here: Position of the robot there [m], shape (2,).
         """
         if cloud is not None and cloud is not self._cloud:
-            self._bumps.take(cloud.points, here)
+            self._tiles.describe(cloud.points, here)
+            self._bumps.take(self._tiles, here)
+            if self._squares is not None:
+                self._squares.take(self._tiles, here)
             self._cloud = cloud
 
     def keep_inside(
@@ -275,6 +303,10 @@ class LocalMap:
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
         )
+        if self._squares is not None:
+            self._squares.follow(here)
+            scale = config.certain / config.squares.most
+            _take_over(self._evidence, self._squares.odds, scale, config.certain)
         bumps = (self._bumps.rises, self._bumps.centre, config.wall / config.bumps.rise)
         _raise(self._evidence, self._centre, len(self._rings) // 2, bumps, config.certain)
 
@@ -335,6 +367,17 @@ def _mark(evidence, centre, yaw, odds, rings, bearings, weights, gains, sure):  
                 evidence[i, j] = max(known, known + blocked * weight * (there - known))
             elif ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what is known of squares over what cells of the scan told, where nobody has driven."""
+    n = len(evidence)
+    least = -_KNOWN_FREE * certain
+    for i in range(n):
+        for j in range(n):
+            if odds[i, j] != 0.0 and evidence[i, j] > -certain:
+                evidence[i, j] = min(max(scale * odds[i, j], least), certain)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,6 +1,6 @@
 """Controllers by name, for the command line and the judges."""
 
-from andabata.models import shipped_policy
+from andabata.models import shipped_policy, shipped_squares
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.learned import LearnedController
 from andabata.navigation.local_map import LocalMap
@@ -59,7 +59,8 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND)
+        squares = shipped_squares()
+        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND, squares)
         rollouts = Rollouts(config.robot, config.rollouts)
         controller = GuidedController(controller, local_map, rollouts)
     return controller

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.senses import Senses, VehicleState
 from andabata.machine.simulator import SensingConfig
-from andabata.models import shipped_forest
+from andabata.models import shipped_forest, shipped_squares
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.view import View
@@ -116,7 +116,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._limit = config.rig.robot.max_steering
         self._map: LocalMap | None = None
         if config.heading == "subgoal":
-            self._map = LocalMap(config.rig.grid, config.rig.local_map, config.rig.robot)
+            rig, squares = config.rig, shipped_squares()
+            self._map = LocalMap(rig.grid, rig.local_map, rig.robot, squares=squares)
         self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(

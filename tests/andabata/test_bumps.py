@@ -9,6 +9,7 @@ from andabata.navigation.local_map import LocalMap
 from andabata.navigation.view import View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.tiles import Tiles
 from traversability.virtual_scan import VirtualScan
 
 GRID = PolarGrid()
@@ -29,6 +30,13 @@ def with_rock(points, place=ROCK, width=0.15, height=0.07):
     return points + np.outer(on, [0, 0, height]).astype(np.float32)
 
 
+def take(bumps, points, here):
+    """Give a cloud to the bumps."""
+    tiles = Tiles(CELL)
+    tiles.describe(points, here)
+    bumps.take(tiles, here)
+
+
 def found(bumps):
     """Return the middles of the cells that stand out [m], shape (k, 2)."""
     n = len(bumps.rises)
@@ -42,7 +50,7 @@ def found(bumps):
 def test_even_ground_has_none(slope):
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(0)
     for _ in range(5):
-        bumps.take(ground(rng, np.deg2rad(slope), noise=0.01), np.zeros(2))
+        take(bumps, ground(rng, np.deg2rad(slope), noise=0.01), np.zeros(2))
         assert not bumps.rises.any()
 
 
@@ -53,7 +61,7 @@ def test_a_rock_of_seven_centimetres_is_one_wherever_odom_begins(slope, shift):
     for _ in range(3):
         cloud = with_rock(ground(rng, np.deg2rad(slope))).astype(np.float64)
         cloud[:, :2] += shift
-        bumps.take(cloud.astype(np.float32), np.array(shift))
+        take(bumps, cloud.astype(np.float32), np.array(shift))
     places = found(bumps) - shift
     assert len(places) >= 2
     assert (np.abs(places - ROCK) < 0.15).all()
@@ -63,7 +71,7 @@ def test_a_rock_of_seven_centimetres_is_one_wherever_odom_begins(slope, shift):
 def test_a_stone_of_fifteen_millimetres_is_none():
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(2)
     for _ in range(3):
-        bumps.take(with_rock(ground(rng), height=0.015), np.zeros(2))
+        take(bumps, with_rock(ground(rng), height=0.015), np.zeros(2))
     assert not bumps.rises.any()
 
 
@@ -71,7 +79,7 @@ def test_few_points_of_many_clouds_tell_what_those_of_one_do_not():
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(3)
     after = []
     for _ in range(8):
-        bumps.take(with_rock(ground(rng, spacing=0.07)), np.zeros(2))
+        take(bumps, with_rock(ground(rng, spacing=0.07)), np.zeros(2))
         after.append(len(found(bumps)))
     assert after[0] == 0
     assert after[-1] >= 1
@@ -81,7 +89,7 @@ def test_rough_ground_is_no_rock():
     """In grass of that height nobody can tell."""
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(4)
     for _ in range(5):
-        bumps.take(ground(rng, noise=0.08), np.zeros(2))
+        take(bumps, ground(rng, noise=0.08), np.zeros(2))
     assert len(found(bumps)) < 0.01 * 80**2
 
 
@@ -90,7 +98,7 @@ def test_a_crown_is_no_bump_and_the_ground_under_it_is_seen():
     for _ in range(3):
         cloud = with_rock(ground(rng))
         crown = ground(rng)[::4] + np.float32([0, 0, 1.5])
-        bumps.take(np.concatenate([cloud, crown]), np.zeros(2))
+        take(bumps, np.concatenate([cloud, crown]), np.zeros(2))
     places = found(bumps)
     assert len(places) >= 2
     assert (np.abs(places - ROCK) < 0.15).all()
@@ -99,9 +107,9 @@ def test_a_crown_is_no_bump_and_the_ground_under_it_is_seen():
 def test_it_forgets_what_lies_behind():
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(6)
     for _ in range(3):
-        bumps.take(with_rock(ground(rng)), np.zeros(2))
+        take(bumps, with_rock(ground(rng)), np.zeros(2))
     assert len(found(bumps))
-    bumps.take(ground(rng)[:0], np.array([20.0, 0.0]))
+    take(bumps, ground(rng)[:0], np.array([20.0, 0.0]))
     assert not bumps.rises.any()
 
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.models import shipped_forest
+from andabata.models import shipped_forest, shipped_squares
 from andabata.navigation.bumps import BumpsConfig
 from andabata.navigation.local_map import LocalMap
 from andabata.navigation.navigator import Step
@@ -36,7 +36,11 @@ class Watcher:
 
     def __init__(self, world: World, config: RigConfig) -> None:
         plain = config.local_map.model_copy(update={"bumps": NONE})
-        self._maps = [LocalMap(config.grid, c, config.robot) for c in (config.local_map, plain)]
+        squares = shipped_squares()
+        self._maps = [
+            LocalMap(config.grid, each, config.robot, squares=squares)
+            for each in (config.local_map, plain)
+        ]
         self._truth = world.truth
         self._rocks = small_rocks(world)
         self._asked: set[tuple[int, float]] = set()

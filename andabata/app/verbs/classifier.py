@@ -1,4 +1,4 @@
-"""``andabata classifier``: the random forest that judges cells."""
+"""``andabata classifier``: what judges polar cells, and squares of the local map."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -26,6 +26,10 @@ class Recipe(StrEnum):
 
 
 Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds generate`.")]
+More = Annotated[
+    list[Path] | None,
+    typer.Option("--and", help="Train on this folder's clouds, too; may be repeated."),
+]
 
 
 @app.command()
@@ -36,10 +40,7 @@ def train(
         Recipe,
         typer.Option(help="All features and boosted trees, or the paper's five and random forest."),
     ] = Recipe.BEST,
-    more: Annotated[
-        list[Path] | None,
-        typer.Option("--and", help="Train on this folder's clouds, too; may be repeated."),
-    ] = None,
+    more: More = None,
     seed: Seed = 0,
     config: ConfigFile = None,
     settings: Set = None,
@@ -115,6 +116,56 @@ def evaluate(
     scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
     Voice(as_json=as_json).result(data, tables(data))
+
+
+@app.command()
+def squares(
+    clouds: Clouds,
+    out: Annotated[Path, typer.Option(help="Folder for squares.npz and the scores.")],
+    more: More = None,
+    seed: Seed = 0,
+    config: ConfigFile = None,
+    settings: Set = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Grow the trees that judge the squares of the local map, on the same clouds."""
+    from itertools import chain
+
+    import numpy as np
+
+    from andabata.app.classifying import judge_squares, squares_table
+    from andabata.app.console import Voice
+    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.settings import resolve
+    from andabata.records.storage import write_atomically
+    from traversability.dataset import read_clouds, read_manifest
+    from traversability.square_forest import SquareConfig, grow_squares, square_samples
+
+    voice = Voice(quiet, as_json)
+    resolved = resolve(SquareConfig, config, settings or ())
+    folders = (clouds, *(more or ()))
+    manifests = [read_manifest(folder) for folder in folders]
+    rng = np.random.default_rng(seed)
+    pairs = zip(folders, manifests, strict=True)
+    training = chain.from_iterable(read_clouds(*pair, "train") for pair in pairs)
+    samples = square_samples(training, resolved.share, rng)
+    voice.say(f"growing {resolved.trees} trees on {len(samples.red)} squares")
+    summary = {
+        "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
+        "clouds_seeds": [manifest.seed for manifest in manifests],
+        "squares": len(samples.red),
+        "seed": seed,
+        "config": resolved.model_dump(),
+    }
+    forest = grow_squares(samples, resolved, seed, summary)
+    make_folder(out)
+    write_atomically(out / "squares.npz", forest.to_bytes())
+    held = square_samples(read_clouds(clouds, manifests[0], "validation"), resolved.share, rng)
+    data = {**judge_squares(forest, held), "out": str(out)}
+    write_json(out / "scores.json", data)
+    write_json(out / "run.json", describe("classifier squares", resolved.model_dump(), seed))
+    voice.result(data, squares_table(data))
 
 
 @app.command()

@@ -1,0 +1,79 @@
+"""What several clouds say of each square of the ground around the robot."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.navigation.bumps import follow
+from traversability.square_forest import NEAREST, REACH, SquareForest
+from traversability.squares import SQUARE, SquareScanner
+from traversability.tiles import Tiles
+
+
+class SquareMapConfig(BaseModel):
+    """Numbers of the squares.
+
+    Attributes:
+        memory: What earlier clouds said counts for so much of it beside a new one.
+        most: Largest log odds that are remembered, which are as much as can be known.
+        miss: What a red square called green costs, in false alarms.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    memory: float = Field(default=0.5, ge=0, lt=1)
+    most: float = Field(default=4.0, gt=0)
+    miss: float = Field(default=2.7, gt=0)
+
+
+class SquareMap:
+    """Remembers judged squares around the robot, in ``odom``.
+
+    Attributes:
+        odds: Log odds of each square for being non-traversable, misses weighed, up to ``most``; 0
+            where nobody looked. Wrapped around, float32, shape (n, n).
+        centre: The robot's square, counted from the origin of ``odom``, shape (2,).
+    """
+
+    def __init__(self, cells: int, forest: SquareForest, config: SquareMapConfig) -> None:
+        """Begin without any.
+
+        Args:
+            cells: Squares along the edge of what is remembered.
+            forest: Judges them.
+            config: Numbers.
+        """
+        self._config = config
+        self._scanner = SquareScanner(forest.trees, REACH, NEAREST)
+        self._edge = SQUARE * forest.cell
+        self.odds = np.zeros((cells, cells), dtype=np.float32)
+        self.centre = np.zeros(2, dtype=np.int64)
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.odds[:] = 0.0
+        self.centre[:] = 0
+
+    def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
+        """Take in a cloud.
+
+        Args:
+            tiles: The cloud in ``odom``.
+            here: Position of the robot there [m], shape (2,).
+        """
+        self.follow(here)
+        config = self._config
+        judged = self._scanner.judge(tiles, here)
+        i, j = (judged.places & (len(self.odds) - 1)).T
+        odds = config.memory * self.odds[i, j] + judged.odds + math.log(config.miss)
+        self.odds[i, j] = np.clip(odds, -config.most, config.most)
+
+    def follow(self, here: NDArray[np.float64]) -> None:
+        """Go with the robot, and forget what is left behind.
+
+        Args:
+            here: Its position in ``odom`` [m], shape (2,).
+        """
+        follow(self.odds, self.centre, here, self._edge)

@@ -1,0 +1,148 @@
+"""Squares in the local map: finer than the cells of scans, remembered, and never over a trail."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.pose import Pose
+from andabata.models import shipped_squares
+from andabata.navigation.local_map import LocalMap, LocalMapConfig
+from andabata.navigation.square_map import SquareMap, SquareMapConfig
+from andabata.navigation.view import View
+from traversability.cloud import PointCloud
+from traversability.grid import PolarGrid
+from traversability.tiles import Tiles
+from traversability.virtual_scan import VirtualScan
+
+GRID = PolarGrid()
+ORIGIN = np.zeros(2)
+GOAL = np.array([8.0, 0.0])
+
+
+def ground(rng, noise=0.006):
+    """Return points of level ground around the origin, float32, shape (n, 3)."""
+    x, y = rng.uniform(-5.5, 5.5, (2, 60_000))
+    return np.stack([x, y, rng.normal(0, noise, len(x))], axis=1).astype(np.float32)
+
+
+def trunk(x, y, rng):
+    """Return points of an upright trunk, float32, shape (n, 3)."""
+    turn, z = rng.uniform(0, 2 * np.pi, 1500), rng.uniform(0, 1.5, 1500)
+    return np.stack([x + 0.1 * np.cos(turn), y + 0.1 * np.sin(turn), z], 1).astype(np.float32)
+
+
+def view_of(cloud, red=()):
+    """Return the view of a robot at the origin whose scan calls some (sector, ring) red."""
+    odds = np.full((GRID.n_sectors, GRID.n_rings), -6.0, dtype=np.float32)
+    for cell in red:
+        odds[cell] = 6.0
+    ranges = np.full(GRID.n_sectors, np.inf, dtype=np.float32)
+    pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
+    scan = VirtualScan(ranges, GRID.outer_radius, odds)
+    return View(0.0, scan, 0.0, 8.0, (0.0, 0.0), pose, pose, GOAL, None, cloud=cloud)
+
+
+def evidence_at(local_map, x, y):
+    """Return the evidence of the cell at a place [m]."""
+    i, j = np.floor(np.array([x, y]) / local_map.config.cell).astype(int)
+    return float(local_map._evidence[i, j])
+
+
+def cells_around(x, y):
+    """Return sector and ring of the polar cell at a place of the robot's frame [m]."""
+    sector = int((np.arctan2(y, x) + np.pi) / (2 * np.pi) * GRID.n_sectors)
+    return sector, int(np.searchsorted(GRID.ring_edges, np.hypot(x, y), side="right") - 1)
+
+
+def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
+    rng = np.random.default_rng(0)
+    places = [(3.1, 0.7), (3.1, -0.7)]
+    cloud = PointCloud(np.concatenate([ground(rng), *(trunk(*p, rng) for p in places)]), "odom")
+    red = [cells_around(x, y + side) for x, y in places for side in (-0.3, 0.0, 0.3)]
+    fine, coarse = LocalMap(GRID, squares=shipped_squares()), LocalMap(GRID)
+    for local_map in (fine, coarse):
+        for _ in range(30):
+            local_map.guide(view_of(cloud, red))
+    for x, y in places:
+        assert evidence_at(fine, x, y) > fine.config.wall
+    assert evidence_at(fine, 3.1, 0.05) < 0
+    assert evidence_at(coarse, 3.1, 0.3) > coarse.config.wall
+    rooms = []
+    for local_map in (fine, coarse):
+        local_map.subgoal(ORIGIN, GOAL)
+        i, j = np.floor((np.array([3.1, 0.0]) - local_map.plan.corner) / 0.2).astype(int)
+        rooms.append(0.2 * float(local_map.plan.gaps[i, j]))
+    assert rooms[0] >= 0.4 - 1e-6  # The body is 0.67 m wide, the gap 1.2 m.
+    assert rooms[1] < 0.3
+
+
+def test_where_no_cloud_has_points_the_scan_decides():
+    rng = np.random.default_rng(1)
+    points = ground(rng)
+    hole = np.hypot(points[:, 0] - 3.1, points[:, 1]) > 0.8
+    local_map = LocalMap(GRID, squares=shipped_squares())
+    for _ in range(30):
+        local_map.guide(view_of(PointCloud(points[hole], "odom"), [cells_around(3.1, 0.05)]))
+    assert evidence_at(local_map, 3.1, 0.05) > local_map.config.wall
+
+
+def tiles_of(points):
+    """Return the tiles of a cloud around the origin."""
+    tiles = Tiles()
+    tiles.describe(points, ORIGIN)
+    return tiles
+
+
+def test_squares_are_remembered_up_to_a_limit_and_what_is_sure_overrides_them():
+    rng, config = np.random.default_rng(2), SquareMapConfig()
+    plain, blocked = ground(rng), np.concatenate([ground(rng), trunk(2.1, 0.1, rng)])
+    squares = SquareMap(256, shipped_squares(), config)
+    for _ in range(6):
+        squares.take(tiles_of(plain), ORIGIN)
+    assert np.abs(squares.odds).max() <= config.most
+    assert squares.odds[10, 0] == -config.most
+    squares.take(tiles_of(blocked), ORIGIN)
+    assert squares.odds[10, 0] > 2.0
+    squares.take(tiles_of(np.empty((0, 3), dtype=np.float32)), ORIGIN)
+    assert squares.odds[10, 0] > 2.0  # Nothing seen, nothing forgotten.
+
+
+def test_what_a_miss_costs_moves_the_odds_by_its_logarithm():
+    rng = np.random.default_rng(3)
+    tiles = tiles_of(ground(rng, noise=0.02))
+    odds = []
+    for miss in (1.0, 5.0):
+        squares = SquareMap(256, shipped_squares(), SquareMapConfig(miss=miss, most=50.0))
+        squares.take(tiles, ORIGIN)
+        odds.append(squares.odds[squares.odds != 0])
+    assert odds[1] - odds[0] == pytest.approx(np.log(5.0), abs=1e-5)
+
+
+def test_it_forgets_what_lies_behind():
+    squares = SquareMap(256, shipped_squares(), SquareMapConfig())
+    squares.take(tiles_of(ground(np.random.default_rng(4))), ORIGIN)
+    assert squares.odds.any()
+    squares.follow(np.array([20.0, 0.0]))
+    assert squares.odds.any()
+    squares.follow(np.array([60.0, 0.0]))
+    assert not squares.odds.any()
+
+
+def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
+    rng = np.random.default_rng(5)
+    local_map = LocalMap(GRID, squares=shipped_squares())
+    cloud = PointCloud(np.concatenate([ground(rng), trunk(0.75, 0.0, rng)]), "odom")
+    first = view_of(cloud)
+    for _ in range(10):
+        local_map.guide(first)
+    assert evidence_at(local_map, 0.1, 0.1) <= -local_map.config.certain
+    once = local_map._evidence.copy()
+    local_map.reset()
+    assert not local_map._evidence.any()
+    for _ in range(10):
+        local_map.guide(first)
+    assert np.array_equal(local_map._evidence, once)
+
+
+def test_squares_of_another_size_are_refused():
+    with pytest.raises(ValueError, match=r"local_map.cell: expected 0.2 m.* got 0.25 m"):
+        LocalMap(GRID, LocalMapConfig(cell=0.25), squares=shipped_squares())

@@ -1,0 +1,219 @@
+"""Squares: planes with known answers, labels, and the classifier's file."""
+
+import numpy as np
+import pytest
+
+from andabata.models import shipped_squares
+from traversability.cloud import PointCloud
+from traversability.forest import ForestFileError
+from traversability.square_forest import (
+    NEAREST,
+    REACH,
+    SquareConfig,
+    SquareForest,
+    SquareSamples,
+    grow_squares,
+    square_samples,
+)
+from traversability.squares import (
+    SQUARE_FEATURES,
+    SquareFeatures,
+    SquareScanner,
+    label_squares,
+)
+from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, Tiles
+
+HERE = np.zeros(2)
+
+
+def column(name):
+    """Return the place of a feature."""
+    return SQUARE_FEATURES.index(name)
+
+
+def flat(x, y):
+    """Return level ground."""
+    return 0.0 * x
+
+
+def sheet(height, half=6.0, spacing=0.025):
+    """Return points of a surface around the origin, float32, shape (n, 3)."""
+    axis = np.arange(-half + spacing / 2, half, spacing)
+    x, y = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
+    return np.stack([x, y, height(x, y)], axis=1).astype(np.float32)
+
+
+def trunk(x, y, radius=0.1, height=2.0):
+    """Return points of an upright trunk, float32, shape (n, 3)."""
+    turn, z = np.meshgrid(np.linspace(0, 2 * np.pi, 40), np.arange(0.0, height, 0.05))
+    ring = [x + radius * np.cos(turn), y + radius * np.sin(turn), z]
+    return np.stack([part.ravel() for part in ring], axis=1).astype(np.float32)
+
+
+def described(points, here=HERE):
+    """Return places and features of a cloud's squares."""
+    tiles, features = Tiles(), SquareFeatures(REACH, NEAREST)
+    tiles.describe(points, here)
+    features.describe(tiles, here)
+    return features.places.copy(), features.values.copy()
+
+
+def test_a_tile_knows_its_ground_and_what_stands_on_it_and_no_crown():
+    points = np.array(
+        [[0.05, 0.05, 1.0], [0.02, 0.08, 1.2], [0.07, 0.01, 1.9], [0.05, 0.05, 4.0]], np.float32
+    )
+    tiles = Tiles()
+    tiles.describe(points, HERE)
+    own = tiles.table[0, 0]
+    assert own[LOWEST] == np.float32(1.0)
+    assert own[POINTS] == 2
+    assert own[MEAN] == pytest.approx(1.1)
+    assert own[HIGHEST] == np.float32(1.9)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.36])
+@pytest.mark.parametrize("heading", [0.0, 0.6, 2.2])
+def test_a_plane_has_its_slope_and_nothing_beside_it(slope, heading):
+    c, s = np.cos(heading), np.sin(heading)
+    _, values = described(sheet(lambda x, y: slope * (c * x + s * y)))
+    for window in ("near", "around", "wide"):
+        assert values[:, column(f"filled_{window}")] == pytest.approx(1.0)
+        assert values[:, column(f"slope_{window}")] == pytest.approx(slope, abs=2e-3)
+        for name in ("roughness", "step", "rise", "drop"):
+            assert values[:, column(f"{name}_{window}")] == pytest.approx(0.0, abs=2e-3)
+
+
+def test_a_step_is_as_high_as_it_is_where_the_windows_cross_it():
+    places, values = described(sheet(lambda x, y: np.where(x > 2.0, 0.2, 0.0)))
+    middle = 0.2 * places[:, 0] + 0.1
+    beside = np.abs(middle - 2.0) < 0.15
+    # The plane tilts with the step: in six rows of tiles, half of them up, half of it is left.
+    step = values[:, column("step_near")]
+    assert (step[beside] > 0.08).all()
+    assert (step[np.abs(middle - 2.0) > 0.4] < 2e-3).all()
+    assert (values[np.abs(middle - 2.0) > 1.0, column("step_wide")] < 2e-3).all()
+
+
+def test_a_trunk_stands_out_of_its_own_squares_alone():
+    places, values = described(np.concatenate([sheet(flat), trunk(2.1, 1.1)]))
+    away = np.hypot(*(0.2 * places + 0.1 - [2.1, 1.1]).T)
+    spread, slope = values[:, column("spread")], values[:, column("slope_near")]
+    assert spread[away < 0.05].min() > 1.0
+    assert (spread[away > 0.3] == 0).all()
+    assert (np.abs(slope[away > 0.3]) < 2e-3).all()  # Tall tiles tilt no plane.
+
+
+def test_squares_know_no_place_and_no_height():
+    """Whole squares of shift change nothing, wherever odom begins."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform([-5, -5, 0], [5, 5, 0.3], (20_000, 3)).astype(np.float32)
+    places, values = described(points)
+    shift = np.array([12.8, -3.2])
+    shift_in_squares = np.round(shift / 0.2).astype(int)
+    moved = points + np.array([*shift, 7.0], dtype=np.float32)
+    others, same = described(moved, shift)
+    lookup = {
+        tuple(place): row for place, row in zip(places + shift_in_squares, values, strict=True)
+    }
+    shared = [k for k, place in enumerate(others) if tuple(place) in lookup]
+    assert len(shared) > 0.99 * len(places)
+    theirs = np.array([lookup[tuple(others[k])] for k in shared])
+    # Rounding moves a few points across the edges of tiles.
+    assert np.mean(np.abs(same[shared] - theirs) < 1e-3) > 0.98
+
+
+def test_unseen_ground_has_no_squares_and_no_plane():
+    assert len(described(np.empty((0, 3), dtype=np.float32))[0]) == 0
+    places, values = described(np.array([[2.05, 0.05, 0.0]], dtype=np.float32))
+    assert places.tolist() == [[10, 0]]
+    assert values[0, column("slope_near")] == -1
+    assert described(np.array([[9.0, 0.0, 0.0]], dtype=np.float32))[0].size == 0
+
+
+def test_points_that_are_no_numbers_tell_nothing():
+    good = sheet(flat)
+    bad = np.concatenate([good, np.full((7, 3), np.nan, np.float32), [[np.inf, 0, 0]]])
+    places, values = described(bad.astype(np.float32))
+    expected = described(good)
+    assert np.array_equal(places, expected[0])
+    assert np.array_equal(values, expected[1])
+
+
+def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
+    ground = sheet(flat, spacing=0.05)
+    thing, crown = trunk(2.05, 1.05, radius=0.03), ground[::3] + np.float32([0, 0, 2.5])
+    points = np.concatenate([ground, thing, crown])
+    bad = np.repeat([False, True, True], [len(ground), len(thing), len(crown)])
+    places, _ = described(points)
+    tiles = Tiles()
+    tiles.describe(points, HERE)
+    red = label_squares(PointCloud(points, nontraversable=bad), tiles, places)
+    assert places[red].tolist() == [[10, 5]]
+    none = np.zeros(len(points), dtype=bool)
+    assert not label_squares(PointCloud(points, nontraversable=none), tiles, places).any()
+
+
+def test_a_crown_without_ground_under_it_is_nothing():
+    """A tile that only a crown fills, beside seen ground, is as if nobody had looked."""
+    ground = sheet(flat)
+    hole = (np.abs(ground[:, :2] - [2.0, 1.0]) < 0.3).all(axis=1)
+    crown = ground[hole] + np.float32([0, 0, 2.5])
+    beside, expected = described(np.concatenate([ground[~hole], crown])), described(ground[~hole])
+    assert np.array_equal(beside[0], expected[0])
+    assert np.array_equal(beside[1], expected[1])
+
+
+def test_the_scanner_is_the_forest_on_the_features():
+    forest = shipped_squares()
+    points = np.concatenate([sheet(lambda x, y: 0.05 * np.sin(3 * x)), trunk(1.5, -0.7)])
+    tiles = Tiles()
+    tiles.describe(points, HERE)
+    judged = SquareScanner(forest.trees, REACH, NEAREST).judge(tiles, HERE)
+    places, values = described(points)
+    assert np.array_equal(judged.places, places)
+    assert np.array_equal(judged.odds, forest.odds(values))
+
+
+def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():
+    forest = shipped_squares()
+    rng = np.random.default_rng(1)
+    points = np.concatenate([sheet(flat, spacing=0.04), trunk(2.1, 0.1), trunk(2.1, -1.3)])
+    noisy = points + rng.normal(0, 0.008, points.shape).astype(np.float32)
+    places, values = described(noisy)
+    middles, odds = 0.2 * places + 0.1, forest.odds(values)
+    for y in (0.1, -1.3):
+        assert odds[np.argmin(np.hypot(*(middles - [2.1, y]).T))] > 1
+    between = np.hypot(*(middles - [2.1, -0.6]).T) < 0.3
+    assert (odds[between] < -1).all()
+
+
+def few_samples():
+    """Return samples that a single split tells apart."""
+    rng = np.random.default_rng(2)
+    features = rng.uniform(0, 1, (2_000, len(SQUARE_FEATURES))).astype(np.float32)
+    return SquareSamples(features, features[:, column("spread")] > 0.5)
+
+
+def test_it_learns_and_comes_back_from_its_file_the_same():
+    samples, config = few_samples(), SquareConfig(trees=20)
+    forest = grow_squares(samples, config, 0, {"seed": 0})
+    assert np.mean((forest.odds(samples.features) > 0) == samples.red) > 0.99
+    data = forest.to_bytes()
+    again = SquareForest.from_bytes(data)
+    assert again.to_bytes() == data == grow_squares(samples, config, 0, {"seed": 0}).to_bytes()
+    assert np.array_equal(again.odds(samples.features), forest.odds(samples.features))
+    assert len(data) < 1 << 20
+
+
+def test_bad_input_is_refused():
+    samples = few_samples()
+    with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
+        grow_squares(SquareSamples(samples.features[:10], np.zeros(10, bool)), SquareConfig(), 0)
+    with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
+        square_samples([], 1.0, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="expected labelled points"):
+        square_samples([PointCloud(sheet(flat))], 1.0, np.random.default_rng(0))
+    data = grow_squares(samples, SquareConfig(trees=3), 0).to_bytes()
+    for damaged in (b"", data[:100], data[:-40]):
+        with pytest.raises(ForestFileError, match="classifier of squares"):
+            SquareForest.from_bytes(damaged)

@@ -1,0 +1,116 @@
+"""Tiles: what a cloud shows of each decimetre of the ground around a place."""
+
+from typing import Annotated
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from pydantic import AfterValidator
+
+LOWEST, POINTS, MEAN, HIGHEST = range(4)
+"""Columns of a tile: lowest z [m], number and mean z of the points of the ground in it [m], highest
+z of what a robot could meet [m]."""
+
+LAYER = 0.25
+"""Points no further above the lowest of their tile belong to the ground, or to what lies on it [m].
+"""
+
+TALL = 1.2
+"""Points further above it are crowns that a robot passes under [m] (as in ``PolarGrid``)."""
+
+_FARTHEST = 1e4
+"""Heights beyond are no measurement [m]."""
+
+_ASIDE = 8
+"""A tile that lies further than that above another one, so many tiles aside, is of a crown."""
+
+
+def _wrapping(cells: int) -> int:
+    """Return a number of cells in which places wrap around by their lowest bits."""
+    if cells & (cells - 1):
+        raise ValueError(f"expected a power of 2, got {cells}")
+    return cells
+
+
+Wrapping = Annotated[int, AfterValidator(_wrapping)]
+"""Cells along an edge of a square that moves with the robot: a power of 2."""
+
+
+class Tiles:
+    """A cloud in tiles, in the cloud's frame, whose z points up.
+
+    Attributes:
+        cell: Edge of a tile [m].
+        table: Columns ``LOWEST`` to ``HIGHEST`` of each tile; tile (i, j), counted from the frame's
+            origin, stands at (i, j) modulo n. float32, shape (n, n, 4).
+        centre: The tile of the place that the cloud was described around, shape (2,).
+    """
+
+    def __init__(self, cell: float = 0.1, cells: Wrapping = 128) -> None:
+        """Begin without a cloud.
+
+        Args:
+            cell: Edge of a tile [m].
+            cells: Tiles along an edge of the square around the place.
+        """
+        self.cell = cell
+        self.table = np.zeros((cells, cells, 4), dtype=np.float32)
+        self.centre = np.zeros(2, dtype=np.int64)
+        self._floors = np.zeros((2, cells, cells), dtype=np.float32)
+
+    def describe(self, points: NDArray[np.float32], here: NDArray[np.float64]) -> None:
+        """Describe a cloud.
+
+        Args:
+            points: Cloud [m], shape (n, 3).
+            here: Place of the robot [m], shape (2,).
+        """
+        self.centre[:] = np.floor(here / self.cell).astype(np.int64)
+        _describe(points, self.centre, self.cell, self.table, self._floors)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _describe(points, centre, cell, table, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill the tiles of the square around the centre."""
+    n = len(table)
+    table[:, :, LOWEST] = np.inf
+    table[:, :, POINTS] = 0.0
+    table[:, :, MEAN] = 0.0
+    table[:, :, HIGHEST] = -np.inf
+    half = n // 2 - 1
+    for above in (False, True):
+        for k in range(len(points)):
+            x, y, z = points[k, 0] / cell, points[k, 1] / cell, points[k, 2]
+            if not (abs(x - centre[0]) < half and abs(y - centre[1]) < half and abs(z) < _FARTHEST):
+                continue  # Nor does what is no number.
+            i, j = int(np.floor(x)) & (n - 1), int(np.floor(y)) & (n - 1)
+            own = table[i, j]
+            if not above:
+                own[LOWEST] = min(own[LOWEST], z)
+                continue
+            if own[LOWEST] > floors[1, i, j] + np.float32(TALL):
+                continue
+            if z < own[LOWEST] + np.float32(LAYER):
+                own[POINTS] += np.float32(1.0)
+                own[MEAN] += (z - own[MEAN]) / own[POINTS]
+            if z < own[LOWEST] + np.float32(TALL):
+                own[HIGHEST] = max(own[HIGHEST], z)
+        if not above:
+            _lower(table, floors)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lower(table, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the lowest height around each tile, one axis after the other."""
+    n = len(table)
+    along, around = floors
+    for i in range(n):
+        for j in range(n):
+            along[i, j] = table[i, j, LOWEST]
+            for k in range(j - _ASIDE, j + _ASIDE + 1):
+                along[i, j] = min(along[i, j], table[i, k & (n - 1), LOWEST])
+    for i in range(n):
+        around[i] = along[i]
+        for k in range(i - _ASIDE, i + _ASIDE + 1):
+            for j in range(n):
+                around[i, j] = min(around[i, j], along[k & (n - 1), j])

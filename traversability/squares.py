@@ -152,7 +152,7 @@ def label_squares(cloud: PointCloud, tiles: Tiles, places: NDArray[np.int64]) ->
     found = np.zeros(len(places), dtype=np.bool_)
     for a in range(SQUARE):
         for b in range(SQUARE):
-            u, v = ((SQUARE * places + [a, b]) & last).T
+            u, v = (SQUARE * places + np.array([a, b])).T & last
             found |= red[u, v]
     return found
 

@@ -25,7 +25,7 @@ class SquareMapConfig(BaseModel):
 
     memory: float = Field(default=0.5, ge=0, lt=1)
     most: float = Field(default=4.0, gt=0)
-    miss: float = Field(default=2.7, gt=0)
+    miss: float = Field(default=4.0, gt=0)
 
 
 class SquareMap:

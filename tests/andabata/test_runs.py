@@ -9,6 +9,7 @@ from andabata.app.learning import CHECKPOINT, HISTORY, POLICY, learn
 from andabata.app.settings import resolve
 from andabata.tasks.plans import TrainingPlan, load_plan
 from rl.policy import Policy
+from traversability.square_forest import SquareForest
 
 
 def result(capsys, *words):
@@ -66,6 +67,18 @@ def test_a_classifier_is_trained_and_judged(capsys, clouds, tmp_path):
     )
     assert again["confusion"] == data["confusion"]
     assert json.loads((out / "run.json").read_text())["config"]["trees"] == 30
+
+
+def test_a_classifier_of_squares_is_trained_and_judged(capsys, clouds, tmp_path):
+    out = tmp_path / "squares"
+    words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30", "--set", "share=1"]
+    data = result(capsys, "classifier", "squares", *words)
+    assert data["squares"] > 1000
+    assert data["f1_red"] > 0.5  # Two clouds teach that much.
+    assert set(data) >= {"within_1.8_m", "within_3.2_m", "within_5_m", "confusion"}
+    learned = SquareForest.load(out / "squares.npz")
+    assert learned.summary["config"]["trees"] == 30
+    assert json.loads((out / "run.json").read_text())["config"]["share"] == 1
 
 
 @pytest.mark.parametrize("wrong", ["--set trees=0", "--set tree=3"])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,17 +16,11 @@ from traversability.forest import ForestFileError
 from traversability.planting import flatten_boosted
 from traversability.squares import SQUARE_FEATURES, SquareFeatures, label_squares
 from traversability.tiles import Tiles
-from traversability.trees import Trees, add_leaves
+from traversability.trees import Nodes, Trees, add_leaves
 
 _FORMAT = "andabata-squares"
 _VERSION = 1
 _MAX_BYTES = 1 << 24
-
-REACH = 5.0
-"""Squares further away are not judged [m]: a cloud of a rotating laser has holes there."""
-
-NEAREST = 0.7
-"""Nor are those nearer [m], where the laser sees the robot's own shadow."""
 
 
 class SquareConfig(BaseModel):
@@ -89,10 +84,14 @@ class SquareForest:
     def odds(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the log odds of squares for being non-traversable, shape (n,)."""
         found = np.full(len(features), self.trees.base)
-        nodes = self.trees.laid_out(SQUARE_FEATURES)
         rows, flat = np.arange(len(features)), np.ascontiguousarray(features)
-        add_leaves(flat, rows, len(rows), nodes, 0, len(self.trees.roots), found)
+        add_leaves(flat, rows, len(rows), self._nodes, 0, len(self.trees.roots), found)
         return found
+
+    @cached_property
+    def _nodes(self) -> Nodes:
+        """The trees as they are walked."""
+        return self.trees.laid_out(SQUARE_FEATURES)
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""
@@ -150,7 +149,7 @@ def square_samples(
     Raises:
         ValueError: If there are no squares, or one cloud has no labels.
     """
-    tiles, describer, here = Tiles(), SquareFeatures(REACH, NEAREST), np.zeros(2)
+    tiles, describer, here = Tiles(), SquareFeatures(), np.zeros(2)
     features, red = [np.empty((0, len(SQUARE_FEATURES)), dtype=np.float32)], [np.empty(0, bool)]
     for cloud in clouds:
         turned = _turned(cloud, rng.uniform(-np.pi, np.pi))

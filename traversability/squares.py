@@ -7,8 +7,6 @@ described by planes through the tiles around it, which is the paper's step from 
 it. Not in the papers (assumption).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -16,10 +14,15 @@ from numpy.typing import NDArray
 from traversability.cloud import PointCloud
 from traversability.labels import MIN_SHARE, nontraversable
 from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
-from traversability.trees import Nodes, Trees, add_leaves
 
 SQUARE = 2
 """Tiles along a square's edge."""
+
+REACH = 5.0
+"""Squares further away are not judged [m]: a cloud of a rotating laser has holes there."""
+
+NEAREST = 0.7
+"""Nor are those nearer [m], where the laser sees the robot's own shadow."""
 
 _WINDOWS = (2, 4, 8)
 """The windows around a square reach so many tiles beyond it."""
@@ -51,19 +54,6 @@ the flat tiles around it the share of tiles that are seen, the slope, the mean a
 lies beside the plane [m], and how far the highest and the lowest of its own tiles do [m]."""
 
 
-@dataclass(frozen=True)
-class JudgedSquares:
-    """Squares of one cloud.
-
-    Attributes:
-        places: Square (i, j), counted from the origin of the cloud's frame, int64, shape (n, 2).
-        odds: Log odds of each for being non-traversable, float64, shape (n,).
-    """
-
-    places: NDArray[np.int64]
-    odds: NDArray[np.float64]
-
-
 class SquareFeatures:
     """Describes the squares of clouds; its memory lives as long as it does.
 
@@ -72,26 +62,20 @@ class SquareFeatures:
         values: In the order of ``SQUARE_FEATURES``, float32, shape (k, f).
     """
 
-    def __init__(self, reach: float, nearest: float) -> None:
-        """Prepare.
-
-        Args:
-            reach: Squares further away are left out [m].
-            nearest: And those nearer [m].
-        """
-        self._limits = (nearest, reach)
+    def __init__(self) -> None:
+        """Begin without a cloud."""
         self._count = 0
         self._places = np.zeros((0, 2), dtype=np.int64)
         self._values = np.zeros((0, len(SQUARE_FEATURES)), dtype=np.float32)
 
     def describe(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
         """Describe the squares of a cloud around a place [m]."""
-        most = (2 * int(self._limits[1] / (SQUARE * tiles.cell)) + 3) ** 2
+        most = (2 * int(REACH / (SQUARE * tiles.cell)) + 3) ** 2
         if len(self._places) < most:
             self._places = np.zeros((most, 2), dtype=np.int64)
             self._values = np.zeros((most, len(SQUARE_FEATURES)), dtype=np.float32)
         self._count = _describe(
-            tiles.table, tiles.centre, tiles.cell, here, self._limits, self._places, self._values
+            tiles.table, tiles.centre, tiles.cell, here, self._places, self._values
         )
 
     @property
@@ -103,30 +87,6 @@ class SquareFeatures:
     def values(self) -> NDArray[np.float32]:
         """Their features."""
         return self._values[: self._count]
-
-
-class SquareScanner:
-    """Judges the squares of clouds."""
-
-    def __init__(self, trees: Trees, reach: float, nearest: float) -> None:
-        """Make ready.
-
-        Args:
-            trees: On ``SQUARE_FEATURES``.
-            reach: Squares further away are left out [m].
-            nearest: And those nearer [m].
-        """
-        self._nodes: Nodes = trees.laid_out(SQUARE_FEATURES)
-        self._base, self._trees = trees.base, len(trees.roots)
-        self._features = SquareFeatures(reach, nearest)
-
-    def judge(self, tiles: Tiles, here: NDArray[np.float64]) -> JudgedSquares:
-        """Return the squares of a cloud around a place [m], shape (2,)."""
-        self._features.describe(tiles, here)
-        values = self._features.values
-        odds = np.full(len(values), self._base)
-        add_leaves(values, np.arange(len(values)), len(values), self._nodes, 0, self._trees, odds)
-        return JudgedSquares(self._features.places, odds)
 
 
 def label_squares(cloud: PointCloud, tiles: Tiles, places: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -158,20 +118,19 @@ def label_squares(cloud: PointCloud, tiles: Tiles, places: NDArray[np.int64]) ->
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(table, centre, cell, here, limits, places, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _describe(table, centre, cell, here, places, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the squares that have points, and their features; return how many."""
     n = len(table)
-    nearest, reach = limits
     edge = SQUARE * cell
     most = n // 2 - _WINDOWS[-1] - SQUARE - 1
     first0, first1 = int(np.floor(here[0] / edge)), int(np.floor(here[1] / edge))
-    half = int(reach / edge) + 1
+    half = int(REACH / edge) + 1
     count = 0
     for i in range(first0 - half, first0 + half + 1):
         for j in range(first1 - half, first1 + half + 1):
             far = np.hypot((i + 0.5) * edge - here[0], (j + 0.5) * edge - here[1])
             u, v = SQUARE * i, SQUARE * j
-            if far < nearest or far > reach or count == len(places):
+            if far < NEAREST or far > REACH or count == len(places):
                 continue
             if abs(u - centre[0]) > most or abs(v - centre[1]) > most:
                 continue

@@ -1,9 +1,10 @@
 """A light local map with a replanned sub-goal: the way out of traps.
 
 A scan sees 10 m and remembers nothing; a robot that steers by it alone cannot leave a deep dead end
-(goal 3 of Sanchez et al. 2023). The map remembers where scans saw a way and where not, plans a path
-over it to the goal, and names the farthest point of the path that the robot can head for straight
-away (assumption: the paper has nothing of the kind).
+(goal 3 of Sanchez et al. 2023). The map remembers where scans saw a way and where not, and near the
+robot what clouds say of each of its cells; it plans a path over that to the goal, and names the
+farthest point of the path that the robot can head for straight away (assumption: the paper has
+nothing of the kind).
 """
 
 import math

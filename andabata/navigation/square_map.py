@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.navigation.bumps import follow
-from traversability.square_forest import NEAREST, REACH, SquareForest
-from traversability.squares import SQUARE, SquareScanner
+from traversability.square_forest import SquareForest
+from traversability.squares import SQUARE, SquareFeatures
 from traversability.tiles import Tiles
 
 
@@ -46,7 +46,8 @@ class SquareMap:
             config: Numbers.
         """
         self._config = config
-        self._scanner = SquareScanner(forest.trees, REACH, NEAREST)
+        self._forest = forest
+        self._features = SquareFeatures()
         self._edge = SQUARE * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
@@ -65,9 +66,10 @@ class SquareMap:
         """
         self.follow(here)
         config = self._config
-        judged = self._scanner.judge(tiles, here)
-        i, j = (judged.places & (len(self.odds) - 1)).T
-        odds = config.memory * self.odds[i, j] + judged.odds + math.log(config.miss)
+        self._features.describe(tiles, here)
+        i, j = (self._features.places & (len(self.odds) - 1)).T
+        now = self._forest.odds(self._features.values) + math.log(config.miss)
+        odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)
 
     def follow(self, here: NDArray[np.float64]) -> None:

@@ -7,8 +7,6 @@ from andabata.models import shipped_squares
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.square_forest import (
-    NEAREST,
-    REACH,
     SquareConfig,
     SquareForest,
     SquareSamples,
@@ -18,7 +16,6 @@ from traversability.square_forest import (
 from traversability.squares import (
     SQUARE_FEATURES,
     SquareFeatures,
-    SquareScanner,
     label_squares,
 )
 from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, Tiles
@@ -52,7 +49,7 @@ def trunk(x, y, radius=0.1, height=2.0):
 
 def described(points, here=HERE):
     """Return places and features of a cloud's squares."""
-    tiles, features = Tiles(), SquareFeatures(REACH, NEAREST)
+    tiles, features = Tiles(), SquareFeatures()
     tiles.describe(points, here)
     features.describe(tiles, here)
     return features.places.copy(), features.values.copy()
@@ -161,17 +158,6 @@ def test_a_crown_without_ground_under_it_is_nothing():
     beside, expected = described(np.concatenate([ground[~hole], crown])), described(ground[~hole])
     assert np.array_equal(beside[0], expected[0])
     assert np.array_equal(beside[1], expected[1])
-
-
-def test_the_scanner_is_the_forest_on_the_features():
-    forest = shipped_squares()
-    points = np.concatenate([sheet(lambda x, y: 0.05 * np.sin(3 * x)), trunk(1.5, -0.7)])
-    tiles = Tiles()
-    tiles.describe(points, HERE)
-    judged = SquareScanner(forest.trees, REACH, NEAREST).judge(tiles, HERE)
-    places, values = described(points)
-    assert np.array_equal(judged.places, places)
-    assert np.array_equal(judged.odds, forest.odds(values))
 
 
 def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():

@@ -1,0 +1,110 @@
+"""Squares against the true map along drives, beside the polar cell that each of them lies in.
+
+Run with ``python tests/benchmarks/bench_squares.py [WORLD] [FIRST] [COUNT]``: drives of ``learned``
+to one goal each in so many worlds from that seed on, kinematic plant. Each new cloud's squares are
+judged where they lie; a square is red when the true map forbids a quarter of it. The polar cell's
+odds are those of the scan at the same instant, where the forest looked at all.
+"""
+
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.metrics import average_precision_score, roc_auc_score
+
+from andabata.models import shipped_forest, shipped_squares
+from andabata.navigation.local_map import LocalMapConfig
+from andabata.navigation.navigator import Step
+from andabata.tasks.controllers import make_controller
+from andabata.tasks.judge import JudgeConfig
+from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.trial import run_trial
+from traversability.cloud import PointCloud
+from traversability.grid import PolarGrid
+from traversability.squares import SQUARE_FEATURES, SquareFeatures
+from traversability.tiles import Tiles
+from worlds.truth import Reason, TraversabilityMap
+from worlds.world import World
+
+BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0))
+
+
+class Watcher:
+    """Gathers, for each square of each cloud, what was said of it and what is true."""
+
+    def __init__(self, world: World, grid: PolarGrid) -> None:
+        self._truth, self._grid = world.truth, grid
+        self._tiles, self._features = Tiles(), SquareFeatures()
+        self._cloud: PointCloud | None = None
+        self.rows: list[NDArray[np.float64]] = []
+
+    def __call__(self, step: Step) -> None:
+        """Take in a control step."""
+        view = step.view
+        if view is None or view.truth is None or view.cloud is None or view.cloud is self._cloud:
+            return
+        self._cloud = view.cloud
+        here, yaw, true = view.odometry.position[:2], view.odometry.yaw, view.truth.pose
+        self._tiles.describe(view.cloud.points, here)
+        self._features.describe(self._tiles, here)
+        values = self._features.values
+        squares = shipped_squares().odds(values)
+        x, y = (0.2 * self._features.places + 0.1 - here).T
+        bearing = np.arctan2(y, x) - yaw
+        sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
+        ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
+        cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
+        turn = true.yaw - yaw
+        c, s = np.cos(turn), np.sin(turn)
+        places = np.stack([c * x - s * y, s * x + c * y], axis=1) + true.position[:2]
+        red, clearance = forbidden(self._truth, places)
+        far = values[:, SQUARE_FEATURES.index("range")]
+        self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
+
+
+def forbidden(
+    truth: TraversabilityMap, places: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Return which squares have a forbidden quarter, and the clearance of their middles [m]."""
+    red = np.zeros(len(places), dtype=bool)
+    for u in (-0.05, 0.05):
+        for v in (-0.05, 0.05):
+            red |= truth.reason_at(places[:, 0] + u, places[:, 1] + v) != Reason.FREE
+    return red, truth.clearance_at(places[:, 0], places[:, 1]).astype(float)
+
+
+def main() -> None:
+    """Drive, watch and print."""
+    preset = sys.argv[1] if len(sys.argv) > 1 else "natural-test"
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 7050
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else 6
+    config = RigConfig(plant="kinematic")
+    rows = []
+    for seed in range(first, first + count):
+        scene = SceneShelf().get(preset, seed)
+        controller = make_controller("learned", scene.world, config)
+        rig = Rig(scene, config, shipped_forest(), controller)
+        watcher = Watcher(scene.world, config.grid)
+        rig.navigator.watch(watcher)
+        run_trial(rig, scene.world.tasks[0], JudgeConfig(), np.random.default_rng([seed, 1]))
+        rig.close()
+        rows += watcher.rows
+    table = np.concatenate(rows)
+    judged = table[np.isfinite(table[:, 3])]
+    lean = np.log(LocalMapConfig().squares.miss)
+    sys.stdout.write(f"{len(table)} squares, {len(judged)} of them in cells that were judged\n")
+    for near, end in (*BANDS, (BANDS[0][0], BANDS[-1][1])):
+        some = judged[(judged[:, 0] >= near) & (judged[:, 0] < end)]
+        red, clear = some[:, 1] > 0, some[:, 2] > 0.3
+        for name, odds in (("polar cells", some[:, 3]), ("squares", some[:, 4] + lean)):
+            sys.stdout.write(
+                f"{near} to {end} m, {name}: average precision "
+                f"{average_precision_score(red, odds):.3f}, AUC {roc_auc_score(red, odds):.3f}; "
+                f"called red: {(odds[red] > 0).mean():.3f} of the red ones, "
+                f"{(odds[clear] > 0).mean():.4f} of those with 0.3 m of clearance\n"
+            )
+
+
+if __name__ == "__main__":
+    main()

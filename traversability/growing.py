@@ -11,7 +11,7 @@ from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
 from traversability.forest import Exit, Forest, Screen, Thresholds, sums_of
 from traversability.grid import PolarGrid
-from traversability.planting import flatten_boosted, flatten_random
+from traversability.planting import flatten_random, grow_boosted
 from traversability.trees import Trees
 
 _SCREEN_RATE = 0.5
@@ -192,19 +192,7 @@ def _grow(
             n_jobs=1,
         )
         return flatten_random(model.fit(features, red), names)
-    from sklearn.ensemble import HistGradientBoostingClassifier
-
-    model = HistGradientBoostingClassifier(
-        max_iter=trees,
-        max_depth=config.max_depth,
-        max_leaf_nodes=None,
-        min_samples_leaf=min(config.min_leaf, max(1, len(red) // 100)),
-        learning_rate=config.rate,
-        l2_regularization=config.shrink,
-        early_stopping=False,
-        random_state=seed,
-    )
-    return flatten_boosted(model.fit(features, red), names)
+    return grow_boosted(features, red, names, trees, config, seed)
 
 
 def _cheapest_thresholds(

@@ -1,6 +1,6 @@
-"""Fitted scikit-learn models as flat arrays."""
+"""Boosted trees, grown by scikit-learn, and its fitted models as flat arrays."""
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,59 @@ from numpy.typing import NDArray
 from traversability.trees import COLUMNS, Trees, Vote
 
 Tree = tuple[NDArray[Any], ...]
+
+
+class Growth(Protocol):
+    """How boosted trees are grown; see ``ForestConfig``."""
+
+    @property
+    def max_depth(self) -> int:
+        """Deepest split."""
+
+    @property
+    def min_leaf(self) -> int:
+        """Fewest samples of a leaf."""
+
+    @property
+    def rate(self) -> float:
+        """Learning rate."""
+
+    @property
+    def shrink(self) -> float:
+        """L2 penalty of leaves."""
+
+
+def grow_boosted(
+    features: NDArray[np.float32],
+    red: NDArray[np.bool_],
+    names: tuple[str, ...],
+    trees: int,
+    growth: Growth,
+    seed: int,
+) -> Trees:
+    """Return boosted trees that tell red samples from green ones.
+
+    Args:
+        features: Shape (n, f).
+        red: Shape (n,).
+        names: Of the features.
+        trees: How many.
+        growth: How.
+        seed: Of the splits.
+    """
+    from sklearn.ensemble import HistGradientBoostingClassifier
+
+    model = HistGradientBoostingClassifier(
+        max_iter=trees,
+        max_depth=growth.max_depth,
+        max_leaf_nodes=None,
+        min_samples_leaf=min(growth.min_leaf, max(1, len(red) // 100)),
+        learning_rate=growth.rate,
+        l2_regularization=growth.shrink,
+        early_stopping=False,
+        random_state=seed,
+    )
+    return flatten_boosted(model.fit(features, red), names)
 
 
 def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
-from traversability.planting import flatten_boosted
+from traversability.planting import grow_boosted
 from traversability.squares import SQUARE_FEATURES, SquareFeatures, label_squares
 from traversability.tiles import Tiles
 from traversability.trees import Nodes, Trees, add_leaves
@@ -189,17 +189,6 @@ def grow_squares(
     if not samples.red.any() or samples.red.all():
         found = f"{int(samples.red.sum())} red of {len(samples.red)}"
         raise ValueError(f"red: expected squares of both kinds, got {found}; add clouds")
-    from sklearn.ensemble import HistGradientBoostingClassifier
-
-    model = HistGradientBoostingClassifier(
-        max_iter=config.trees,
-        max_depth=config.max_depth,
-        max_leaf_nodes=None,
-        min_samples_leaf=min(config.min_leaf, max(1, len(samples.red) // 100)),
-        learning_rate=config.rate,
-        l2_regularization=config.shrink,
-        early_stopping=False,
-        random_state=seed,
-    )
-    trees = flatten_boosted(model.fit(samples.features, samples.red), SQUARE_FEATURES)
+    features, red = samples.features, samples.red
+    trees = grow_boosted(features, red, SQUARE_FEATURES, config.trees, config, seed)
     return SquareForest(trees, Tiles().cell, summary or {})

@@ -13,13 +13,13 @@ from traversability.labels import CellState, beyond_doubt, label_cells, nontrave
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
 from traversability.square_forest import SquareForest, SquareSamples
-from traversability.squares import SQUARE_FEATURES
+from traversability.squares import NEAREST, REACH, SQUARE_FEATURES
 
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
 
-SQUARE_BANDS = (1.8, 3.2, 5.0)
-"""Squares are judged apart up to each of these distances [m]."""
+SQUARE_BANDS = (NEAREST, 1.8, 3.2, REACH)
+"""Squares are judged apart between these distances [m]."""
 
 
 def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
 
 
 def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any]:
-    """Return the scores of a classifier of squares, of all and of those within each distance.
+    """Return the scores of a classifier of squares, of all and by distance.
 
     A square is called red from even odds on; a map weighs misses by itself.
     """
@@ -72,17 +72,16 @@ def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any
         called = np.where(odds >= 0, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
         return CellScores.of(states.astype(np.uint8), called.astype(np.uint8)).as_dict()
 
-    edges = np.array([0.0, *SQUARE_BANDS])
     bands = {
-        f"within_{end:g}_m": of((far >= begin) & (far < end))
-        for begin, end in pairwise(edges.tolist())
+        f"{begin:g}_to_{end:g}_m": of((far >= begin) & (far < end))
+        for begin, end in pairwise(SQUARE_BANDS)
     }
-    return {**of(np.ones(len(far), dtype=np.bool_)), **bands, "squares": len(far)}
+    return {**of(np.ones(len(far), dtype=np.bool_)), "bands": bands, "squares": len(far)}
 
 
 def squares_table(data: dict[str, Any]) -> str:
     """Return a table of the scores of squares by distance."""
-    rows = {"all": data} | {name: row for name, row in data.items() if name.startswith("within_")}
+    rows = {"all": data, **data["bands"]}
     columns = ("balanced_accuracy", "precision", "recall", "f1_red")
     lines = [
         f"judged squares: {data['squares']}",

@@ -130,7 +130,7 @@ def squares(
     quiet: Quiet = False,
 ) -> None:
     """Grow the trees that judge the squares of the local map, on the same clouds."""
-    from itertools import chain
+    from collections.abc import Iterator
 
     import numpy as np
 
@@ -139,6 +139,7 @@ def squares(
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve
     from andabata.records.storage import write_atomically
+    from traversability.cloud import PointCloud
     from traversability.dataset import read_clouds, read_manifest
     from traversability.square_forest import SquareConfig, grow_squares, square_samples
 
@@ -147,9 +148,16 @@ def squares(
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
     rng = np.random.default_rng(seed)
-    pairs = zip(folders, manifests, strict=True)
-    training = chain.from_iterable(read_clouds(*pair, "train") for pair in pairs)
-    samples = square_samples(training, resolved.share, rng)
+    total = sum(entry.split == "train" for manifest in manifests for entry in manifest.clouds)
+
+    def training() -> Iterator[PointCloud]:
+        with voice.progress("clouds", total) as step:
+            for pair in zip(folders, manifests, strict=True):
+                for cloud in read_clouds(*pair, "train"):
+                    yield cloud
+                    step()
+
+    samples = square_samples(training(), resolved.share, rng)
     voice.say(f"growing {resolved.trees} trees on {len(samples.red)} squares")
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],

@@ -82,7 +82,17 @@ class SquareForest:
             raise ValueError(f"vote {self.trees.vote!r} on tiles of {self.cell} m")
 
     def odds(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the log odds of squares for being non-traversable, shape (n,)."""
+        """Return the log odds of squares for being non-traversable, shape (n,).
+
+        Args:
+            features: In the order of ``SQUARE_FEATURES``, float32, shape (n, f).
+
+        Raises:
+            ValueError: If the features have another shape: trees look them up unchecked.
+        """
+        if features.ndim != 2 or features.shape[1] != len(SQUARE_FEATURES):
+            expected = f"(n, {len(SQUARE_FEATURES)})"
+            raise ValueError(f"features: expected shape {expected}, got {features.shape}")
         found = np.full(len(features), self.trees.base)
         rows, flat = np.arange(len(features)), np.ascontiguousarray(features)
         add_leaves(flat, rows, len(rows), self._nodes, 0, len(self.trees.roots), found)

@@ -24,6 +24,7 @@ from andabata.navigation.view import Area, View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.square_forest import SquareForest
+from traversability.squares import SQUARE
 from traversability.tiles import Tiles, Wrapping
 
 _BODY, _BEYOND = -1, -2
@@ -145,9 +146,10 @@ class LocalMap:
         self._bumps = Bumps(cell / 2, self.config.bumps)
         self._squares: SquareMap | None = None
         if squares is not None:
-            if not math.isclose(self._tiles.cell, squares.cell):
+            edge = SQUARE * squares.cell
+            if not math.isclose(cell, edge):
                 raise ValueError(
-                    f"local_map.cell: expected {2 * squares.cell:g} m, as large as the squares "
+                    f"local_map.cell: expected {edge:g} m, as large as the squares "
                     f"that the classifier knows, got {cell:g} m; train one for these"
                 )
             self._squares = SquareMap(n, squares, self.config.squares)

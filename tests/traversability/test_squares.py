@@ -199,7 +199,10 @@ def test_bad_input_is_refused():
         square_samples([], 1.0, np.random.default_rng(0))
     with pytest.raises(ValueError, match="expected labelled points"):
         square_samples([PointCloud(sheet(flat))], 1.0, np.random.default_rng(0))
-    data = grow_squares(samples, SquareConfig(trees=3), 0).to_bytes()
+    forest = grow_squares(samples, SquareConfig(trees=3), 0)
+    with pytest.raises(ValueError, match=r"features: expected shape \(n, 23\), got \(5, 22\)"):
+        forest.odds(samples.features[:5, :-1])
+    data = forest.to_bytes()
     for damaged in (b"", data[:100], data[:-40]):
         with pytest.raises(ForestFileError, match="classifier of squares"):
             SquareForest.from_bytes(damaged)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
 
-from rl import checkpoint
+from rl.learner import Device, Learner
 from rl.networks import Actor, ValueCritic
 from rl.observation import ObservationLayout
 from rl.policy import Policy
@@ -41,6 +41,7 @@ class ActorCriticConfig(BaseModel):
             pushed no further that way. The paper's robot learns at each step with the actor that
             drives; these learn after whole episodes (assumption, as Schulman et al. 2017 do).
         batch: Episodes that are played side by side.
+        device: Where gradients are computed; see ``rl.learner``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -56,9 +57,10 @@ class ActorCriticConfig(BaseModel):
     largest_difference: float = Field(default=10.0, gt=0)
     trust: float = Field(default=0.2, gt=0)
     batch: int = Field(default=8, ge=1)
+    device: Device = "cpu"
 
 
-class ActorCritic:
+class ActorCritic(Learner):
     """Actor, critic and their optimisers."""
 
     def __init__(
@@ -77,17 +79,20 @@ class ActorCritic:
             limit: Largest yaw rate [rad/s].
             config: Numbers.
             seed: Of the weights.
+
+        Raises:
+            DeviceError: If torch does not find the device.
         """
+        super().__init__(config.device)
         self.config = config
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
             self.actor = Actor(layout, max_range, limit, config.hidden)
             takes_reward = config.critic == "reward-input"
             self.critic = ValueCritic(layout, limit, config.hidden, takes_reward)
-        self._optimisers = {
-            "actor": torch.optim.Adam(self.actor.parameters(), lr=config.actor_rate, fused=True),
-            "critic": torch.optim.Adam(self.critic.parameters(), lr=config.critic_rate, fused=True),
-        }
+        self._keep(actor=self.actor, critic=self.critic)
+        self._optimise("actor", self.actor.parameters(), config.actor_rate)
+        self._optimise("critic", self.critic.parameters(), config.critic_rate)
 
     def explorer(self, dead_zone: float) -> Policy:
         """Return the present actor, which plays the episodes to learn from."""
@@ -110,21 +115,24 @@ class ActorCritic:
         Returns:
             Mean critic loss, mean value and mean spread of the actions.
         """
-        for name, rate in (("actor", self.config.actor_rate), ("critic", self.config.critic_rate)):
-            for group in self._optimisers[name].param_groups:
-                group["lr"] = rate * pace
-        figures, count = np.zeros(3), 0
+        self._set_rate("actor", self.config.actor_rate * pace)
+        self._set_rate("critic", self.config.critic_rate * pace)
+        figures = torch.zeros(3, device=self.device)
         longest = max(len(episode.actions) for episode in episodes)
         driver = copy.deepcopy(self.actor)
         for moment in range(longest):
             rows = _decisions(episodes, moment, self.config.reward_scale)
+            rows = {name: column.to(self.device) for name, column in rows.items()}
             figures += self._descend(rows, driver)
-            count += 1
-        loss, value, spread = (figures / count).tolist()
+        loss, value, spread = (figures / longest).tolist()
         return {"critic_loss": loss, "value": value, "spread": spread}
 
-    def _descend(self, rows: dict[str, Tensor], driver: Actor) -> tuple[float, float, float]:
-        """Take one step of critic and actor along the temporal difference, near the driver."""
+    def _descend(self, rows: dict[str, Tensor], driver: Actor) -> Tensor:
+        """Take one step of critic and actor along the temporal difference, near the driver.
+
+        Returns:
+            Critic loss, mean value and mean spread of the actions, shape (3,).
+        """
         config = self.config
         values = self.critic(rows["states"], rows["rewards_before"])
         with torch.no_grad():
@@ -141,34 +149,7 @@ class ActorCritic:
         self._step("actor", -(near * difference * log_p).mean())
         with torch.no_grad():
             spread = self.actor(rows["states"])[1].mean()
-        return float(critic_loss.detach()), float(values.detach().mean()), float(spread)
-
-    def _step(self, name: str, loss: Tensor) -> None:
-        """Move one optimiser down a loss."""
-        self._optimisers[name].zero_grad()
-        loss.backward()
-        self._optimisers[name].step()
-
-    def _parameters(self) -> dict[str, Tensor]:
-        """Return every learnt tensor by name."""
-        return checkpoint.named({"actor": self.actor, "critic": self.critic})
-
-    def to_bytes(self, progress: dict[str, Any], others: dict[str, Tensor]) -> bytes:
-        """Return everything that learning needs to go on, and what ``others`` need.
-
-        Args:
-            progress: Where the run stands, ready for JSON.
-            others: Tensors to keep beside it.
-        """
-        return checkpoint.to_bytes(self._parameters(), self._optimisers, others, progress)
-
-    def restore(self, data: bytes) -> dict[str, Tensor]:
-        """Take up the state of ``to_bytes`` and return its tensors.
-
-        Raises:
-            CheckpointError: If the bytes are no checkpoint of such a learner.
-        """
-        return checkpoint.restore(data, self._parameters(), self._optimisers)
+        return torch.stack([critic_loss, values.mean(), spread]).detach()
 
 
 def _decisions(episodes: Sequence[Episode], moment: int, scale: float) -> dict[str, Tensor]:

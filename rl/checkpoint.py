@@ -74,8 +74,7 @@ def restore(
                 prefix = f"adam.{name}.{number}."
                 if f"{prefix}step" in tensors:
                     optimiser.state[parameter] = {
-                        key: tensors[prefix + key].to(parameter.device if key != "step" else "cpu")
-                        for key in _MOMENTS
+                        key: tensors[prefix + key].to(parameter.device) for key in _MOMENTS
                     }
     except (SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise _refused(error) from error

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 import torch
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from rl import checkpoint as checkpoints
 from rl.actor_critic import ActorCritic, ActorCriticConfig
+from rl.learner import Learner
 from rl.observation import ObservationLayout
 from rl.policy import Policy
 from rl.sac import SacConfig, SoftActorCritic
@@ -108,27 +109,6 @@ class CurriculumConfig(BaseModel):
     final_pace: float = Field(default=0.2, gt=0, le=1)
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
-
-
-class Learner(Protocol):
-    """Whatever learns from whole episodes."""
-
-    def explorer(self, dead_zone: float) -> Policy:
-        """Return the actor that plays the episodes to learn from."""
-
-    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
-        """Return what has been learnt, as a complete policy."""
-
-    def update(
-        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float
-    ) -> dict[str, float]:
-        """Learn from episodes at a share of the learning rate; return figures by name."""
-
-    def to_bytes(self, progress: dict[str, Any], others: dict[str, torch.Tensor]) -> bytes:
-        """Return everything that learning needs to go on."""
-
-    def restore(self, data: bytes) -> dict[str, torch.Tensor]:
-        """Take up the state of ``to_bytes`` and return its tensors."""
 
 
 def make_learner(config: CurriculumConfig) -> Learner:

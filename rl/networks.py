@@ -46,7 +46,7 @@ class Actor(nn.Module):
     def sample(self, states: Tensor, noise: torch.Generator) -> tuple[Tensor, Tensor]:
         """Return actions, -1 to 1, and their log-probabilities, shape (n,) each."""
         mean, sigma = self(states)
-        normal = torch.randn(mean.shape, generator=noise)
+        normal = torch.randn(mean.shape, generator=noise, device=mean.device)
         before = mean + sigma * normal
         log_p = -normal.square() / 2 - sigma.log() - 0.5 * float(np.log(2 * np.pi))
         return torch.tanh(before), log_p - _squash(before)
@@ -153,4 +153,4 @@ def _scaled(states: Tensor, scale: Tensor) -> Tensor:
 
 def _array(tensor: Tensor) -> NDArray[np.float32]:
     """Return a copy of a tensor's numbers."""
-    return tensor.detach().numpy().astype(np.float32).copy()
+    return tensor.detach().cpu().numpy().astype(np.float32).copy()

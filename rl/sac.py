@@ -4,7 +4,7 @@ The paper names actor and critic, not the update. Its one-step update collapses 
 some seeds; this one does not, and learns from each decision many times (assumption).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ import torch
 from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
 
-from rl import checkpoint
+from rl.learner import Device, Learner
 from rl.networks import Actor, TwinCritic
 from rl.observation import ObservationLayout
 from rl.policy import Policy
@@ -39,6 +39,7 @@ class SacConfig(BaseModel):
         reward_scale: Rewards are multiplied by this.
         batch: Episodes of a generation.
         capacity: Decisions that are remembered.
+        device: Where gradients are computed; see ``rl.learner``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -57,9 +58,10 @@ class SacConfig(BaseModel):
     reward_scale: float = Field(default=1 / 50, gt=0)
     batch: int = Field(default=8, ge=1)
     capacity: int = Field(default=200_000, ge=1000)
+    device: Device = "cpu"
 
 
-class SoftActorCritic:
+class SoftActorCritic(Learner):
     """Actor, twin critics, their targets, temperature, optimisers and memory."""
 
     def __init__(
@@ -78,7 +80,11 @@ class SoftActorCritic:
             limit: Largest yaw rate [rad/s].
             config: Numbers.
             seed: Of the weights.
+
+        Raises:
+            DeviceError: If torch does not find the device.
         """
+        super().__init__(config.device)
         self.config = config
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
@@ -90,14 +96,19 @@ class SoftActorCritic:
         self.targets.load_state_dict(self.critics.state_dict())
         self.average.requires_grad_(False)
         self.targets.requires_grad_(False)
-        self.log_temperature = torch.nn.Parameter(torch.tensor(float(np.log(config.temperature))))
+        temperature = torch.tensor(float(np.log(config.temperature)), device=self.device)
+        self.log_temperature = torch.nn.Parameter(temperature)
+        self._keep(
+            actor=self.actor,
+            average=self.average,
+            critics=self.critics,
+            targets=self.targets,
+            temperature=self.log_temperature,
+        )
         self.replay = Replay(layout.size, config.capacity)
-        rate = config.learning_rate
-        self._optimisers = {
-            "actor": torch.optim.Adam(self.actor.parameters(), lr=rate, fused=True),
-            "critics": torch.optim.Adam(self.critics.parameters(), lr=rate, fused=True),
-            "temperature": torch.optim.Adam([self.log_temperature], lr=rate, fused=True),
-        }
+        self._optimise("actor", self.actor.parameters(), config.learning_rate)
+        self._optimise("critics", self.critics.parameters(), config.learning_rate)
+        self._optimise("temperature", [self.log_temperature], config.learning_rate)
 
     def explorer(self, dead_zone: float) -> Policy:
         """Return the present actor, which plays the episodes to learn from."""
@@ -120,27 +131,30 @@ class SoftActorCritic:
         Returns:
             Mean critic loss, value and entropy of the actions, and the temperature.
         """
-        for optimiser in self._optimisers.values():
-            for group in optimiser.param_groups:
-                group["lr"] = self.config.learning_rate * pace
+        for name in self._optimisers:
+            self._set_rate(name, self.config.learning_rate * pace)
         fresh = sum(self.replay.add(episode, self.config.reward_scale) for episode in episodes)
-        noise = torch.Generator().manual_seed(int(rng.integers(2**31)))
+        noise = torch.Generator(self.device).manual_seed(int(rng.integers(2**31)))
         count = max(1, round(fresh * self.config.steps_per_decision))
-        figures = np.zeros(3)
+        figures = torch.zeros(3, device=self.device)
         for _ in range(count):
             rows = self.replay.draw(self.config.minibatch, rng)
+            rows = {name: column.to(self.device) for name, column in rows.items()}
             figures += self._descend(rows, noise)
+        loss, value, entropy = (figures / count).tolist()
         return {
-            "critic_loss": float(figures[0] / count),
-            "value": float(figures[1] / count),
-            "entropy": float(figures[2] / count),
+            "critic_loss": loss,
+            "value": value,
+            "entropy": entropy,
             "temperature": float(self.log_temperature.detach().exp()),
         }
 
-    def _descend(
-        self, rows: dict[str, Tensor], noise: torch.Generator
-    ) -> tuple[float, float, float]:
-        """Take one gradient step of critics, actor and temperature."""
+    def _descend(self, rows: dict[str, Tensor], noise: torch.Generator) -> Tensor:
+        """Take one gradient step of critics, actor and temperature.
+
+        Returns:
+            Critic loss, mean value and entropy, shape (3,), which nobody waits for.
+        """
         config = self.config
         temperature = self.log_temperature.detach().exp()
         with torch.no_grad():
@@ -159,34 +173,11 @@ class SoftActorCritic:
         self._step("temperature", -self.log_temperature * surplus)
         _follow(self.targets, self.critics, config.smoothing)
         _follow(self.average, self.actor, config.averaging)
-        entropy = -float(log_p.detach().mean())
-        return float(critic_loss.detach()), float(values.detach().mean()), entropy
+        return torch.stack([critic_loss, values.mean(), -log_p.mean()]).detach()
 
-    def _step(self, name: str, loss: Tensor) -> None:
-        """Move one optimiser down a loss."""
-        self._optimisers[name].zero_grad()
-        loss.backward()
-        self._optimisers[name].step()
-
-    def _parameters(self) -> dict[str, Tensor]:
-        """Return every learnt tensor by name."""
-        parts = {
-            "actor": self.actor,
-            "average": self.average,
-            "critics": self.critics,
-            "targets": self.targets,
-        }
-        return checkpoint.named(parts) | {"temperature": self.log_temperature}
-
-    def to_bytes(self, progress: dict[str, Any], others: dict[str, Tensor]) -> bytes:
-        """Return everything that learning needs to go on, and what ``others`` need.
-
-        Args:
-            progress: Where the run stands, ready for JSON.
-            others: Tensors to keep beside it.
-        """
-        others = self.replay.tensors() | others
-        return checkpoint.to_bytes(self._parameters(), self._optimisers, others, progress)
+    def to_bytes(self, progress: dict[str, Any], others: Mapping[str, Tensor]) -> bytes:
+        """Return everything that learning needs to go on, what is remembered and ``others``."""
+        return super().to_bytes(progress, {**self.replay.tensors(), **others})
 
     def restore(self, data: bytes) -> dict[str, Tensor]:
         """Take up the state of ``to_bytes`` and return its tensors.
@@ -194,7 +185,7 @@ class SoftActorCritic:
         Raises:
             CheckpointError: If the bytes are no checkpoint of such a learner.
         """
-        tensors = checkpoint.restore(data, self._parameters(), self._optimisers)
+        tensors = super().restore(data)
         self.replay.restore(tensors)
         return tensors
 

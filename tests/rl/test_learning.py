@@ -6,6 +6,7 @@ import torch
 
 from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.curriculum import Curriculum, CurriculumConfig, Difficulty, Stage
+from rl.learner import DeviceError
 from rl.networks import ValueCritic
 from rl.observation import ObservationLayout
 from rl.replay import Replay
@@ -94,6 +95,25 @@ def test_a_checkpoint_of_another_run_is_refused():
         Curriculum(config(24), sampler(), first.to_bytes())
     with pytest.raises(ValueError, match="checkpoint: expected one of this learner"):
         Curriculum(config(), sampler(), first.to_bytes()[:-10])
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="torch finds a GPU here")
+def test_a_gpu_that_is_not_there_is_refused_or_done_without():
+    with pytest.raises(DeviceError, match="expected a GPU that torch finds for 'cuda', got none"):
+        Curriculum(config(device="cuda"), sampler())
+    assert Curriculum(config(device="auto"), sampler()).learner.device.type == "cpu"
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="torch finds no GPU")
+def test_a_gpu_learns_and_resumes():
+    whole = Curriculum(config(device="cuda"), sampler())
+    told = run(whole)
+    first = Curriculum(config(device="auto"), sampler())
+    assert first.learner.device.type == "cuda"
+    first = Curriculum(config(device="cuda"), sampler())
+    run(first, 3)
+    second = Curriculum(config(device="cuda"), sampler(), first.to_bytes())
+    assert run(second) == told[3:]
 
 
 @pytest.mark.parametrize("terminated", [True, False])

@@ -1,0 +1,108 @@
+"""What every learner has: networks and optimisers on a device, and all of it as bytes."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from rl import checkpoint
+from rl.policy import Policy
+from rl.training import Episode
+
+Device = Literal["cpu", "cuda", "auto"]
+"""Where gradients are computed; ``auto`` is the GPU where torch finds one, and the CPU elsewhere.
+Policies always drive on the CPU."""
+
+
+class DeviceError(ValueError):
+    """A device that torch does not find."""
+
+
+def find_device(device: Device) -> torch.device:
+    """Return the device of a name.
+
+    Raises:
+        DeviceError: If there is none.
+    """
+    found = torch.cuda.is_available()
+    if device == "cuda" and not found:
+        raise DeviceError(
+            "learner.device: expected a GPU that torch finds for 'cuda', got none; "
+            "take 'cpu', or install torch's build for CUDA"
+        )
+    return torch.device("cuda" if device != "cpu" and found else "cpu")
+
+
+class Learner(ABC):
+    """Whatever learns from whole episodes.
+
+    Attributes:
+        device: Where its networks are.
+    """
+
+    def __init__(self, device: Device) -> None:
+        """Begin without networks.
+
+        Raises:
+            DeviceError: If torch does not find the device.
+        """
+        self.device = find_device(device)
+        self._parameters: dict[str, Tensor] = {}
+        self._optimisers: dict[str, torch.optim.Optimizer] = {}
+
+    @abstractmethod
+    def explorer(self, dead_zone: float) -> Policy:
+        """Return the actor that plays the episodes to learn from."""
+
+    @abstractmethod
+    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
+        """Return what has been learnt, as a complete policy."""
+
+    @abstractmethod
+    def update(
+        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float = 1.0
+    ) -> dict[str, float]:
+        """Learn from episodes at a share of the learning rate; return figures by name."""
+
+    def to_bytes(self, progress: dict[str, Any], others: Mapping[str, Tensor]) -> bytes:
+        """Return everything that learning needs to go on, and what ``others`` need.
+
+        Args:
+            progress: Where the run stands, ready for JSON.
+            others: Tensors to keep beside it.
+        """
+        return checkpoint.to_bytes(self._parameters, self._optimisers, others, progress)
+
+    def restore(self, data: bytes) -> dict[str, Tensor]:
+        """Take up the state of ``to_bytes`` and return its tensors.
+
+        Raises:
+            CheckpointError: If the bytes are no checkpoint of such a learner.
+        """
+        return checkpoint.restore(data, self._parameters, self._optimisers)
+
+    def _keep(self, **parts: nn.Module | nn.Parameter) -> None:
+        """Move networks and numbers to the device; a checkpoint has them by their names."""
+        for name, part in parts.items():
+            if isinstance(part, nn.Module):
+                self._parameters |= checkpoint.named({name: part.to(self.device)})
+            else:
+                self._parameters[name] = part
+
+    def _optimise(self, name: str, parameters: Iterable[Tensor], rate: float) -> None:
+        """Prepare Adam for parameters that are kept."""
+        self._optimisers[name] = torch.optim.Adam(parameters, lr=rate, fused=True)
+
+    def _set_rate(self, name: str, rate: float) -> None:
+        """Set an optimiser's learning rate."""
+        for group in self._optimisers[name].param_groups:
+            group["lr"] = rate
+
+    def _step(self, name: str, loss: Tensor) -> None:
+        """Move one optimiser down a loss."""
+        self._optimisers[name].zero_grad()
+        loss.backward()
+        self._optimisers[name].step()

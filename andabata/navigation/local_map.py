@@ -27,7 +27,7 @@ from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE
 from traversability.tiles import Tiles, Wrapping
 
-_BODY, _BEYOND = -1, -2
+_BEYOND = -1
 _RIM = 0.02
 """The body stands on cells that are so much nearer than its sides, so that they are free [m]."""
 
@@ -67,6 +67,8 @@ class LocalMapConfig(BaseModel):
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
             twice as much against a wall.
+        trail: Control steps after which ground that was driven is ground like any other: dead
+            reckoning has drifted by then, the edges of the trail sooner than its middle.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
         shy: Distance from walls at which a metre costs no more [m].
@@ -95,6 +97,7 @@ class LocalMapConfig(BaseModel):
     sure: float = Field(default=50.0, ge=0)
     fade: float = Field(default=3.0, gt=0)
     certain: float = Field(default=3.0, gt=0)
+    trail: int = Field(default=600, ge=1)
     wall: float = Field(default=1.0, gt=0)
     room: float = Field(default=0.5, ge=0)
     shy: float = Field(default=1.3, gt=0)
@@ -165,13 +168,12 @@ class LocalMap:
         y = middles[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])
         ranges = np.hypot(x, y)
         rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
-        rings[rings >= grid.n_rings] = _BEYOND
-        self._rings = np.where(ranges < under, _BODY, np.where(rings < 0, _BEYOND, rings))
+        rings[(rings < 0) | (rings >= grid.n_rings)] = _BEYOND
+        self._rings = rings
+        self._under = under
         self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
         ranges = ranges[:, :, 0]
         fading = 1.0 / (1.0 + ranges / self.config.fade)
-        # The nearer the middle was, the more room there was for the body.
-        fading = np.where(ranges < under, 2.0 - ranges / under, fading)
         self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
         self.reset()
@@ -295,10 +297,11 @@ class LocalMap:
         """
         config = self.config
         follow(self._evidence, self._centre, here, config.cell)
+        _forget(self._evidence, config.certain, config.certain * config.mark_every / config.trail)
         _mark(
             self._evidence,
             self._centre,
-            yaw,
+            (here[0] / config.cell, here[1] / config.cell, self._under / config.cell, yaw),
             odds,
             self._rings,
             self._bearings,
@@ -331,10 +334,21 @@ class LocalMap:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark(evidence, centre, yaw, odds, rings, bearings, weights, gains, sure):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _forget(evidence, certain, step):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Move what is known of driven ground a step towards what is known of free ground."""
+    for i in range(len(evidence)):
+        for j in range(len(evidence)):
+            if evidence[i, j] <= -certain:
+                evidence[i, j] += step
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add what a scan says of each cell around the robot."""
     n, half, sectors = len(evidence), len(rings) // 2, len(odds)
     blocked, free, void, certain = gains
+    x, y, under, yaw = at
+    beside = int(under) + 1
     firsts = np.full(sectors, odds.shape[1])
     for s in range(sectors):
         for ring in range(odds.shape[1]):
@@ -345,11 +359,14 @@ def _mark(evidence, centre, yaw, odds, rings, bearings, weights, gains, sure):  
         i = (centre[0] + a - half) & (n - 1)
         for b in range(2 * half + 1):
             ring = rings[a, b, 0]
-            if ring == _BEYOND:
-                continue
             j = (centre[1] + b - half) & (n - 1)
-            if ring == _BODY:
-                evidence[i, j] = min(evidence[i, j], -certain * weights[a, b, 0])
+            if max(abs(a - half), abs(b - half)) <= beside:
+                # The nearer the middle was, the more room there was for the body.
+                far = np.hypot(centre[0] + a - half + 0.5 - x, centre[1] + b - half + 0.5 - y)
+                if far < under:
+                    evidence[i, j] = min(evidence[i, j], -certain * (2.0 - far / under))
+                    continue
+            if ring == _BEYOND:
                 continue
             s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
             belief, weight = odds[s, ring], weights[a, b, 0]

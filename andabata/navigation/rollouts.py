@@ -41,7 +41,8 @@ class RolloutConfig(BaseModel):
         rates: Yaw rates of an arc, shares of the steering limit.
         room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
         margin: Room that a robot with a map keeps around its body [m].
-        shy: Extra cost of a metre for each metre of clearance short of one metre.
+        shy: Extra cost of a metre for each metre of clearance short of one metre, to the oracle.
+        crowd: Of what the plan says that a metre costs more than a metre, this share counts.
         hold: Control steps between two decisions.
         turns: Turns on the spot to each side, up to half a one.
         pause: Each stop, to turn on the spot or to back out, costs this much more than the time
@@ -59,6 +60,7 @@ class RolloutConfig(BaseModel):
     room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
     shy: float = Field(default=1.0, ge=0)
+    crowd: float = Field(default=0.5, ge=0)
     hold: int = Field(default=3, ge=1)
     turns: int = Field(default=6, ge=1)
     pause: float = Field(default=3.0, ge=0)
@@ -99,7 +101,7 @@ class Rollouts:
         swing = math.hypot(robot.length / 2, robot.width / 2) + config.margin
         per_radian = robot.speed / robot.max_steering
         self._half_turn = np.pi * per_radian
-        limits = (room, ahead, swing, config.shy, ARRIVED, per_radian)
+        limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
         self.reset()
 
@@ -133,9 +135,7 @@ class Rollouts:
             self._tails,
             self._ways,
             (self._points, self._robot.speed * STEP, STEP, cell),
-            plan.gaps,
-            plan.rooms,
-            plan.onward,
+            (plan.costs, plan.gaps, plan.rooms, plan.onward),
             (x, y, yaw, goal[0], goal[1]),
             self._limits,
             self._prices,
@@ -177,18 +177,18 @@ def fan(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
     points, far, time, cell = stride
+    costs, gaps, rooms, onward = ground
     x0, y0, yaw0, goal_x, goal_y = at
-    room, ahead, swing, shy, arrived, per_radian = limits
+    room, ahead, swing, crowd, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
     for k in range(len(prices)):
         if k == len(rates):
             tails = ways
         x, y, yaw = x0, y0, yaw0
-        driven = crowded = missing = 0.0
-        number = 0
+        driven = missing = 0.0
         there = False
         back = k - len(rates) - len(turns)
         if k < len(rates) or back >= 0:
@@ -201,7 +201,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, a
                 if there:
                     break
                 gap = _gap(rooms, x, y, yaw, ahead) * cell
-                driven, crowded, number = driven + far, crowded + max(1.0 - gap, 0.0), number + 1
+                driven += far * (1.0 + crowd * (_between(costs, x, y) - 1.0))
                 missing += max(room - gap, 0.0) ** 2
         else:
             turn = turns[k - len(rates)]
@@ -210,15 +210,14 @@ def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, a
             yaw += turn
         price = driven + _CONTACT * missing
         if there or back >= 0:
-            prices[k] = price + shy * crowded / max(number, 1)
+            prices[k] = price
             if not there:
                 prices[k] += _rest(onward, x, y, goal_x, goal_y, cell)
             continue
         prices[k] = np.inf
         c, s = np.cos(yaw), np.sin(yaw)
         for tail in range(len(tails)):
-            more, near, count = price, crowded, number
-            p, q = x, y
+            more, p, q = price, x, y
             there = False
             for t in range(tails.shape[1]):
                 a, b = tails[tail, t, 0] / cell, tails[tail, t, 1] / cell
@@ -227,12 +226,10 @@ def _price_ways(rates, turns, backs, tails, ways, stride, gaps, rooms, onward, a
                     there = True
                     break
                 gap = _gap(rooms, p, q, yaw + tails[tail, t, 2], ahead) * cell
-                near, count = near + max(1.0 - gap, 0.0), count + 1
-                more += far + _CONTACT * max(room - gap, 0.0) ** 2
+                more += far * (1.0 + crowd * (_between(costs, p, q) - 1.0))
+                more += _CONTACT * max(room - gap, 0.0) ** 2
                 if more > prices[k]:
                     break
-            if count:
-                more += shy * near / count
             if not there:
                 more += _rest(onward, p, q, goal_x, goal_y, cell)
             prices[k] = min(prices[k], more)

@@ -106,6 +106,40 @@ def test_where_the_robot_has_been_it_can_go():
     assert behind is None or abs(behind[1]) < 0.3
 
 
+@pytest.mark.parametrize("aside", [0.01, 0.1, 0.19])
+def test_a_wall_beside_the_body_stays_one(aside):
+    """Wherever in its cell the robot is: only what lies under it is free."""
+    local_map = seen(LocalMap(GRID), wall_ahead(0.9, 0.9), 60)
+    before = local_map._evidence.copy()
+    nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
+    here = np.array([0.8 + aside, 0.2 - aside])
+    local_map.mark(nothing, here, 0.0)
+    cell, n = local_map.config.cell, local_map.config.cells
+    i, j = np.meshgrid(np.arange(-3, 10), np.arange(-5, 6), indexing="ij")
+    far = np.hypot((i + 0.5) * cell - here[0], (j + 0.5) * cell - here[1])
+    driven = local_map._evidence[i % n, j % n] <= -local_map.config.certain
+    under = RobotModel().width / 2 - 0.02
+    standing = before[i % n, j % n] <= -local_map.config.certain
+    assert np.array_equal(driven[~standing], (far < under)[~standing])
+    walls = (before[i % n, j % n] > local_map.config.wall) & (far >= under)
+    assert walls.sum() > 3
+    assert (local_map._evidence[i % n, j % n] > local_map.config.wall)[walls].all()
+
+
+def test_driven_ground_is_ground_like_any_other_in_the_end():
+    """Dead reckoning drifts, and what it says that was driven comes to lie on what was not."""
+    config = LocalMapConfig(trail=100)
+    local_map = seen(LocalMap(GRID, config), odds(np.inf), 3)
+    nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
+    away, known = np.array([-3.0, 0.0]), []
+    for _ in range(config.trail // config.mark_every + 1):
+        known.append(local_map._evidence[0, 0] <= -config.certain)
+        local_map.mark(nothing, away, 0.0)
+    assert known[0]
+    assert not known[-1]
+    assert known == sorted(known, reverse=True)
+
+
 def test_emptiness_that_nothing_hides_is_an_edge():
     brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)

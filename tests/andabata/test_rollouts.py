@@ -49,6 +49,17 @@ def test_a_wish_into_a_wall_is_vetoed():
     assert (np.sign(rate), pace) == (-1.0, 1.0)  # The way round is shorter on the right.
 
 
+def test_where_there_is_room_it_keeps_away_from_walls():
+    """Both ways lead on; the straight one passes the wall at a hand's breadth."""
+    beside = mapped(between(20, 160, 0.75))
+    room = ROBOT.half_radius + RolloutConfig().margin
+    cells = np.array([[x, 0.0] for x in np.arange(0.0, 1.2, 0.2)]) - beside.plan.corner
+    gaps = beside.plan.gaps[tuple((cells / beside.config.cell).astype(int).T)] * beside.config.cell
+    assert (gaps > room).all()
+    assert chosen(beside, 0.0, config=RolloutConfig(crowd=0.0))[0] == 0.0
+    assert chosen(beside, 0.0)[0] < 0.0
+
+
 def test_where_every_arc_ends_in_a_wall_it_turns_on_the_spot():
     pocket = mapped(between(-150, 150, 0.8), np.array([-8.0, 0.0]))
     rate, pace = chosen(pocket, 0.0)

@@ -37,6 +37,7 @@ def grow_boosted(
     trees: int,
     growth: Growth,
     seed: int,
+    weights: NDArray[np.float64] | None = None,
 ) -> Trees:
     """Return boosted trees that tell red samples from green ones.
 
@@ -47,6 +48,7 @@ def grow_boosted(
         trees: How many.
         growth: How.
         seed: Of the splits.
+        weights: What each counts, shape (n,); None for one each.
     """
     from sklearn.ensemble import HistGradientBoostingClassifier
 
@@ -60,7 +62,7 @@ def grow_boosted(
         early_stopping=False,
         random_state=seed,
     )
-    return flatten_boosted(model.fit(features, red), names)
+    return flatten_boosted(model.fit(features, red, sample_weight=weights), names)
 
 
 def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.

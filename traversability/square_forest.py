@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
+from traversability.labels import nontraversable, things
 from traversability.planting import grow_boosted
 from traversability.squares import SQUARE_FEATURES, SquareFeatures, label_squares
 from traversability.tiles import Tiles
@@ -21,6 +22,9 @@ from traversability.trees import Nodes, Trees, add_leaves
 _FORMAT = "andabata-squares"
 _VERSION = 1
 _MAX_BYTES = 1 << 24
+
+LOW = 0.13
+"""Squares of things whose points are no further apart in height show a low one [m]."""
 
 
 class SquareConfig(BaseModel):
@@ -33,6 +37,8 @@ class SquareConfig(BaseModel):
         rate: Learning rate.
         shrink: L2 penalty of leaves.
         share: Share of each cloud's squares to learn from: neighbours have much in common.
+        low: A red square of a low thing counts so many times: there are few, and no wheel may
+            touch them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,6 +49,7 @@ class SquareConfig(BaseModel):
     rate: float = Field(default=0.15, gt=0, le=1)
     shrink: float = Field(default=5.0, ge=0)
     share: float = Field(default=0.2, gt=0, le=1)
+    low: float = Field(default=3.0, ge=1)
 
 
 @dataclass(frozen=True)
@@ -52,10 +59,12 @@ class SquareSamples:
     Attributes:
         features: In the order of ``SQUARE_FEATURES``, float32, shape (n, f).
         red: Whether each is non-traversable, bool, shape (n,).
+        low: Whether that is for a thing lower than ``LOW``, bool, shape (n,).
     """
 
     features: NDArray[np.float32]
     red: NDArray[np.bool_]
+    low: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -160,26 +169,33 @@ def square_samples(
         ValueError: If there are no squares, or one cloud has no labels.
     """
     tiles, describer, here = Tiles(), SquareFeatures(), np.zeros(2)
-    features, red = [np.empty((0, len(SQUARE_FEATURES)), dtype=np.float32)], [np.empty(0, bool)]
+    height = SQUARE_FEATURES.index("height")
+    features, labels = [np.empty((0, len(SQUARE_FEATURES)), np.float32)], [np.empty((2, 0), bool)]
     for cloud in clouds:
         turned = _turned(cloud, rng.uniform(-np.pi, np.pi))
         tiles.describe(turned.points, here)
         describer.describe(tiles, here)
         count = len(describer.places)
         taken = np.sort(rng.permutation(count)[: round(share * count)])
-        features.append(describer.values[taken])
-        red.append(label_squares(turned, tiles, describer.places[taken]))
-    samples = SquareSamples(np.concatenate(features), np.concatenate(red))
-    if not len(samples.red):
+        values, places = describer.values[taken], describer.places[taken]
+        red, thing = (
+            label_squares(turned, forbidden, tiles, places)
+            for forbidden in (nontraversable(turned), things(turned))
+        )
+        features.append(values)
+        labels.append(np.stack([red, red & thing & (values[:, height] < LOW)]))
+    red, low = np.concatenate(labels, axis=1)
+    if not len(red):
         raise ValueError("clouds: expected some with squares to judge, got none")
-    return samples
+    return SquareSamples(np.concatenate(features), red, low)
 
 
 def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
     """Return a cloud turned about the vertical axis, and its labels alone."""
     c, s = np.cos(yaw), np.sin(yaw)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float32)
-    return PointCloud(cloud.points @ turn.T, nontraversable=cloud.nontraversable)
+    points = cloud.points @ turn.T
+    return PointCloud(points, nontraversable=cloud.nontraversable, severity=cloud.severity)
 
 
 def grow_squares(
@@ -199,6 +215,8 @@ def grow_squares(
     if not samples.red.any() or samples.red.all():
         found = f"{int(samples.red.sum())} red of {len(samples.red)}"
         raise ValueError(f"red: expected squares of both kinds, got {found}; add clouds")
-    features, red = samples.features, samples.red
-    trees = grow_boosted(features, red, SQUARE_FEATURES, config.trees, config, seed)
+    weights = np.where(samples.low, config.low, 1.0)
+    trees = grow_boosted(
+        samples.features, samples.red, SQUARE_FEATURES, config.trees, config, seed, weights
+    )
     return SquareForest(trees, Tiles().cell, summary or {})

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from traversability.cloud import PointCloud
-from traversability.labels import MIN_SHARE, nontraversable
+from traversability.labels import MIN_SHARE
 from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
 
 SQUARE = 2
@@ -33,6 +33,12 @@ _FLAT = 0.1
 _FEW = 5
 """Tiles that make a plane."""
 
+_SHARED = 5
+"""Features that do not belong to a window."""
+
+_OF_WINDOW = 7
+"""Features of each window."""
+
 _UNKNOWN = -1.0
 """Value of what cannot be told."""
 
@@ -45,13 +51,14 @@ SQUARE_FEATURES = (
     *(
         f"{name}_{window}"
         for window in ("near", "around", "wide")
-        for name in ("filled", "slope", "roughness", "step", "rise", "drop")
+        for name in ("filled", "slope", "roughness", "step", "rise", "drop", "peak")
     ),
 )
 """What is known of a square, in order: its points and tiles, the largest difference of height [m]
 within one of its tiles and within it, its distance from the robot [m], and of the planes through
 the flat tiles around it the share of tiles that are seen, the slope, the mean and the range of what
-lies beside the plane [m], and how far the highest and the lowest of its own tiles do [m]."""
+lies beside the plane [m], how far the highest and the lowest of its own tiles do, and the highest
+point in them [m]."""
 
 
 class SquareFeatures:
@@ -89,13 +96,16 @@ class SquareFeatures:
         return self._values[: self._count]
 
 
-def label_squares(cloud: PointCloud, tiles: Tiles, places: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which squares of a labelled cloud are non-traversable, bool, shape (n,).
+def label_squares(
+    cloud: PointCloud, forbidden: NDArray[np.bool_], tiles: Tiles, places: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return which squares of a cloud are forbidden, bool, shape (n,).
 
-    A square is, when one of its tiles has the paper's share of non-traversable points below crowns.
+    A square is, when one of its tiles has the paper's share of forbidden points below crowns.
 
     Args:
-        cloud: With labels.
+        cloud: The points.
+        forbidden: Which of them are, shape (m,).
         tiles: The same cloud.
         places: Squares, int64, shape (n, 2).
     """
@@ -107,7 +117,7 @@ def label_squares(cloud: PointCloud, tiles: Tiles, places: NDArray[np.int64]) ->
     low = inside & (own[:, POINTS] > 0) & (cloud.points[:, 2] < own[:, LOWEST] + TALL)
     place, size = i * (last + 1) + j, (last + 1) ** 2
     total = np.bincount(place[low], minlength=size)
-    bad = np.bincount(place[low & nontraversable(cloud)], minlength=size)
+    bad = np.bincount(place[low & forbidden], minlength=size)
     red = ((bad > 0) & (bad >= MIN_SHARE * total)).reshape(last + 1, last + 1)
     found = np.zeros(len(places), dtype=np.bool_)
     for a in range(SQUARE):
@@ -148,7 +158,8 @@ def _describe(table, centre, cell, here, places, values):  # type: ignore[no-unt
             row = values[count]
             row[0], row[1], row[2], row[3], row[4] = points, seen, spread, high - low, far
             for k in range(len(_WINDOWS)):
-                _fit(table, u, v, _WINDOWS[k], cell, row[5 + 6 * k : 11 + 6 * k])
+                own = row[_SHARED + _OF_WINDOW * k : _SHARED + _OF_WINDOW * (k + 1)]
+                _fit(table, u, v, _WINDOWS[k], cell, own)
             places[count, 0], places[count, 1] = i, j
             count += 1
     return count
@@ -185,7 +196,9 @@ def _fit(table, u, v, beyond, cell, found):  # type: ignore[no-untyped-def]  # n
     gx, gy = (cxz * cyy - cyz * cxy) / spanned, (cyz * cxx - cxz * cxy) / spanned
     found[1] = np.hypot(gx, gy)
     found[2] = np.sqrt(max(czz - gx * cxz - gy * cyz, 0.0))
-    lowest, highest, drop, rise = np.inf, -np.inf, np.inf, -np.inf
+    lowest, drop = np.inf, np.inf
+    highest = rise = peak = -np.inf
+    uphill = (abs(gx) + abs(gy)) * cell / 2  # A tile's own edge stands out of its middle so far.
     for a in range(-beyond, beyond + SQUARE):
         for b in range(-beyond, beyond + SQUARE):
             tile = table[(u + a) & (n - 1), (v + b) & (n - 1)]
@@ -195,6 +208,7 @@ def _fit(table, u, v, beyond, cell, found):  # type: ignore[no-untyped-def]  # n
             off = tile[MEAN] - level - mz - gx * (x - mx) - gy * (y - my)
             if 0 <= a < SQUARE and 0 <= b < SQUARE:
                 drop, rise = min(drop, off), max(rise, off)
+                peak = max(peak, off + tile[HIGHEST] - tile[MEAN] - uphill)
             if tile[HIGHEST] - tile[LOWEST] <= _FLAT:
                 lowest, highest = min(lowest, off), max(highest, off)
-    found[3], found[4], found[5] = highest - lowest, rise, drop
+    found[3], found[4], found[5], found[6] = highest - lowest, rise, drop, peak

@@ -63,7 +63,8 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
 def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any]:
     """Return the scores of a classifier of squares, of all and by distance.
 
-    A square is called red from even odds on; a map weighs misses by itself.
+    A square is called red from even odds on; a map weighs misses by itself. ``recall_low`` is the
+    share of the red squares of low things that are.
     """
     odds, far = forest.odds(samples.features), samples.features[:, SQUARE_FEATURES.index("range")]
 
@@ -76,15 +77,18 @@ def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any
         f"{begin:g}_to_{end:g}_m": of((far >= begin) & (far < end))
         for begin, end in pairwise(SQUARE_BANDS)
     }
-    return {**of(np.ones(len(far), dtype=np.bool_)), "bands": bands, "squares": len(far)}
+    recall_low = float(np.mean(odds[samples.low] >= 0)) if samples.low.any() else None
+    found = {"bands": bands, "squares": len(far), "recall_low": recall_low}
+    return {**of(np.ones(len(far), dtype=np.bool_)), **found}
 
 
 def squares_table(data: dict[str, Any]) -> str:
     """Return a table of the scores of squares by distance."""
     rows = {"all": data, **data["bands"]}
     columns = ("balanced_accuracy", "precision", "recall", "f1_red")
+    low = "none" if data["recall_low"] is None else f"{data['recall_low']:.3f}"
     lines = [
-        f"judged squares: {data['squares']}",
+        f"judged squares: {data['squares']}; of the red ones of low things called red: {low}",
         "",
         " " * 14 + "".join(f"{c:>19}" for c in columns),
     ]

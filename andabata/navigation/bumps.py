@@ -31,6 +31,8 @@ class BumpsConfig(BaseModel):
         memory: What a cell has seen weighs no more than so many points.
         rise: A cell that stands out so far is a wall [m]: rocks of 6 cm make a mean of 2.
         roughness: A bump stands out so many times further than what is around it does.
+        keep: A bump that a new cloud does not show keeps such a share of its height: what was
+            measured while dead reckoning drifted is smeared over its neighbours.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,6 +45,7 @@ class BumpsConfig(BaseModel):
     memory: float = Field(default=100.0, gt=0)
     rise: float = Field(default=0.018, gt=0)
     roughness: float = Field(default=5.0, ge=0)
+    keep: float = Field(default=0.7, ge=0, lt=1)
 
 
 class Bumps:
@@ -85,7 +88,8 @@ class Bumps:
         follow(self._sums, self.centre, here, self._cell)
         limits = (config.nearest, config.reach, config.most, config.memory)
         _add(tiles.table, self._sums, self.centre, here, self._cell, limits)
-        _judge(self._sums, config.enough, config.rise, config.roughness, self.rises)
+        limits = (config.enough, config.rise, config.roughness, config.keep)
+        _judge(self._sums, limits, self.rises)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -142,13 +146,15 @@ def _add(table, sums, centre, here, cell, limits):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _judge(sums, enough, least, roughness, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _judge(sums, limits, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write how far bumps stand out: further than ``least``, and than what is around them."""
     n, around = len(sums), 2 * _ASIDE
+    enough, least, roughness, keep = limits
     for i in range(n):
         for j in range(n):
-            rises[i, j] = 0.0
             points, total = sums[i, j]
+            kept = np.float32(keep) * rises[i, j]
+            rises[i, j] = kept if points > 0 and kept > least / 2 else np.float32(0.0)
             if points < enough or total < least * points:
                 continue
             rough, count = 0.0, 0
@@ -159,4 +165,4 @@ def _judge(sums, enough, least, roughness, rises):  # type: ignore[no-untyped-de
                     if far >= _ASIDE and other[0] >= enough:
                         rough, count = rough + abs(other[1] / other[0]), count + 1
             if total > roughness * points * rough / max(count, 1):
-                rises[i, j] = total / points
+                rises[i, j] = max(rises[i, j], total / points)

@@ -8,8 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.navigation.bumps import follow
 from traversability.square_forest import SquareForest
-from traversability.squares import SQUARE, SquareFeatures
+from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import Tiles
+
+_HEIGHT = SQUARE_FEATURES.index("height")
 
 
 class SquareMapConfig(BaseModel):
@@ -19,6 +21,9 @@ class SquareMapConfig(BaseModel):
         memory: What earlier clouds said counts for so much of it beside a new one.
         most: Largest log odds that are remembered, which are as much as can be known.
         miss: What a red square called green costs, in false alarms.
+        tall: A red square with points so far apart in height is of a thing whose far side the
+            laser does not see [m].
+        behind: Least log odds of the square behind such a one.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -26,6 +31,8 @@ class SquareMapConfig(BaseModel):
     memory: float = Field(default=0.5, ge=0, lt=1)
     most: float = Field(default=4.0, gt=0)
     miss: float = Field(default=4.0, gt=0)
+    tall: float = Field(default=0.4, gt=0)
+    behind: float = Field(default=2.0)
 
 
 class SquareMap:
@@ -67,10 +74,19 @@ class SquareMap:
         self.follow(here)
         config = self._config
         self._features.describe(tiles, here)
-        i, j = (self._features.places & (len(self.odds) - 1)).T
-        now = self._forest.odds(self._features.values) + math.log(config.miss)
+        places, values = self._features.places, self._features.values
+        i, j = (places & (len(self.odds) - 1)).T
+        now = self._forest.odds(values) + math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)
+        self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)
+
+    def _cast_shadows(self, places: NDArray[np.int64], here: NDArray[np.float64]) -> None:
+        """Raise the squares behind those of tall things, as seen from a place [m]."""
+        away = (places + 0.5) * self._edge - here
+        away /= np.hypot(*away.T)[:, None]
+        i, j = (places + np.rint(away).astype(np.int64) & (len(self.odds) - 1)).T
+        self.odds[i, j] = np.maximum(self.odds[i, j], self._config.behind)
 
     def follow(self, here: NDArray[np.float64]) -> None:
         """Go with the robot, and forget what is left behind.

@@ -85,6 +85,20 @@ def test_few_points_of_many_clouds_tell_what_those_of_one_do_not():
     assert after[-1] >= 1
 
 
+def test_a_bump_that_one_cloud_does_not_show_is_not_forgotten_at_once():
+    """Dead reckoning drifts, and smears it over its neighbours; in the end it is forgotten."""
+    bumps, rng, left = Bumps(CELL, BumpsConfig(memory=20.0)), np.random.default_rng(8), []
+    take(bumps, with_rock(ground(rng)), np.zeros(2))
+    first = bumps.rises.max()
+    assert first > bumps._config.rise
+    for _ in range(8):
+        take(bumps, ground(rng), np.zeros(2))
+        left.append(bumps.rises.max())
+    assert 0.6 * first < left[0] < first
+    assert left == sorted(left, reverse=True)
+    assert left[-1] == 0.0
+
+
 def test_rough_ground_is_no_rock():
     """In grass of that height nobody can tell."""
     bumps, rng = Bumps(CELL, BumpsConfig()), np.random.default_rng(4)

@@ -71,7 +71,7 @@ def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
         local_map.subgoal(ORIGIN, GOAL)
         i, j = np.floor((np.array([3.1, 0.0]) - local_map.plan.corner) / 0.2).astype(int)
         rooms.append(0.2 * float(local_map.plan.gaps[i, j]))
-    assert rooms[0] >= 0.4 - 1e-6  # The body is 0.67 m wide, the gap 1.2 m.
+    assert rooms[0] >= 0.4 - 1e-6  # The body is 0.54 m wide, the gap 1.2 m.
     assert rooms[1] < 0.3
 
 
@@ -115,6 +115,25 @@ def test_what_a_miss_costs_moves_the_odds_by_its_logarithm():
         squares.take(tiles, ORIGIN)
         odds.append(squares.odds[squares.odds != 0])
     assert odds[1] - odds[0] == pytest.approx(np.log(5.0), abs=1e-5)
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.8, 2.4, -1.6])
+def test_the_far_side_of_a_tall_thing_is_no_way(bearing):
+    """The laser sees the near half of a trunk; what it sees of the square behind is ground."""
+    rng, ahead = np.random.default_rng(6), np.array([np.cos(bearing), np.sin(bearing)])
+    middle = 0.2 * np.round(2.0 * ahead / 0.2 - 0.5) + 0.1
+    bole = trunk(*middle, rng)
+    seen = bole[(bole[:, :2] - middle) @ ahead < 0]
+    cloud = np.concatenate([ground(rng), seen])
+    odds = []
+    for behind in (-9.0, 2.0):
+        squares = SquareMap(256, shipped_squares(), SquareMapConfig(behind=behind))
+        squares.take(tiles_of(cloud), ORIGIN)
+        away = np.round(middle / 0.2 - 0.5) + np.rint((middle / np.hypot(*middle)))
+        odds.append((squares.odds[tuple(away.astype(int))], (squares.odds > 0).sum()))
+    assert odds[0][0] < 0
+    assert odds[1][0] == 2.0
+    assert odds[1][1] - odds[0][1] <= 4  # A square each behind those that the trunk stands in.
 
 
 def test_it_forgets_what_lies_behind():

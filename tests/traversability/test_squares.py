@@ -78,6 +78,9 @@ def test_a_plane_has_its_slope_and_nothing_beside_it(slope, heading):
         assert values[:, column(f"slope_{window}")] == pytest.approx(slope, abs=2e-3)
         for name in ("roughness", "step", "rise", "drop"):
             assert values[:, column(f"{name}_{window}")] == pytest.approx(0.0, abs=2e-3)
+        # Points lie half their spacing short of the edges of tiles.
+        short = 0.0125 * slope * (abs(c) + abs(s))
+        assert values[:, column(f"peak_{window}")] == pytest.approx(-short, abs=2e-3)
 
 
 def test_a_step_is_as_high_as_it_is_where_the_windows_cross_it():
@@ -98,6 +101,16 @@ def test_a_trunk_stands_out_of_its_own_squares_alone():
     assert spread[away < 0.05].min() > 1.0
     assert (spread[away > 0.3] == 0).all()
     assert (np.abs(slope[away > 0.3]) < 2e-3).all()  # Tall tiles tilt no plane.
+
+
+def test_the_highest_point_stands_out_further_than_the_tile_that_it_is_in():
+    """A rock of a few centimetres is a few points, which the mean of a tile hides."""
+    pebble = np.array([[2.05, 1.05, 0.06]], dtype=np.float32)
+    places, values = described(np.concatenate([sheet(flat), pebble]))
+    row = values[(places == [10, 5]).all(axis=1)][0]
+    for window in ("near", "around", "wide"):
+        assert row[column(f"peak_{window}")] == pytest.approx(0.06, abs=5e-3)
+        assert row[column(f"rise_{window}")] < 0.01
 
 
 def test_squares_know_no_place_and_no_height():
@@ -144,10 +157,10 @@ def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
     places, _ = described(points)
     tiles = Tiles()
     tiles.describe(points, HERE)
-    red = label_squares(PointCloud(points, nontraversable=bad), tiles, places)
+    red = label_squares(PointCloud(points), bad, tiles, places)
     assert places[red].tolist() == [[10, 5]]
     none = np.zeros(len(points), dtype=bool)
-    assert not label_squares(PointCloud(points, nontraversable=none), tiles, places).any()
+    assert not label_squares(PointCloud(points), none, tiles, places).any()
 
 
 def test_a_crown_without_ground_under_it_is_nothing():
@@ -177,7 +190,7 @@ def few_samples():
     """Return samples that a single split tells apart."""
     rng = np.random.default_rng(2)
     features = rng.uniform(0, 1, (2_000, len(SQUARE_FEATURES))).astype(np.float32)
-    return SquareSamples(features, features[:, column("spread")] > 0.5)
+    return SquareSamples(features, features[:, column("spread")] > 0.5, np.zeros(2_000, bool))
 
 
 def test_it_learns_and_comes_back_from_its_file_the_same():
@@ -191,16 +204,48 @@ def test_it_learns_and_comes_back_from_its_file_the_same():
     assert len(data) < 1 << 20
 
 
+def test_low_things_count_more():
+    """Where red and green look the same, what counts more is believed."""
+    rng = np.random.default_rng(3)
+    features = np.zeros((4_000, len(SQUARE_FEATURES)), dtype=np.float32)
+    red = rng.uniform(size=4_000) < 0.4
+    samples = SquareSamples(features, red, red)
+    even, thrice = (
+        grow_squares(samples, SquareConfig(trees=30, low=low), 0).odds(features[:1])[0]
+        for low in (1.0, 3.0)
+    )
+    assert even == pytest.approx(np.log(red.mean() / (1 - red.mean())), abs=0.01)
+    assert thrice - even == pytest.approx(np.log(3), abs=0.01)
+
+
+def test_low_things_are_told_from_slopes_and_trunks():
+    ground, rng = sheet(flat, spacing=0.05), np.random.default_rng(4)
+    rock = rng.uniform([2.0, 1.0, 0.0], [2.2, 1.2, 0.07], (60, 3)).astype(np.float32)
+    wood = trunk(-2.1, 1.1, radius=0.03)
+    points = np.concatenate([ground, rock, wood])
+    bad = np.repeat([False, True, True], [len(ground), len(rock), len(wood)])
+    steep = (np.abs(ground[:, :2] - [0.1, 3.1]) < 0.1).all(axis=1)
+    severity = np.where(bad, np.inf, -2.0).astype(np.float32)
+    bad[: len(ground)], severity[: len(ground)][steep] = steep, 1.5
+    cloud = PointCloud(points, nontraversable=bad, severity=severity)
+    samples = square_samples([cloud], 1.0, rng)
+    heights = samples.features[samples.low, column("height")]
+    assert 1 <= samples.low.sum() < samples.red.sum()
+    assert (heights < 0.13).all()
+    assert (heights > 0).all()
+
+
 def test_bad_input_is_refused():
     samples = few_samples()
+    green = np.zeros(10, bool)
     with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
-        grow_squares(SquareSamples(samples.features[:10], np.zeros(10, bool)), SquareConfig(), 0)
+        grow_squares(SquareSamples(samples.features[:10], green, green), SquareConfig(), 0)
     with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
         square_samples([], 1.0, np.random.default_rng(0))
     with pytest.raises(ValueError, match="expected labelled points"):
         square_samples([PointCloud(sheet(flat))], 1.0, np.random.default_rng(0))
     forest = grow_squares(samples, SquareConfig(trees=3), 0)
-    with pytest.raises(ValueError, match=r"features: expected shape \(n, 23\), got \(5, 22\)"):
+    with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
         forest.odds(samples.features[:5, :-1])
     data = forest.to_bytes()
     for damaged in (b"", data[:100], data[:-40]):

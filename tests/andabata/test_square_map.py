@@ -129,7 +129,7 @@ def test_the_far_side_of_a_tall_thing_is_no_way(bearing):
     for behind in (-9.0, 2.0):
         squares = SquareMap(256, shipped_squares(), SquareMapConfig(behind=behind))
         squares.take(tiles_of(cloud), ORIGIN)
-        away = np.round(middle / 0.2 - 0.5) + np.rint((middle / np.hypot(*middle)))
+        away = np.round(middle / 0.2 - 0.5) + np.rint(middle / np.hypot(*middle))
         odds.append((squares.odds[tuple(away.astype(int))], (squares.odds > 0).sum()))
     assert odds[0][0] < 0
     assert odds[1][0] == 2.0

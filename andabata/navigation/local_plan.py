@@ -38,6 +38,7 @@ class LocalPlan:
     """The way to the goal over the square of a local map.
 
     Attributes:
+        prices: Of a metre.
         gaps: Distance from the nearest wall, in cells, shape (n, n).
         rooms: The same, and more where the robot came through, whatever stands beside its way: room
             to drive and not to turn on the spot. In cells, shape (n, n).
@@ -70,7 +71,7 @@ class LocalPlan:
                 driven, and how far the robot is past a place that it has come through [m].
         """
         self._cell = cell
-        self._prices = prices
+        self.prices = prices
         self._spans = (spans[0] / cell, spans[1] / cell)
         room, under, past = passage
         self._passage = (room / cell, under / cell, past / cell)
@@ -111,8 +112,8 @@ class LocalPlan:
         """
         n, cell = len(self.costs), self._cell
         _keep_inside(centre, cell, fence, self.gaps)
-        _price(evidence, centre, cell, self._prices, self.gaps, self.costs)
-        _open(evidence, centre, self._prices.certain, self._passage, self.gaps, self.rooms)
+        _price(evidence, centre, cell, self.prices, self.gaps, self.costs)
+        _open(evidence, centre, self.prices.certain, self._passage, self.gaps, self.rooms)
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
         self.end = np.asarray(goal, dtype=np.float64)
@@ -120,7 +121,7 @@ class LocalPlan:
         end = (goal - self.corner) / cell + 1e-6
         first = np.clip(start, 0, n - 1).astype(np.int64)
         last = np.floor(end).astype(np.int64)
-        beyond = 1.0 + self._prices.unseen
+        beyond = 1.0 + self.prices.unseen
         _spread(
             self.costs, self.onward, self._links, self._buckets, first, last, beyond, self._around
         )

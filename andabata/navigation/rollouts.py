@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
 from andabata.navigation.local_map import LocalMap
+from andabata.navigation.local_plan import LocalPlan
 from rl.observation import apply_dead_zone
 
 STEP = 0.2
@@ -50,6 +51,8 @@ class RolloutConfig(BaseModel):
         trust: A wish stands when its cheapest way costs so much more than the cheapest at most [m].
         haste: Share of the speed at which an arc is driven over ground that is known to be free,
             with room on both sides, or where the robot came through; 1 is the paper's one speed.
+        close: With less room than that half of the haste is left, down to this distance from
+            walls [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -66,6 +69,7 @@ class RolloutConfig(BaseModel):
     pause: float = Field(default=3.0, ge=0)
     trust: float = Field(default=0.3, ge=0)
     haste: float = Field(default=2.0, ge=1, le=3)
+    close: float = Field(default=0.9, gt=0)
 
 
 class Rollouts:
@@ -150,13 +154,25 @@ class Rollouts:
         if self._prices[0] <= self._prices[best] + config.trust:
             best = 0
         if best < arcs:
-            rate, stride = float(self._rates[best]), config.haste * self._robot.speed * STEP / cell
-            free = _is_free(plan.costs, (x, y, yaw), rate * STEP, stride, self._points)
-            return wish if best == 0 else rate, config.haste if free else 1.0
+            rate = float(self._rates[best])
+            return wish if best == 0 else rate, self._pace(plan, (x, y, yaw), rate, cell)
         if best >= turns:
             return float(self._backs[best - turns]), -1.0
         self._turning = math.copysign(limit, self._turns[best - arcs])
         return self._turning, 0.0
+
+    def _pace(
+        self, plan: LocalPlan, at: tuple[float, float, float], rate: float, cell: float
+    ) -> float:
+        """Return the largest share of the speed that an arc may be driven at."""
+        haste, prices = self.config.haste, plan.prices
+        for pace, room in ((haste, prices.shy), ((1.0 + haste) / 2, self.config.close)):
+            stride = pace * self._robot.speed * STEP / cell
+            crowding = (room / cell, prices.room / cell, prices.shy / cell, prices.crowd)
+            arc = (*at, rate * STEP, stride, self._points)
+            if _is_free(plan.costs, plan.gaps, crowding, arc):
+                return pace
+        return 1.0
 
 
 def fan(
@@ -246,14 +262,19 @@ def _rest(onward, x, y, goal_x, goal_y, cell):  # type: ignore[no-untyped-def]  
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_free(costs, at, turn, stride, points):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Tell whether a metre costs no more than a metre all along an arc."""
-    x, y, yaw = at
+def _is_free(costs, gaps, crowding, arc):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Tell whether all along an arc nothing makes a metre dearer but walls at some distance."""
+    least, room, shy, crowd = crowding
+    x, y, yaw, turn, stride, points = arc
     limit = len(costs) - 1
     for _ in range(points):
         x, y = x + stride * np.cos(yaw + turn / 2), y + stride * np.sin(yaw + turn / 2)
         yaw += turn
-        if costs[min(max(int(x), 0), limit), min(max(int(y), 0), limit)] > 1.0:
+        i, j = min(max(int(x), 0), limit), min(max(int(y), 0), limit)
+        if costs[i, j] <= 1.0:
+            continue
+        for_walls = crowd * min(max((shy - gaps[i, j]) / (shy - room), 0.0), 1.0)
+        if gaps[i, j] < least or costs[i, j] > 1.0 + for_walls + 1e-3:
             return False
     return True
 

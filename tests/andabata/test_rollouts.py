@@ -114,7 +114,9 @@ def test_it_hastens_over_ground_that_it_knows_with_room_on_both_sides():
     assert chosen(free, 0.1) == (0.1, 2.0)
     assert chosen(free, 0.1, config=RolloutConfig(haste=1.0)) == (0.1, 1.0)
     assert chosen(mapped(np.inf), 0.1) == (0.1, 1.0)  # Nobody has seen the ground before it.
-    assert chosen(driven_up_to(between(60, 120, 1.2)), 0.0)[1] == 1.0  # A wall beside its way.
+    # A wall beside its way.
+    paces = [chosen(driven_up_to(between(60, 120, far)), 0.0)[1] for far in (2.4, 1.2, 0.8)]
+    assert paces == [2.0, 1.5, 1.0]
 
 
 def test_whoever_hastens_is_looked_at_as_far_as_that_takes_it():

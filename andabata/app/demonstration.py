@@ -8,7 +8,7 @@ from andabata.app.classifying import judge_forest
 from andabata.app.console import Voice
 from andabata.app.datasets import generate_dataset
 from andabata.app.driving import Driven, drive_once
-from andabata.app.evaluation import EvaluationConfig, Models, evaluate, summarise
+from andabata.app.evaluation import EvaluationConfig, evaluate, summarise
 from andabata.app.learning import HISTORY, learn, read_history
 from andabata.app.pictures import (
     confusion_picture,
@@ -21,7 +21,7 @@ from andabata.app.report import Report
 from andabata.app.runs import make_folder, write_json
 from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.app.settings import resolve, with_parts
-from andabata.models import shipped_forest
+from andabata.models import Models, shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
 from andabata.tasks.plans import TrainingPlan, load_plan

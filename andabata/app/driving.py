@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.senses import Senses
-from andabata.models import shipped_forest
+from andabata.models import Models
 from andabata.navigation.navigator import Step
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import MessageWriter, open_writer, write_manifest
@@ -22,9 +22,7 @@ from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.seeds import evaluation_world
 from andabata.tasks.trial import Leg, run_trial
-from rl.policy import Policy
 from traversability.cloud import PointCloud
-from traversability.forest import Forest
 from worlds.world import Task, World, choose_task
 
 
@@ -129,8 +127,7 @@ def drive_once(
     seed: int,
     controller: str,
     config: RigConfig,
-    forest: Forest | None = None,
-    policy: Policy | None = None,
+    models: Models | None = None,
     on_second: Callable[[], None] | None = None,
     record: Recording | None = None,
     time_limit: float = 300.0,
@@ -142,8 +139,7 @@ def drive_once(
         seed: Of the drive; its world is one of the judges', that nothing trains on.
         controller: By name.
         config: The robot.
-        forest: Cell classifier; None for the shipped one.
-        policy: The learned controller's; None for the shipped one.
+        models: With what it sees and steers; None for the shipped ones.
         on_second: Called after each simulated second.
         record: Where to record the drive; None for no record.
         time_limit: Longest drive to each goal [s].
@@ -152,14 +148,14 @@ def drive_once(
         BagError: If the recording cannot be begun.
     """
     scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
-    driver = make_controller(controller, scene.world, config, policy)
-    eyes = forest or shipped_forest()
-    rig = Rig(scene, config, eyes, driver, far_sighted=record is not None)
+    models = models or Models()
+    driver = make_controller(controller, scene.world, config, models)
+    rig = Rig(scene, config, models.forest, driver, far_sighted=record is not None)
     task = choose_task(scene.world.tasks, 0)
     writer = None
     if record is not None:
         about = {"world": world, "seed": seed, "controller": controller}
-        about |= {"rig": config.model_dump(mode="json"), "forest_sha256": digest(eyes.to_bytes())}
+        about |= {"rig": config.model_dump(mode="json"), "models": models.hashes}
         writer = record.watch(rig, about)
 
     def on_step(senses: Senses) -> None:

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.workers import run_tasks
+from andabata.models import Models
 from andabata.navigation.navigator import Step
 from andabata.navigation.view import View
 from andabata.records.storage import write_atomically
@@ -56,37 +57,25 @@ class EvaluationConfig(BaseModel):
         return courses(self.suite, self.world, self.trials, self.seed)
 
 
-@dataclass(frozen=True)
-class Models:
-    """The files of the classifier and the policy, as bytes; None for the shipped ones."""
-
-    forest: bytes | None = None
-    policy: bytes | None = None
-
-
 def run_one(
-    config: EvaluationConfig, models: Models, failures: Path | None, trial: int
+    config: EvaluationConfig, files: tuple[bytes, bytes, bytes], failures: Path | None, trial: int
 ) -> list[Row]:
     """Run every controller through one trial's world.
 
     Args:
         config: What is judged.
-        models: Classifier and policy.
+        files: Of the models; see ``Models.to_bytes``.
         failures: Folder for a picture of each failure; None draws none.
         trial: Which.
 
     Returns:
         One row a leg: controller, trial, world_seed, goal, outcome and what the judge measured.
     """
-    from andabata.models import shipped_forest
     from andabata.tasks.controllers import make_controller
     from andabata.tasks.scenes import SceneShelf
     from andabata.tasks.trial import run_trial
-    from rl.policy import Policy
-    from traversability.forest import Forest
 
-    forest = Forest.from_bytes(models.forest) if models.forest else shipped_forest()
-    policy = Policy.from_bytes(models.policy) if models.policy else None
+    models = Models.from_bytes(files)
     course = config.courses[trial]
     scene = SceneShelf().get(course.world, course.seed, course.difficulty)
     pick = np.random.default_rng([config.seed, trial])
@@ -94,8 +83,8 @@ def run_one(
     task = replace(task, goals=task.goals[: config.goals])
     rows: list[Row] = []
     for name in config.controllers:
-        controller = make_controller(name, scene.world, config.rig, policy)
-        rig = Rig(scene, config.rig, forest, controller)
+        controller = make_controller(name, scene.world, config.rig, models)
+        rig = Rig(scene, config.rig, models.forest, controller)
         rng = np.random.default_rng([config.seed, trial, 1])
         watcher = _LastView()
         rig.navigator.watch(watcher)
@@ -177,10 +166,13 @@ def evaluate(
         failures: Folder for a picture of each failure; None draws none.
         on_trial: Called after each trial.
     """
-    done = _read_journal(journal, config)
+    about = config.model_dump(mode="json", exclude={"trials"})
+    done = _read_journal(journal, {"config": about, "models": models.hashes})
     trials = range(len(config.courses))
     missing = [trial for trial in trials if trial not in done]
-    for trial, rows in run_tasks(partial(run_one, config, models, failures), missing, workers):
+    for trial, rows in run_tasks(
+        partial(run_one, config, models.to_bytes(), failures), missing, workers
+    ):
         done[trial] = rows
         if journal is not None:
             with journal.open("a", encoding="utf-8") as file:
@@ -190,21 +182,24 @@ def evaluate(
     return [row for trial in trials for row in done[trial]]
 
 
-def _read_journal(journal: Path | None, config: EvaluationConfig) -> dict[int, list[Row]]:
-    """Return the finished trials of a journal made with the same configuration.
+def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list[Row]]:
+    """Return the finished trials of a journal made with the same configuration and models.
 
     Raises:
         ValueError: If the journal belongs to another evaluation.
     """
     if journal is None:
         return {}
-    head = json.dumps({"config": config.model_dump(mode="json", exclude={"trials"})})
+    head = json.dumps(about)
     if not journal.exists() or journal.stat().st_size == 0:
         journal.write_text(head + "\n", encoding="utf-8")
         return {}
     lines = journal.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:
-        raise ValueError(f"{journal}: expected a journal of this evaluation, got another's")
+        raise ValueError(
+            f"{journal}: expected a journal of this evaluation, got one of other settings or "
+            "models; take another --out"
+        )
     kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
     write_atomically(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
     return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}

@@ -1,6 +1,5 @@
 """Running a curriculum into a run folder that survives a kill."""
 
-import hashlib
 import json
 import time
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from typing import Any
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
 from andabata.app.workers import use_one_thread
-from andabata.models import shipped_forest_file, shipped_squares_file
+from andabata.models import Models
 from andabata.records.storage import write_atomically
 from andabata.tasks.plans import TrainingPlan
 from rl.curriculum import Curriculum, Generation
@@ -28,7 +27,7 @@ def learn(
     seed: int,
     workers: int,
     *,
-    forest: bytes | None = None,
+    models: Models | None = None,
     resume: bool = False,
     changed: bool = False,
     on_generation: Callable[[Generation], None] | None = None,
@@ -45,7 +44,7 @@ def learn(
         stages: Indices of the stages, from 0.
         seed: Of the run.
         workers: Processes that play episodes.
-        forest: The cell classifier's file; None for the shipped one.
+        models: Classifiers of cells and squares; None for the shipped ones.
         resume: Whether to go on with the run that stands in the folder.
         changed: Whether to go on even with other code or another classifier than it began with.
         on_generation: Called after each update.
@@ -54,6 +53,7 @@ def learn(
         ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
         FileNotFoundError: If there is nothing to resume.
     """
+    models = models or Models()
     use_one_thread()
     make_folder(folder)
     settings = plan.model_dump(mode="json")
@@ -62,8 +62,7 @@ def learn(
         "stages": [stages.start, stages.stop],
         "seed": seed,
         "commit": commit(),
-        "forest": hashlib.sha256(forest or shipped_forest_file()).hexdigest(),
-        "squares": hashlib.sha256(shipped_squares_file()).hexdigest(),
+        **{name: models.hashes[name] for name in ("forest", "squares")},
     }
     checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:
@@ -72,7 +71,7 @@ def learn(
     environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
-    with PoolSampler(environments, forest, workers) as sampler:
+    with PoolSampler(environments, models, workers) as sampler:
         curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
         history = history[: curriculum.generations]
         for generation in curriculum.run():

@@ -29,6 +29,12 @@ ForestFile = Annotated[
     Path | None,
     typer.Option("--forest", metavar="FILE", help="Cell classifier instead of the shipped one."),
 ]
+SquaresFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--squares", metavar="FILE", help="The local map's classifier instead of the shipped one."
+    ),
+]
 PolicyFile = Annotated[
     Path | None, typer.Option("--policy", metavar="FILE", help="Policy instead of the shipped one.")
 ]

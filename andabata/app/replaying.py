@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.driving import digest
 from andabata.machine.senses import WheelSpeeds
-from andabata.models import shipped_forest
+from andabata.models import Models
 from andabata.navigation.navigator import Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import Bag
@@ -26,8 +25,6 @@ from andabata.records.playback import (
 )
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
-from rl.policy import Policy
-from traversability.forest import Forest
 
 
 @dataclass
@@ -99,8 +96,7 @@ class Comparison:
 def replay_bag(
     path: Path,
     controller: str | None = None,
-    forest: Forest | None = None,
-    policy: Policy | None = None,
+    models: Models | None = None,
     on_second: Callable[[], None] | None = None,
     cloud: str | None = None,
     configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
@@ -111,8 +107,7 @@ def replay_bag(
     Args:
         path: The recording.
         controller: Who steers; None for the recorded one.
-        forest: The cell classifier; None for the shipped one.
-        policy: The learned controller's policy; None for the shipped one.
+        models: With what it sees and steers; None for the shipped ones.
         on_second: Called after each recorded second.
         cloud: A 3D laser's topic instead of the turning laser's two.
         configure: Given the recorded settings, or the defaults, returns those to use.
@@ -125,7 +120,7 @@ def replay_bag(
         BagError: If the recording lacks the robot's senses, or is damaged.
         ValueError: If there is no such controller, or it cannot be replayed.
     """
-    eyes = forest or shipped_forest()
+    models = models or Models()
     compared, health, names = Comparison(), Counter[str](), renamed or {}
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
@@ -134,8 +129,8 @@ def replay_bag(
         config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
         name = controller or str(setup.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
-        perception = make_perception(config, eyes)
-        driver = make_controller(name, None, config, policy)
+        perception = make_perception(config, models.forest)
+        driver = make_controller(name, None, config, models)
         navigator = Navigator(config.robot, localizer, perception, driver)
         navigator.reset(setup.start, 0.0, setup.rough)
         navigator.area = setup.area
@@ -148,13 +143,13 @@ def replay_bag(
             health[str(localizer.health)] += 1
             if on_second is not None and compared.periods % 10 == 0:
                 on_second()
-    recorded = setup.settings.get("forest_sha256")
+    recorded, now = setup.settings.get("models"), models.hashes
     assembler = assembler_of(perception)
     return compared.as_dict() | {
         "controller": name,
         "recorded_controller": setup.settings.get("controller"),
         "laser": topic.ros1 if topic else "/2D_scan",
-        "same_forest": None if recorded is None else recorded == digest(eyes.to_bytes()),
+        "same_models": None if recorded is None else recorded == now,
         "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
         "refused": gathering.refused + (assembler.refused if assembler else 0),

@@ -8,21 +8,22 @@ from types import TracebackType
 from typing import Self
 
 from andabata.app.workers import open_pool
+from andabata.models import Models
 from andabata.tasks.flat import FlatVectorEnv, is_flat
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.scenes import SceneShelf
 from rl.policy import Policy
 from rl.training import Assignment, Episode, play, play_together
-from traversability.forest import Forest
 
-_environments: dict[tuple[int, bytes | None], OffroadEnv] = {}
+_Files = tuple[bytes, bytes, bytes]
+_Share = tuple[int, ...]
+
+_environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _robots: dict[int, FlatVectorEnv] = {}
 _shelf = SceneShelf()
 
 _LANES = 8
 """Robots of the first stage that a process drives side by side."""
-
-_Share = tuple[int, ...]
 
 
 class PoolSampler:
@@ -32,16 +33,16 @@ class PoolSampler:
     side by side in one compiled pass, a share of them in each process.
     """
 
-    def __init__(self, stages: Sequence[OffroadConfig], forest: bytes | None, workers: int) -> None:
+    def __init__(self, stages: Sequence[OffroadConfig], models: Models, workers: int) -> None:
         """Prepare.
 
         Args:
             stages: Environment of each stage.
-            forest: The cell classifier's file; None for the shipped one.
+            models: Classifiers of cells and squares.
             workers: Processes.
         """
         self._stages = tuple(stages)
-        self._forest = forest
+        self._files = models.to_bytes()
         self._workers = workers
         self._stack = ExitStack()
         self._pool: ProcessPoolExecutor | None = None
@@ -54,7 +55,7 @@ class PoolSampler:
         explore: bool,
     ) -> list[Episode]:
         """Play what is assigned; see ``rl.training.Sampler``."""
-        work = partial(_play, self._stages, self._forest, policy.to_bytes(), hold, explore)
+        work = partial(_play, self._stages, self._files, policy.to_bytes(), hold, explore)
         shares = self._shares(assignments)
         jobs = [tuple(assignments[k] for k in share) for share in shares]
         played = map(work, jobs) if self._pool is None else self._pool.map(work, jobs)
@@ -99,7 +100,7 @@ class PoolSampler:
 
 def _play(
     stages: Sequence[OffroadConfig],
-    forest: bytes | None,
+    files: _Files,
     policy: bytes,
     hold: int,
     explore: bool,
@@ -112,8 +113,7 @@ def _play(
         if name not in _robots:
             _robots[name] = FlatVectorEnv(config, _LANES, _shelf, autoreset=False)
         return play_together(_robots[name], actor, hold, share, explore)
-    key = (name, forest)
+    key = (name, files)
     if key not in _environments:
-        loaded = Forest.from_bytes(forest) if forest is not None else None
-        _environments[key] = OffroadEnv(config, loaded, _shelf)
+        _environments[key] = OffroadEnv(config, Models.from_bytes(files), _shelf)
     return [play(_environments[key], actor, hold, one, explore) for one in share]

@@ -1,7 +1,11 @@
 """The shipped classifiers and policies; ``README.md`` here gives the commands that made them."""
 
+import hashlib
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
+from typing import Self
 
 from rl.policy import Policy
 from traversability.forest import Forest
@@ -9,30 +13,72 @@ from traversability.square_forest import SquareForest
 
 
 @cache
-def shipped_forest_file() -> bytes:
-    """Return the bytes of the cell classifier that comes with the package."""
-    return files(__name__).joinpath("forest.npz").read_bytes()
-
-
-@cache
 def shipped_forest() -> Forest:
     """Return the cell classifier that comes with the package."""
-    return Forest.from_bytes(shipped_forest_file())
-
-
-@cache
-def shipped_policy(name: str = "policy") -> Policy:
-    """Return an actor that comes with the package: ``policy`` or ``actor-critic``."""
-    return Policy.from_bytes(files(__name__).joinpath(f"{name}.safetensors").read_bytes())
-
-
-@cache
-def shipped_squares_file() -> bytes:
-    """Return the bytes of the classifier of squares that comes with the package."""
-    return files(__name__).joinpath("squares.npz").read_bytes()
+    return Forest.from_bytes(_shipped("forest.npz"))
 
 
 @cache
 def shipped_squares() -> SquareForest:
     """Return the classifier of squares that comes with the package."""
-    return SquareForest.from_bytes(shipped_squares_file())
+    return SquareForest.from_bytes(_shipped("squares.npz"))
+
+
+@cache
+def shipped_policy(name: str = "policy") -> Policy:
+    """Return an actor that comes with the package: ``policy`` or ``actor-critic``."""
+    return Policy.from_bytes(_shipped(f"{name}.safetensors"))
+
+
+def _shipped(name: str) -> bytes:
+    """Return the bytes of a file that comes with the package."""
+    return files(__name__).joinpath(name).read_bytes()
+
+
+@dataclass(frozen=True)
+class Models:
+    """What a robot has learnt: with what it sees, and who steers. The shipped ones by default.
+
+    Attributes:
+        forest: Judges the cells of scans.
+        squares: Judges the squares of the local map.
+        policy: Steers, where the controller is ``learned``.
+    """
+
+    forest: Forest = field(default_factory=shipped_forest)
+    squares: SquareForest = field(default_factory=shipped_squares)
+    policy: Policy = field(default_factory=shipped_policy)
+
+    @classmethod
+    def load(
+        cls, forest: Path | None = None, squares: Path | None = None, policy: Path | None = None
+    ) -> Self:
+        """Return the models of files; None for a shipped one.
+
+        Raises:
+            ValueError: If a file is no such model.
+            OSError: If it cannot be read.
+        """
+        return cls(
+            Forest.load(forest) if forest else shipped_forest(),
+            SquareForest.load(squares) if squares else shipped_squares(),
+            Policy.load(policy) if policy else shipped_policy(),
+        )
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of the three files, by name."""
+        files = zip(("forest", "squares", "policy"), self.to_bytes(), strict=True)
+        return {name: hashlib.sha256(data).hexdigest() for name, data in files}
+
+    def to_bytes(self) -> tuple[bytes, bytes, bytes]:
+        """Return the files, for another process."""
+        return self.forest.to_bytes(), self.squares.to_bytes(), self.policy.to_bytes()
+
+    @classmethod
+    def from_bytes(cls, data: tuple[bytes, bytes, bytes]) -> Self:
+        """Return the models of ``to_bytes``."""
+        forest, squares, policy = data
+        return cls(
+            Forest.from_bytes(forest), SquareForest.from_bytes(squares), Policy.from_bytes(policy)
+        )

@@ -1,6 +1,6 @@
 """Controllers by name, for the command line and the judges."""
 
-from andabata.models import shipped_policy, shipped_squares
+from andabata.models import Models, shipped_policy
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.learned import LearnedController
 from andabata.navigation.local_map import LocalMap
@@ -9,7 +9,6 @@ from andabata.navigation.reactive import ReactiveController, StraightController
 from andabata.navigation.rollouts import AROUND, Rollouts
 from andabata.navigation.view import Controller
 from andabata.tasks.rig import RigConfig
-from rl.policy import Policy
 from worlds.world import World
 
 BLIND_CONTROLLERS = (
@@ -27,7 +26,7 @@ CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
 
 
 def make_controller(
-    name: str, world: World | None, config: RigConfig, policy: Policy | None = None
+    name: str, world: World | None, config: RigConfig, models: Models | None = None
 ) -> Controller:
     """Return a controller.
 
@@ -35,8 +34,9 @@ def make_controller(
         name: One of ``CONTROLLERS``.
         world: The oracle's world; None for a recording or a real robot, where nobody knows it.
         config: The robot and grid that the controller works with.
-        policy: The learned controller's policy; None for the shipped one. ``actor-critic`` always
-            drives with the shipped policy of the paper's scheme, and without a map.
+        models: The learned controller's policy, and the squares of maps; None for the shipped ones.
+            ``actor-critic`` always drives with the shipped policy of the paper's scheme, and
+            without a map.
 
     Raises:
         ValueError: If there is no controller of that name.
@@ -47,11 +47,12 @@ def make_controller(
         raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
     if name == "oracle" and world is not None:
         return OracleController(world, config.robot)
+    models = models or Models()
     guided = name.endswith("+map") or name == "learned"
     controller: Controller
     match name.removesuffix("+map").removesuffix("-map"):
         case "learned":
-            controller = LearnedController(policy or shipped_policy())
+            controller = LearnedController(models.policy)
         case "actor-critic":
             controller = LearnedController(shipped_policy("actor-critic"))
         case "reactive":
@@ -59,8 +60,7 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        squares = shipped_squares()
-        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND, squares)
+        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND, models.squares)
         rollouts = Rollouts(config.robot, config.rollouts)
         controller = GuidedController(controller, local_map, rollouts)
     return controller

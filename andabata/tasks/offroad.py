@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.senses import Senses, VehicleState
 from andabata.machine.simulator import SensingConfig
-from andabata.models import shipped_forest, shipped_squares
+from andabata.models import Models
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.view import View
@@ -22,7 +22,6 @@ from andabata.tasks.seeds import TRAINING_SEEDS
 from andabata.tasks.trial import jittered
 from rl.observation import ObservationLayout, observation
 from rl.rewards import RewardConfig, paper_reward
-from traversability.forest import Forest
 from worlds.world import choose_task
 
 _KEPT = 16
@@ -96,7 +95,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def __init__(
         self,
         config: OffroadConfig,
-        forest: Forest | None = None,
+        models: Models | None = None,
         shelf: SceneShelf | None = None,
         render_mode: str | None = None,
     ) -> None:
@@ -104,19 +103,19 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
         Args:
             config: The stage.
-            forest: Cell classifier; None for the shipped one.
+            models: Classifiers of cells and squares; None for the shipped ones.
             shelf: Scenes to share with other environments of this process.
             render_mode: None, the only one: pictures are drawn from records.
         """
         self.render_mode = render_mode
         self.config = config
         self._shelf = shelf or SceneShelf()
-        self._forest = forest
+        self._models = models or Models()
         self._rigs: OrderedDict[tuple[int, float | None], Rig] = OrderedDict()
         self._limit = config.rig.robot.max_steering
         self._map: LocalMap | None = None
         if config.heading == "subgoal":
-            rig, squares = config.rig, shipped_squares()
+            rig, squares = config.rig, self._models.squares
             self._map = LocalMap(rig.grid, rig.local_map, rig.robot, squares=squares)
         self.observation_space, self.action_space = offroad_spaces(config)
 
@@ -189,9 +188,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         key = (world_seed, difficulty)
         if key not in self._rigs:
             scene = self._shelf.get(self.config.preset, world_seed, difficulty)
-            forest = self._forest
-            if forest is None and self.config.rig.sensing.scanner == "rotating":
-                forest = shipped_forest()
+            sees = self.config.rig.sensing.scanner == "rotating"
+            forest = self._models.forest if sees else None
             self._rigs[key] = Rig(scene, self.config.rig, forest)
         self._rigs.move_to_end(key)
         while len(self._rigs) > _KEPT:
@@ -244,7 +242,7 @@ def stage_config(stage: str) -> OffroadConfig:
 def make_offroad(
     stage: str,
     config: OffroadConfig | None = None,
-    forest: Forest | None = None,
+    models: Models | None = None,
     shelf: SceneShelf | None = None,
     render_mode: str | None = None,
 ) -> OffroadEnv:
@@ -253,8 +251,8 @@ def make_offroad(
     Args:
         stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
         config: Instead of the stage's own.
-        forest: As for ``OffroadEnv``.
+        models: As for ``OffroadEnv``.
         shelf: As for ``OffroadEnv``.
         render_mode: As for ``OffroadEnv``.
     """
-    return OffroadEnv(config or stage_config(stage), forest, shelf, render_mode)
+    return OffroadEnv(config or stage_config(stage), models, shelf, render_mode)

@@ -12,10 +12,10 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
+from andabata.models import Models
 from andabata.tasks.flat import FlatVectorEnv, is_flat
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, stage_config
 from andabata.tasks.scenes import SceneShelf
-from traversability.forest import Forest
 
 State = NDArray[np.float32]
 
@@ -50,10 +50,10 @@ def make_vector(
 def robots_in_one_process(
     config: OffroadConfig,
     count: int,
-    forest: Forest | None = None,
+    models: Models | None = None,
     shelf: SceneShelf | None = None,
 ) -> SyncVectorEnv:
-    """Return robots that share scenes, forest and process, one after the other.
+    """Return robots that share scenes, models and process, one after the other.
 
     What a robot costs is compiled work on its own arrays, so that casting the rays of several in
     one call would save nothing; what they share is the world.
@@ -61,10 +61,10 @@ def robots_in_one_process(
     Args:
         config: The stage.
         count: Robots.
-        forest: As for ``OffroadEnv``.
+        models: As for ``OffroadEnv``.
         shelf: Scenes to share with others of this process.
     """
-    make = partial(OffroadEnv, config, forest, shelf or SceneShelf())
+    make = partial(OffroadEnv, config, models, shelf or SceneShelf())
     return SyncVectorEnv([make] * count, autoreset_mode=AutoresetMode.SAME_STEP)
 
 
@@ -76,7 +76,7 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
     """
 
     def __init__(
-        self, config: OffroadConfig, num_envs: int, workers: int, forest: bytes | None = None
+        self, config: OffroadConfig, num_envs: int, workers: int, models: Models | None = None
     ) -> None:
         """Start the processes.
 
@@ -84,7 +84,7 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
             config: The stage.
             num_envs: Robots.
             workers: Processes.
-            forest: The cell classifier's file; None for the shipped one.
+            models: As for ``OffroadEnv``.
         """
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
@@ -95,13 +95,14 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
         edges = np.linspace(0, num_envs, min(workers, num_envs) + 1).astype(int)
         self._shares = [slice(a, b) for a, b in pairwise(edges.tolist())]
+        files = (models or Models()).to_bytes()
         context = get_context("spawn")
         self._pipes: list[Connection] = []
         self._processes = []
         for share in self._shares:
             ours, theirs = context.Pipe()
             count = share.stop - share.start
-            process = context.Process(target=_serve, args=(theirs, config, count, forest))
+            process = context.Process(target=_serve, args=(theirs, config, count, files))
             process.daemon = True
             process.start()
             theirs.close()
@@ -178,13 +179,14 @@ def _answer(pipe: Connection) -> Any:  # noqa: ANN401 - what the environment ret
     return answer
 
 
-def _serve(pipe: Connection, config: OffroadConfig, count: int, forest: bytes | None) -> None:
+def _serve(
+    pipe: Connection, config: OffroadConfig, count: int, files: tuple[bytes, bytes, bytes]
+) -> None:
     """Drive a share of the robots until told to stop; Ctrl-C is for the parent."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    loaded = Forest.from_bytes(forest) if forest is not None else None
-    robots = robots_in_one_process(config, count, loaded)
+    robots = robots_in_one_process(config, count, Models.from_bytes(files))
     try:
         while True:
             kind, *rest = pipe.recv()

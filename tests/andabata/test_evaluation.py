@@ -1,12 +1,14 @@
 """The evaluation's table: known answers, goals in a row, and a journal that is taken up again."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from andabata.app import evaluation
-from andabata.app.evaluation import EvaluationConfig, Models, evaluate, hazards, summarise
+from andabata.app.evaluation import EvaluationConfig, evaluate, hazards, summarise
+from andabata.models import Models, shipped_policy
 from andabata.tasks.hazard_met import hazard_met
 from andabata.tasks.judge import Outcome
 from terrain.classes import SemanticClass
@@ -100,6 +102,15 @@ def test_a_journal_of_another_evaluation_is_refused(tmp_path):
     journal.write_text('{"config": {}}\n')
     with pytest.raises(ValueError, match="expected a journal of this evaluation"):
         evaluate(CONFIG, Models(), workers=1, journal=journal)
+
+
+def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    journal = tmp_path / "trials.jsonl"
+    evaluate(CONFIG, Models(), workers=1, journal=journal)
+    others = replace(Models(), policy=shipped_policy("actor-critic"))
+    with pytest.raises(ValueError, match="got one of other settings or models"):
+        evaluate(CONFIG, others, workers=1, journal=journal)
 
 
 def test_each_kind_of_world_has_rows_of_its_own():

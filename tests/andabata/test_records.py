@@ -66,7 +66,7 @@ def test_a_replay_makes_the_same_scans_and_commands(capsys, recorded, suffix):
     assert data["scans"] > 60
     assert data["differing_scans"] == 0
     assert data["differing_commands"] == 0
-    assert data["same_forest"] is True
+    assert data["same_models"] is True
 
 
 def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set
+from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set, SquaresFile
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
@@ -63,6 +63,7 @@ def replay(
         str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
     ] = None,
     forest: ForestFile = None,
+    squares: SquaresFile = None,
     policy: PolicyFile = None,
     config: ConfigFile = None,
     settings: Set = None,
@@ -75,9 +76,8 @@ def replay(
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs
     from andabata.machine.robot import RobotModel
+    from andabata.models import Models
     from andabata.tasks.rig import RigConfig
-    from rl.policy import Policy
-    from traversability.forest import Forest
 
     def configure(recorded: RigConfig) -> RigConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
@@ -89,15 +89,14 @@ def replay(
         data = replay_bag(
             file,
             controller,
-            Forest.load(forest) if forest else None,
-            Policy.load(policy) if policy else None,
+            Models.load(forest, squares, policy),
             lambda: step(1),
             cloud,
             configure,
             names,
         )
-    if data["same_forest"] is False:
-        voice.say("note: another forest drove; scans may differ")
+    if data["same_models"] is False:
+        voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
     text = (

@@ -15,6 +15,7 @@ from andabata.app.options import (
     Seed,
     Sensor,
     Set,
+    SquaresFile,
 )
 
 
@@ -37,6 +38,7 @@ def drive(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
+    squares: SquaresFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
     config: ConfigFile = None,
@@ -51,11 +53,10 @@ def drive(
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
+    from andabata.models import Models
     from andabata.records.storage import write_atomically
     from andabata.tasks.controllers import CONTROLLERS
     from andabata.tasks.rig import RigConfig
-    from rl.policy import Policy
-    from traversability.forest import Forest
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)
@@ -66,8 +67,7 @@ def drive(
             seed,
             name,
             resolved,
-            Forest.load(forest) if forest else None,
-            Policy.load(policy) if policy else None,
+            Models.load(forest, squares, policy),
             on_second=lambda: step(1),
             record=Recording(record, clouds) if record else None,
             time_limit=time_limit,

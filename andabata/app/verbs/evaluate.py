@@ -15,6 +15,7 @@ from andabata.app.options import (
     Seed,
     Sensor,
     Set,
+    SquaresFile,
     Workers,
 )
 
@@ -56,6 +57,7 @@ def evaluate(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
+    squares: SquaresFile = None,
     policy: PolicyFile = None,
     seed: Seed = 0,
     workers: Workers = 2,
@@ -66,15 +68,14 @@ def evaluate(
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals."""
     from andabata.app.console import Voice, table_of
-    from andabata.app.evaluation import EvaluationConfig, Models, hazards, summarise
+    from andabata.app.evaluation import EvaluationConfig, hazards, summarise
     from andabata.app.evaluation import evaluate as run_evaluation
     from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
+    from andabata.models import Models
     from andabata.tasks.controllers import CONTROLLERS
     from andabata.tasks.rig import RigConfig
-    from rl.policy import Policy
-    from traversability.forest import Forest
     from worlds.catalogue import UnknownWorldError, preset_names
 
     if world not in preset_names():
@@ -91,10 +92,7 @@ def evaluate(
         rig=with_parts(RigConfig, sensor, robot),
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
-    models = Models(
-        forest=Forest.load(forest).to_bytes() if forest else None,
-        policy=Policy.load(policy).to_bytes() if policy else None,
-    )
+    models = Models.load(forest, squares, policy)
     folder = make_folder(out) if out else None
     with voice.progress("trials", len(resolved.courses)) as step:
 

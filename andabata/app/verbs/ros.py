@@ -14,6 +14,7 @@ from andabata.app.options import (
     Seed,
     Sensor,
     Set,
+    SquaresFile,
 )
 
 app = typer.Typer(
@@ -46,6 +47,7 @@ def navigator(
     ] = None,
     robot: Robot = "andabata",
     forest: ForestFile = None,
+    squares: SquaresFile = None,
     policy: PolicyFile = None,
     config: ConfigFile = None,
     settings: Set = None,
@@ -60,13 +62,11 @@ def navigator(
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import numbers, words
     from andabata.machine.pose import Pose
-    from andabata.models import shipped_forest
+    from andabata.models import Models
     from andabata.records.ros import RosGraph
     from andabata.records.topics import POINT_CLOUD, Topic
     from andabata.tasks.controllers import BLIND_CONTROLLERS, make_controller
     from andabata.tasks.rig import RigConfig
-    from rl.policy import Policy
-    from traversability.forest import Forest
 
     (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
     pose = None
@@ -77,12 +77,12 @@ def navigator(
     voice = Voice(quiet, as_json)
     base = with_parts(RigConfig, "utm-30lx", robot)
     resolved = resolve(RigConfig, config, settings or (), base)
-    driver = make_controller(name, None, resolved, Policy.load(policy) if policy else None)
-    eyes = Forest.load(forest) if forest else shipped_forest()
+    models = Models.load(forest, squares, policy)
+    driver = make_controller(name, None, resolved, models)
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
     graph = RosGraph("andabata")
     try:
-        node = NavigatorNode(graph, resolved, eyes, driver, laser)
+        node = NavigatorNode(graph, resolved, models.forest, driver, laser)
         if target is not None:
             node.set_goal(target)
         with voice.progress("seconds", None) as step:

@@ -14,6 +14,7 @@ from andabata.app.options import (
     Seed,
     Sensor,
     Set,
+    SquaresFile,
     Workers,
 )
 
@@ -38,6 +39,7 @@ def train(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
+    squares: SquaresFile = None,
     seed: Seed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
@@ -49,14 +51,14 @@ def train(
     from andabata.app.console import Voice
     from andabata.app.learning import CHECKPOINT, learn
     from andabata.app.settings import resolve
+    from andabata.models import Models
     from andabata.tasks.plans import TrainingPlan, load_plan
-    from traversability.forest import Forest
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)
     plan = load_plan(algorithm, sensor, robot)
     resolved = resolve(TrainingPlan, config, settings or (), plan)
-    judge = Forest.load(forest).to_bytes() if forest else None
+    models = Models.load(forest, squares)
     runs = []
     for number in range(seed, seed + seeds):
         folder = out if seeds == 1 else out / f"seed-{number}"
@@ -67,7 +69,7 @@ def train(
                 chosen,
                 number,
                 workers,
-                forest=judge,
+                models=models,
                 # Of several runs the first may be over and the last not begun.
                 resume=resume and (seeds == 1 or (folder / CHECKPOINT).exists()),
                 changed=changed,

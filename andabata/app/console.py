@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from rich.console import Console, RenderableType
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, JustifyMethod, RenderableType
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -78,9 +79,10 @@ class Step:
 
 def table_of(rows: Sequence[Mapping[str, Any]], title: str = "") -> Table:
     """Return a table with one column a key of the first row."""
-    table = Table(title=title or None, title_justify="left")
+    table = Table(title=title or None, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for key in rows[0] if rows else ():
-        table.add_column(key, justify="left" if isinstance(rows[0][key], str) else "right")
+        side: JustifyMethod = "left" if isinstance(rows[0][key], str) else "right"
+        table.add_column(key, justify=side, overflow="fold")
     for row in rows:
         table.add_row(*(_text(row.get(key)) for key in rows[0]))
     return table

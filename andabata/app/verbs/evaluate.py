@@ -1,7 +1,7 @@
 """``andabata evaluate``: judge controllers side by side."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,22 +19,8 @@ from andabata.app.options import (
     Workers,
 )
 
-_SHOWN = (
-    "world",
-    "controller",
-    "goal",
-    "trials",
-    "successes",
-    "collisions",
-    "tipovers",
-    "timeouts",
-    "stuck",
-    "success_rate",
-    "wilson_low",
-    "wilson_high",
-    "spl",
-    "trespass_m",
-)
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 def evaluate(
@@ -67,7 +53,9 @@ def evaluate(
     quiet: Quiet = False,
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals."""
-    from andabata.app.console import Voice, table_of
+    from rich.console import Group
+
+    from andabata.app.console import Voice
     from andabata.app.evaluation import EvaluationConfig, hazards, summarise
     from andabata.app.evaluation import evaluate as run_evaluation
     from andabata.app.runs import describe, make_folder, write_json
@@ -117,5 +105,30 @@ def evaluate(
     if folder:
         write_json(folder / "evaluation.json", data)
         write_json(folder / "run.json", describe("evaluate", data["config"], seed))
-    shown = [{key: row[key] for key in _SHOWN} for row in table]
-    voice.result(data, table_of(shown, suite or world))
+    worlds = dict.fromkeys(row["world"] for row in table)
+    voice.result(data, Group(*(_table(table, name) for name in worlds)))
+
+
+def _table(rows: list[dict[str, Any]], world: str) -> "Table":
+    """Return what is shown of one world, narrow enough for a terminal of 80 columns."""
+    from andabata.app.console import table_of
+
+    shown = [
+        {
+            "controller": row["controller"],
+            "goal": str(row["goal"]),
+            "reached": f"{row['successes']}/{row['trials']}",
+            "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
+            "hit": row["collisions"],
+            "tip": row["tipovers"],
+            "late": row["timeouts"],
+            "stuck": row["stuck"],
+            "spl": f"{row['spl']:.2f}",
+            "trespass": None
+            if row["trespass_share"] is None
+            else f"{100 * row['trespass_share']:.1f} %",
+        }
+        for row in rows
+        if row["world"] == world
+    ]
+    return table_of(shown, world)

@@ -9,6 +9,7 @@ nothing of the kind).
 
 import math
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 from numba import njit
@@ -50,8 +51,8 @@ class LocalMapConfig(BaseModel):
     Attributes:
         cells: Cells along an edge of the square that is remembered around the robot.
         cell: Edge of a cell [m].
-        mark_every: Control steps between two scans that are remembered.
-        plan_every: Control steps between two plans.
+        mark_every: Looks, one a control step, between two scans that are remembered.
+        plan_every: Looks between two plans.
         surely_red: Log odds, above those from which on a cell is called forbidden, at which it is
             so for certain. Less than that moves the evidence to its share of certainty.
         surely_green: The same below them, for free cells.
@@ -67,7 +68,7 @@ class LocalMapConfig(BaseModel):
         fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
             twice as much against a wall.
-        trail: Control steps after which ground that was driven is ground like any other: dead
+        trail: Looks after which ground that was driven is ground like any other: dead
             reckoning has drifted by then, the edges of the trail sooner than its middle.
         wall: Evidence above which a cell is a wall.
         room: Distance from walls that the path keeps where it can [m].
@@ -107,6 +108,11 @@ class LocalMapConfig(BaseModel):
     reach: float = Field(default=5.0, gt=0)
     squares: SquareMapConfig = Field(default_factory=SquareMapConfig)
     bumps: BumpsConfig = Field(default_factory=BumpsConfig)
+
+    def looking_every(self, steps: int) -> Self:
+        """Return the same map for a robot that looks every so many control steps."""
+        counts = ("mark_every", "plan_every", "trail")
+        return self.model_copy(update={n: max(getattr(self, n) // steps, 1) for n in counts})
 
 
 class LocalMap:

@@ -63,7 +63,7 @@ class Navigator:
             robot: Speed, steering limit and dead zone.
             localizer: Where am I.
             perception: How far is it free.
-            controller: Where to steer; None when a learner drives through ``observe`` and
+            controller: Where to steer; None when a learner drives through ``listen``, ``look`` and
                 ``command``.
         """
         self._robot = robot
@@ -115,8 +115,8 @@ class Navigator:
             ValueError: If the navigator has no controller.
         """
         if self._controller is None:
-            raise ValueError("controller: expected one, got None; use observe and command instead")
-        view = self._view(senses)
+            raise ValueError("controller: expected one, got None; use look and command instead")
+        view = self.look(senses)
         wheels = STANDSTILL
         if view is not None:
             wheels = self.command(self._controller.steer(view), self._controller.pace)
@@ -127,13 +127,8 @@ class Navigator:
             self._watcher(Step(senses, view, self._goal, wheels, speed, steering))
         return wheels
 
-    def observe(self, senses: Senses) -> View | None:
-        """Return the situation after one control period, or None before the first scan."""
-        self.listen(senses)
-        return self._view(senses)
-
-    def _view(self, senses: Senses) -> View | None:
-        """Return the situation now."""
+    def look(self, senses: Senses) -> View | None:
+        """Return the situation after senses that were listened to, None before the first scan."""
         scan = self._perception.look(senses.stamp, self._localizer)
         if scan is None:
             return None

@@ -14,7 +14,6 @@ from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.navigator import STANDSTILL
-from andabata.navigation.view import View
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
@@ -42,6 +41,8 @@ class OffroadConfig(BaseModel):
         reward: The reward's constants.
         start_jitter: Start positions vary uniformly by up to this [m] in x and in y.
         heading_jitter: Start headings vary uniformly by up to this [rad].
+        look_every: Control steps between two looks at the virtual scan. In between the robot feels
+            where it is and sees what it saw last: who holds an action as long needs no more.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -55,6 +56,7 @@ class OffroadConfig(BaseModel):
     reward: RewardConfig = Field(default_factory=RewardConfig)
     start_jitter: float = Field(default=0.2, ge=0, le=5)
     heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
+    look_every: int = Field(default=1, ge=1)
 
 
 class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -116,7 +118,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._map: LocalMap | None = None
         if config.heading == "subgoal":
             rig, squares = config.rig, self._models.squares
-            self._map = LocalMap(rig.grid, rig.local_map, rig.robot, squares=squares)
+            local_map = rig.local_map.looking_every(config.look_every)
+            self._map = LocalMap(rig.grid, local_map, rig.robot, squares=squares)
         self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(
@@ -134,15 +137,18 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         senses = self._rig.place(start, goal, self.np_random)
         self._judge = Judge(self._rig.scene.world, self.config.judge)
         self._judge.begin(_truth(senses), goal)
-        view = self._rig.navigator.observe(senses)
-        while view is None:
+        navigator = self._rig.navigator
+        navigator.listen(senses)
+        while navigator.look(senses) is None:
             senses = self._rig.simulator.step(STANDSTILL)
-            view = self._rig.navigator.observe(senses)
+            navigator.listen(senses)
         self._goal_distance = self._judge.goal_distance(_truth(senses))
-        self._place = view.odometry.position[:2]
+        self._place = self._rig.localizer.odometry.position[:2]
         if self._map is not None:
             self._map.reset()
-        return self._state(view), {"world_seed": world_seed}
+        self._steps = 0
+        self._look(senses)
+        return self._state, {"world_seed": world_seed}
 
     def step(
         self, action: NDArray[np.float32]
@@ -150,30 +156,35 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         """Steer for one control period of 0.1 s."""
         wheels = self._rig.navigator.command(float(action[0]) * self._limit)
         senses = self._rig.simulator.step(wheels)
-        view = self._rig.navigator.observe(senses)
-        if view is None:
-            raise ValueError("view: expected a scan after the first one, got None")
+        self._rig.navigator.listen(senses)
         outcome = self._judge.watch(_truth(senses))
-        before, distance = self._nearer(_truth(senses), view)
-        terms = paper_reward(self.config.reward, view.scan.finite(), before, distance, outcome)
+        before, distance = self._nearer(_truth(senses))
+        self._steps += 1
+        if self._steps % self.config.look_every == 0:
+            self._look(senses)
+        terms = paper_reward(self.config.reward, self._ranges, before, distance, outcome)
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:
             info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
         truncated = outcome is Outcome.TIMEOUT
         terminated = outcome is not None and not truncated
-        return self._state(view), float(sum(terms.values())), terminated, truncated, info
+        return self._state, float(sum(terms.values())), terminated, truncated, info
 
-    def _state(self, view: View) -> NDArray[np.float32]:
-        """Return the policy's state of a view."""
-        view = view if self._map is None else self._map.guide(view)
-        return observation(view.scan.finite(), view.previous_steering, view.heading_error)
+    def _look(self, senses: Senses) -> None:
+        """Renew the ranges that repel and the policy's state."""
+        view = self._rig.navigator.look(senses)
+        if view is None:
+            raise ValueError("view: expected a scan after the first one, got None")
+        self._ranges = view.scan.finite()
+        seen = view if self._map is None else self._map.guide(view)
+        self._state = observation(seen.scan.finite(), seen.previous_steering, seen.heading_error)
 
-    def _nearer(self, truth: VehicleState, view: View) -> tuple[float, float]:
+    def _nearer(self, truth: VehicleState) -> tuple[float, float]:
         """Return the distances before and after the step to what attracts [m]."""
         if self._map is None:
             before, self._goal_distance = self._goal_distance, self._judge.goal_distance(truth)
             return before, self._goal_distance
-        here, target = view.odometry.position[:2], self._map.target
+        here, target = self._rig.localizer.odometry.position[:2], self._map.target
         before, self._place = math.dist(self._place, target), here
         return before, math.dist(here, target)
 

@@ -2,9 +2,9 @@
 
 import tomllib
 from importlib.resources import files
-from typing import Any
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensors import sensor_settings
@@ -26,8 +26,8 @@ class StagePlan(Stage):
 
     @property
     def unseen(self) -> OffroadConfig:
-        """The same in the worlds that are kept for validation."""
-        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
+        """The same in the worlds that are kept for validation, with a look at each step."""
+        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS, "look_every": 1})
 
 
 class TrainingPlan(BaseModel):
@@ -48,6 +48,18 @@ class TrainingPlan(BaseModel):
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
     stages: dict[str, StagePlan]
+
+    @model_validator(mode="after")
+    def _decide_on_what_is_seen(self) -> Self:
+        """Refuse decisions on what was seen before."""
+        for name, stage in self.stages.items():
+            every, hold = stage.environment.look_every, self.learner.hold
+            if hold % every:
+                raise ValueError(
+                    f"stages.{name}.environment.look_every: expected a divisor of learner.hold, "
+                    f"{hold}, got {every}"
+                )
+        return self
 
     def curriculum(self, chosen: range, seed: int) -> CurriculumConfig:
         """Return the curriculum of some of the stages, by their indices."""

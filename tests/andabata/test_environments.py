@@ -81,6 +81,29 @@ def test_time_outs_truncate_and_collisions_terminate(shelf):
     assert reward < -900
 
 
+@pytest.mark.parametrize("heading", ["goal", "subgoal"])
+def test_whoever_looks_less_often_sees_the_same_when_it_does(shelf, heading):
+    def drive(every):
+        changes = {"seeds": (0,), "look_every": every, "heading": heading}
+        env = make_offroad("Maze3D", stage_config("Maze3D").model_copy(update=changes), shelf=shelf)
+        states, attraction = [env.reset(seed=5)[0]], 0.0
+        for k in range(40):
+            turn = np.array([np.sin(k // 5)], dtype=np.float32)
+            state, _, terminated, truncated, info = env.step(turn)
+            assert not terminated
+            assert not truncated
+            states.append(state)
+            attraction += info["reward_terms"]["attraction"]
+        env.close()
+        return np.array(states), attraction
+
+    (often, gained), (seldom, again) = drive(1), drive(5)
+    for k in range(40):
+        np.testing.assert_array_equal(seldom[k], seldom[k - k % 5])
+    np.testing.assert_array_equal(often[::5], seldom[::5])
+    assert again == pytest.approx(gained, rel=0.02)
+
+
 def test_an_unknown_stage_is_named():
     with pytest.raises(ValueError, match="expected Maze2D, Maze3D or Natural, got 'Moon'"):
         stage_config("Moon")

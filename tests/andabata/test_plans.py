@@ -34,6 +34,7 @@ def test_nothing_is_tried_where_it_was_learnt(algorithm):
         assert set(stage.environment.seeds) <= set(TRAINING_SEEDS)
         assert set(stage.unseen.seeds) == set(VALIDATION_SEEDS)
         assert stage.unseen.judge == stage.environment.judge
+        assert stage.unseen.look_every == 1
     assert not set(TRAINING_SEEDS) & set(VALIDATION_SEEDS)
     assert max(VALIDATION_SEEDS) < EVALUATION_SEED
 
@@ -49,6 +50,12 @@ def test_the_body_and_the_laser_are_chosen():
 def test_an_unknown_algorithm_is_named(capsys):
     assert main(["train", "--algorithm", "magic", "--quiet"]) != 0
     assert "--algorithm: expected actor-critic, sac, got 'magic'" in capsys.readouterr().err
+
+
+def test_no_decision_is_made_on_what_was_seen_before(capsys):
+    wanted = ["--set", "stages.Natural.environment.look_every=3", "--quiet"]
+    assert main(["train", *wanted]) != 0
+    assert "Natural.environment.look_every: expected a divisor" in capsys.readouterr().err
 
 
 def test_the_suite_is_wide_and_unseen():

@@ -15,6 +15,15 @@ from rl.policy import Policy
 _LOG_SIGMA = (-4.0, 0.5)
 
 
+def use_one_thread() -> None:
+    """Make torch reproducible and fast for small networks.
+
+    Results change with the number of threads, and subnormal optimiser moments are slow.
+    """
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)
+
+
 class Actor(nn.Module):
     """State to a squashed normal distribution over actions: 35-200-200 and mean, log sigma."""
 

@@ -9,11 +9,11 @@ from typing import Any
 
 from andabata.app.runs import commit, describe, make_folder, write_json
 from andabata.app.sampling import PoolSampler
-from andabata.app.workers import use_one_thread
 from andabata.models import Models
 from andabata.records.storage import write_atomically
 from andabata.tasks.plans import TrainingPlan
 from rl.curriculum import Curriculum, Generation
+from rl.networks import use_one_thread
 
 CHECKPOINT = "checkpoint.safetensors"
 POLICY = "policy.safetensors"

@@ -15,7 +15,6 @@ from andabata.app import speed_peers as peers_
 from andabata.app.chain_bench import STEP, driving
 from andabata.app.peers import PEERS
 from andabata.app.speed_peers import Work
-from andabata.app.workers import use_one_thread
 from andabata.localization.model import (
     STATES,
     Body,
@@ -139,6 +138,8 @@ def races(world: str, seed: int) -> Iterator[Race]:
         world: Preset; the world is one of the judges'.
         seed: Of world and noise.
     """
+    from rl.networks import use_one_thread
+
     use_one_thread()
     shelf = SceneShelf()
     scene = shelf.get(world, evaluation_world(seed, 0))

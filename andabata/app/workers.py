@@ -36,7 +36,7 @@ def run_tasks(
 
 @contextmanager
 def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of fresh one-thread processes; an error or Ctrl-C ends them at once."""
+    """Yield a pool of fresh processes; an error or Ctrl-C ends them at once."""
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
     before = set(active_children())
     try:
@@ -50,10 +50,9 @@ def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _begin() -> None:
-    """Keep a worker on one core; Ctrl-C is for the parent, whose death is the worker's."""
+    """Leave Ctrl-C to the parent, whose death is the worker's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_follow_the_parent, daemon=True).start()
-    use_one_thread()
 
 
 def _follow_the_parent() -> None:
@@ -65,14 +64,3 @@ def _follow_the_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
-
-
-def use_one_thread() -> None:
-    """Make torch reproducible and fast for small networks.
-
-    Results change with the number of threads, and subnormal optimiser moments are slow.
-    """
-    import torch
-
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)

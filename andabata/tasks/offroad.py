@@ -1,7 +1,6 @@
 """Off-road navigation as Gymnasium environments (Sanchez et al. 2023, section 5)."""
 
 import math
-from collections import OrderedDict
 from typing import Any, Literal
 
 import gymnasium as gym
@@ -22,9 +21,6 @@ from andabata.tasks.trial import jittered
 from rl.observation import ObservationLayout, observation
 from rl.rewards import RewardConfig, paper_reward
 from worlds.world import choose_task
-
-_KEPT = 16
-"""Rigs of the worlds driven last that an environment keeps; each holds a map of its world."""
 
 
 class OffroadConfig(BaseModel):
@@ -113,7 +109,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.config = config
         self._shelf = shelf or SceneShelf()
         self._models = models or Models()
-        self._rigs: OrderedDict[tuple[int, float | None], Rig] = OrderedDict()
+        self._kept: Rig | None = None
         self._limit = config.rig.robot.max_steering
         self._map: LocalMap | None = None
         if config.heading == "subgoal":
@@ -129,21 +125,21 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         super().reset(seed=seed)
         options = options or {}
         world_seed = int(options.get("world_seed", self.np_random.choice(self.config.seeds)))
-        self._rig = self._rig_in(world_seed, options.get("difficulty", self.config.difficulty))
-        task = choose_task(self._rig.scene.world.tasks, options.get("task", self.np_random))
+        rig = self._rig_in(world_seed, options.get("difficulty", self.config.difficulty))
+        task = choose_task(rig.scene.world.tasks, options.get("task", self.np_random))
         goal = np.array(task.goals[0])
         config = self.config
         start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
-        senses = self._rig.place(start, goal, self.np_random)
-        self._judge = Judge(self._rig.scene.world, self.config.judge)
+        senses = rig.place(start, goal, self.np_random)
+        self._judge = Judge(rig.scene.world, self.config.judge)
         self._judge.begin(_truth(senses), goal)
-        navigator = self._rig.navigator
+        navigator = rig.navigator
         navigator.listen(senses)
         while navigator.look(senses) is None:
-            senses = self._rig.simulator.step(STANDSTILL)
+            senses = rig.simulator.step(STANDSTILL)
             navigator.listen(senses)
         self._goal_distance = self._judge.goal_distance(_truth(senses))
-        self._place = self._rig.localizer.odometry.position[:2]
+        self._place = rig.localizer.odometry.position[:2]
         if self._map is not None:
             self._map.reset()
         self._steps = 0
@@ -190,22 +186,29 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def close(self) -> None:
         """Free the plants."""
-        for rig in self._rigs.values():
-            rig.close()
-        self._rigs.clear()
+        if self._kept is not None:
+            self._kept.close()
+            self._kept = None
+
+    @property
+    def _rig(self) -> Rig:
+        """Return the robot in the episode's world.
+
+        Raises:
+            ValueError: Before the first episode.
+        """
+        if self._kept is None:
+            raise ValueError("reset: expected it before the first step, got none")
+        return self._kept
 
     def _rig_in(self, world_seed: int, difficulty: float | None) -> Rig:
-        """Return the robot in a world; the last few are kept."""
-        key = (world_seed, difficulty)
-        if key not in self._rigs:
-            scene = self._shelf.get(self.config.preset, world_seed, difficulty)
+        """Return the robot in a world: the last episode's, where the world is the same."""
+        scene = self._shelf.get(self.config.preset, world_seed, difficulty)
+        if self._kept is None or self._kept.scene is not scene:
+            self.close()
             sees = self.config.rig.sensing.scanner == "rotating"
-            forest = self._models.forest if sees else None
-            self._rigs[key] = Rig(scene, self.config.rig, forest)
-        self._rigs.move_to_end(key)
-        while len(self._rigs) > _KEPT:
-            self._rigs.popitem(last=False)[1].close()
-        return self._rigs[key]
+            self._kept = Rig(scene, self.config.rig, self._models.forest if sees else None)
+        return self._kept
 
 
 def offroad_spaces(config: OffroadConfig) -> tuple[gym.spaces.Space[Any], gym.spaces.Space[Any]]:

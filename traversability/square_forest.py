@@ -43,7 +43,7 @@ class SquareConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    trees: int = Field(default=120, ge=1, le=2000)
+    trees: int = Field(default=200, ge=1, le=2000)
     max_depth: int = Field(default=6, ge=1, le=7)
     min_leaf: int = Field(default=200, ge=1)
     rate: float = Field(default=0.15, gt=0, le=1)

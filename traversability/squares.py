@@ -18,8 +18,9 @@ from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
 SQUARE = 2
 """Tiles along a square's edge."""
 
-REACH = 5.0
-"""Squares further away are not judged [m]: a cloud of a rotating laser has holes there."""
+REACH = 10.0
+"""Squares further away are not judged [m]. Between 5 and 10 m half of them show points: what stands
+there does, and much of the ground between has none."""
 
 NEAREST = 0.7
 """Nor are those nearer [m], where the laser sees the robot's own shadow."""
@@ -74,6 +75,7 @@ class SquareFeatures:
         self._count = 0
         self._places = np.zeros((0, 2), dtype=np.int64)
         self._values = np.zeros((0, len(SQUARE_FEATURES)), dtype=np.float32)
+        self._flat = np.zeros((2, 0, 0))
 
     def describe(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
         """Describe the squares of a cloud around a place [m]."""
@@ -81,8 +83,11 @@ class SquareFeatures:
         if len(self._places) < most:
             self._places = np.zeros((most, 2), dtype=np.int64)
             self._values = np.zeros((most, len(SQUARE_FEATURES)), dtype=np.float32)
+        if self._flat.shape[1] != len(tiles.table):
+            self._flat = np.zeros((2, *tiles.table.shape[:2]))
+        _flatten(tiles.table, tiles.centre, self._flat)
         self._count = _describe(
-            tiles.table, tiles.centre, tiles.cell, here, self._places, self._values
+            tiles.table, self._flat, tiles.centre, tiles.cell, here, self._places, self._values
         )
 
     @property
@@ -128,62 +133,104 @@ def label_squares(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(table, centre, cell, here, places, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _flatten(table, centre, flat):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write which tiles are flat, 1 or 0, and their mean heights, else 0.
+
+    Tiles stand in the square's own order, so that windows are rows of memory.
+    """
+    n = len(table)
+    for i in range(n):
+        for j in range(n):
+            tile = table[(centre[0] - n // 2 + i) & (n - 1), (centre[1] - n // 2 + j) & (n - 1)]
+            is_flat = tile[POINTS] > 0 and tile[HIGHEST] - tile[LOWEST] <= _FLAT
+            flat[0, i, j] = 1.0 if is_flat else 0.0
+            flat[1, i, j] = tile[MEAN] if is_flat else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _describe(table, flat, centre, cell, here, places, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the squares that have points, and their features; return how many."""
     n = len(table)
     edge = SQUARE * cell
-    most = n // 2 - _WINDOWS[-1] - SQUARE - 1
+    wide = _WINDOWS[-1]
+    most = n // 2 - wide - SQUARE - 1
     first0, first1 = int(np.floor(here[0] / edge)), int(np.floor(here[1] / edge))
     half = int(REACH / edge) + 1
+    columns = np.empty((8, 2 * wide + SQUARE))
+    own = np.empty((SQUARE, SQUARE, 2))
     count = 0
     for i in range(first0 - half, first0 + half + 1):
         for j in range(first1 - half, first1 + half + 1):
             far = np.hypot((i + 0.5) * edge - here[0], (j + 0.5) * edge - here[1])
-            u, v = SQUARE * i, SQUARE * j
+            u, v = SQUARE * i - centre[0], SQUARE * j - centre[1]
             if far < NEAREST or far > REACH or count == len(places):
                 continue
-            if abs(u - centre[0]) > most or abs(v - centre[1]) > most:
+            if abs(u) > most or abs(v) > most:
                 continue
             points, seen, spread = 0.0, 0, 0.0
             low, high = np.inf, -np.inf
-            for p in range(u, u + SQUARE):
-                for q in range(v, v + SQUARE):
-                    tile = table[p & (n - 1), q & (n - 1)]
+            for a in range(SQUARE):
+                for b in range(SQUARE):
+                    tile = table[(SQUARE * i + a) & (n - 1), (SQUARE * j + b) & (n - 1)]
+                    own[a, b, 0] = np.nan
                     if tile[POINTS] > 0:
                         points, seen = points + tile[POINTS], seen + 1
                         spread = max(spread, tile[HIGHEST] - tile[LOWEST])
                         low, high = min(low, tile[LOWEST]), max(high, tile[HIGHEST])
+                        own[a, b, 0], own[a, b, 1] = tile[MEAN], tile[HIGHEST]
             if seen == 0:
                 continue
             row = values[count]
             row[0], row[1], row[2], row[3], row[4] = points, seen, spread, high - low, far
-            for k in range(len(_WINDOWS)):
-                own = row[_SHARED + _OF_WINDOW * k : _SHARED + _OF_WINDOW * (k + 1)]
-                _fit(table, u, v, _WINDOWS[k], cell, own)
+            row[_SHARED:] = _UNKNOWN
+            _fit(flat, u + n // 2, v + n // 2, cell, own, columns, row[_SHARED:])
             places[count, 0], places[count, 1] = i, j
             count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fit(table, u, v, beyond, cell, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what the plane through the flat tiles around a square tells."""
-    n = len(table)
-    middle = (SQUARE - 1) / 2
-    level = np.inf
-    s = sx = sy = sz = sxx = syy = sxy = sxz = syz = szz = 0.0
-    for a in range(-beyond, beyond + SQUARE):
-        for b in range(-beyond, beyond + SQUARE):
-            tile = table[(u + a) & (n - 1), (v + b) & (n - 1)]
-            if tile[POINTS] == 0 or tile[HIGHEST] - tile[LOWEST] > _FLAT:
+def _fit(flat, u, v, cell, own, columns, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what the planes through the flat tiles around a square tell, window by window.
+
+    Sums are kept by column, so that the tiles of a row are worked at together, and from one window
+    to the next, which holds it.
+    """
+    wide = _WINDOWS[-1]
+    columns[:6] = 0.0
+    done = 0
+    for k in range(len(_WINDOWS)):
+        beyond = _WINDOWS[k]
+        for a in range(-beyond, beyond + SQUARE):
+            if k > 0 and -done <= a < done + SQUARE:
                 continue
-            if level == np.inf:
-                level = tile[MEAN]
-            x, y, z = (a - middle) * cell, (b - middle) * cell, float(tile[MEAN] - level)
-            s, sx, sy, sz = s + 1, sx + x, sy + y, sz + z
-            sxx, syy, sxy = sxx + x * x, syy + y * y, sxy + x * y
-            sxz, syz, szz = sxz + x * z, syz + y * z, szz + z * z
-    found[:] = _UNKNOWN
+            x = (a - (SQUARE - 1) / 2) * cell
+            ones = flat[0, u + a, v - wide : v + wide + SQUARE]
+            heights = flat[1, u + a, v - wide : v + wide + SQUARE]
+            for c in range(2 * wide + SQUARE):
+                one, z = ones[c], heights[c]
+                columns[0, c] += one
+                columns[1, c] += one * x
+                columns[2, c] += one * x * x
+                columns[3, c] += z
+                columns[4, c] += x * z
+                columns[5, c] += z * z
+        done = beyond
+        _judge(flat, (u, v, beyond, cell), own, columns, found[_OF_WINDOW * k :])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _judge(flat, at, own, columns, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write what the plane through the flat tiles of one window tells."""
+    u, v, beyond, cell = at
+    middle = (SQUARE - 1) / 2
+    s = sx = sy = sz = sxx = syy = sxy = sxz = syz = szz = 0.0
+    for b in range(-beyond, beyond + SQUARE):
+        c, y = b + _WINDOWS[-1], (b - middle) * cell
+        one, x, xx, z, xz, zz = columns[:6, c]
+        s, sx, sy, sz = s + one, sx + x, sy + y * one, sz + z
+        sxx, syy, sxy = sxx + xx, syy + y * y * one, sxy + y * x
+        sxz, syz, szz = sxz + xz, syz + y * z, szz + zz
     found[0] = s / (2 * beyond + SQUARE) ** 2
     if s < _FEW:
         return
@@ -196,19 +243,26 @@ def _fit(table, u, v, beyond, cell, found):  # type: ignore[no-untyped-def]  # n
     gx, gy = (cxz * cyy - cyz * cxy) / spanned, (cyz * cxx - cxz * cxy) / spanned
     found[1] = np.hypot(gx, gy)
     found[2] = np.sqrt(max(czz - gx * cxz - gy * cyz, 0.0))
-    lowest, drop = np.inf, np.inf
-    highest = rise = peak = -np.inf
-    uphill = (abs(gx) + abs(gy)) * cell / 2  # A tile's own edge stands out of its middle so far.
+    least, most, width = columns[6], columns[7], 2 * beyond + SQUARE
+    least[:width], most[:width] = np.inf, -np.inf
     for a in range(-beyond, beyond + SQUARE):
-        for b in range(-beyond, beyond + SQUARE):
-            tile = table[(u + a) & (n - 1), (v + b) & (n - 1)]
-            if tile[POINTS] == 0:
+        ones = flat[0, u + a, v - beyond : v - beyond + width]
+        heights = flat[1, u + a, v - beyond : v - beyond + width]
+        plane = mz + gx * ((a - middle) * cell - mx) - gy * ((beyond + middle) * cell + my)
+        for c in range(width):
+            off = heights[c] - plane - gy * cell * c
+            below, above = (off, off) if ones[c] > 0 else (np.inf, -np.inf)
+            least[c] = below if below < least[c] else least[c]
+            most[c] = above if above > most[c] else most[c]
+    lowest, highest = least[:width].min(), most[:width].max()
+    drop, rise, peak = np.inf, -np.inf, -np.inf
+    uphill = (abs(gx) + abs(gy)) * cell / 2  # A tile's own edge stands out of its middle so far.
+    for a in range(SQUARE):
+        for b in range(SQUARE):
+            mean, top = own[a, b]
+            if np.isnan(mean):
                 continue
-            x, y = (a - middle) * cell, (b - middle) * cell
-            off = tile[MEAN] - level - mz - gx * (x - mx) - gy * (y - my)
-            if 0 <= a < SQUARE and 0 <= b < SQUARE:
-                drop, rise = min(drop, off), max(rise, off)
-                peak = max(peak, off + tile[HIGHEST] - tile[MEAN] - uphill)
-            if tile[HIGHEST] - tile[LOWEST] <= _FLAT:
-                lowest, highest = min(lowest, off), max(highest, off)
+            off = mean - mz - gx * ((a - middle) * cell - mx) - gy * ((b - middle) * cell - my)
+            drop, rise = min(drop, off), max(rise, off)
+            peak = max(peak, off + top - mean - uphill)
     found[3], found[4], found[5], found[6] = highest - lowest, rise, drop, peak

@@ -46,7 +46,7 @@ class Tiles:
         centre: The tile of the place that the cloud was described around, shape (2,).
     """
 
-    def __init__(self, cell: float = 0.1, cells: Wrapping = 128) -> None:
+    def __init__(self, cell: float = 0.1, cells: Wrapping = 256) -> None:
         """Begin without a cloud.
 
         Args:

@@ -18,7 +18,7 @@ from traversability.squares import NEAREST, REACH, SQUARE_FEATURES
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
 
-SQUARE_BANDS = (NEAREST, 1.8, 3.2, REACH)
+SQUARE_BANDS = (NEAREST, 1.8, 3.2, 5.0, REACH)
 """Squares are judged apart between these distances [m]."""
 
 

@@ -37,7 +37,7 @@ class BumpsConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    cells: Wrapping = Field(default=128, ge=32, le=1024)
+    cells: Wrapping = Field(default=256, ge=32, le=1024)
     nearest: float = Field(default=0.6, ge=0)
     reach: float = Field(default=4.0, gt=0)
     most: float = Field(default=0.25, gt=0)

@@ -61,6 +61,8 @@ class LocalMapConfig(BaseModel):
         void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
+        red_reach: Red cells of the scan farther than this mean nothing where squares are judged
+            [m]: they are a metre long and wide, and squares tell what stands where in them.
         unseen: Extra cost of a metre where no scan has seen anything.
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
@@ -93,6 +95,7 @@ class LocalMapConfig(BaseModel):
     free: float = Field(default=0.05, gt=0, le=1)
     void: float = Field(default=0.1, ge=0)
     void_reach: float = Field(default=4.0, ge=0)
+    red_reach: float = Field(default=5.0, ge=0)
     unseen: float = Field(default=0.5, ge=0)
     doubt: float = Field(default=3.0, ge=0)
     sure: float = Field(default=50.0, ge=0)
@@ -180,7 +183,9 @@ class LocalMap:
         self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
         ranges = ranges[:, :, 0]
         fading = 1.0 / (1.0 + ranges / self.config.fade)
-        self._weights = np.stack([fading, ranges < self.config.void_reach], axis=2)
+        red_reach = np.inf if squares is None else self.config.red_reach
+        reaches = [ranges < self.config.void_reach, ranges < red_reach]
+        self._weights = np.stack([fading, *reaches], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
         self.reset()
 
@@ -388,10 +393,10 @@ def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure):  #
                     evidence[i, j] = min(known, known - free * weight * (known - there))
             elif known <= -most:
                 continue  # It was seen free from nearer.
-            elif belief >= 0:
+            elif belief >= 0 and weights[a, b, 2] > 0:
                 there = most * min(belief / sure[0], 1.0)
                 evidence[i, j] = max(known, known + blocked * weight * (there - known))
-            elif ring < firsts[s]:
+            elif np.isnan(belief) and ring < firsts[s]:
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 
 

@@ -12,6 +12,7 @@ from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import Tiles
 
 _HEIGHT = SQUARE_FEATURES.index("height")
+_RANGE = SQUARE_FEATURES.index("range")
 
 
 class SquareMapConfig(BaseModel):
@@ -20,7 +21,9 @@ class SquareMapConfig(BaseModel):
     Attributes:
         memory: What earlier clouds said counts for so much of it beside a new one.
         most: Largest log odds that are remembered, which are as much as can be known.
-        miss: What a red square called green costs, in false alarms.
+        miss: What a red square called green costs, in false alarms, as far as ``near``.
+        near: Squares further away are called what is likelier [m]: they are seen again before they
+            are met.
         tall: A red square with points so far apart in height is of a thing whose far side the
             laser does not see [m].
         behind: Least log odds of the square behind such a one.
@@ -31,6 +34,7 @@ class SquareMapConfig(BaseModel):
     memory: float = Field(default=0.5, ge=0, lt=1)
     most: float = Field(default=4.0, gt=0)
     miss: float = Field(default=4.0, gt=0)
+    near: float = Field(default=5.0, ge=0)
     tall: float = Field(default=0.4, gt=0)
     behind: float = Field(default=2.0)
 
@@ -76,7 +80,8 @@ class SquareMap:
         self._features.describe(tiles, here)
         places, values = self._features.places, self._features.values
         i, j = (places & (len(self.odds) - 1)).T
-        now = self._forest.odds(values) + math.log(config.miss)
+        now = self._forest.odds(values)
+        now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)
         self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)

@@ -106,15 +106,33 @@ def test_squares_are_remembered_up_to_a_limit_and_what_is_sure_overrides_them():
     assert squares.odds[10, 0] > 2.0  # Nothing seen, nothing forgotten.
 
 
-def test_what_a_miss_costs_moves_the_odds_by_its_logarithm():
+def test_what_a_miss_costs_moves_the_odds_by_its_logarithm_as_far_as_the_robot_meets_things():
     rng = np.random.default_rng(3)
     tiles = tiles_of(ground(rng, noise=0.02))
     odds = []
     for miss in (1.0, 5.0):
-        squares = SquareMap(256, shipped_squares(), SquareMapConfig(miss=miss, most=50.0))
+        config = SquareMapConfig(miss=miss, near=3.0, most=50.0)
+        squares = SquareMap(256, shipped_squares(), config)
         squares.take(tiles, ORIGIN)
-        odds.append(squares.odds[squares.odds != 0])
-    assert odds[1] - odds[0] == pytest.approx(np.log(5.0), abs=1e-5)
+        odds.append(squares.odds.copy())
+    middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1
+    ranges = np.hypot(middles[:, None], middles[None, :])
+    seen, change = odds[0] != 0, odds[1] - odds[0]
+    assert change[seen & (ranges < 2.99)] == pytest.approx(np.log(5.0), abs=1e-5)
+    assert change[seen & (ranges > 3.01)] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("ahead", "is_wall"), [(4.1, True), (8.1, False)])
+def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wall):
+    """From 5 m on a polar cell is a metre long and wide: a trunk in it says nothing of the rest."""
+    sector, ring = cells_around(ahead, 0.05)
+    red = [(sector + side, ring) for side in (-1, 0, 1)]
+    maps = [LocalMap(GRID, squares=squares) for squares in (shipped_squares(), None)]
+    for local_map in maps:
+        for _ in range(60):
+            local_map.guide(view_of(None, red))
+    walled = [evidence_at(local_map, ahead, 0.05) > 0 for local_map in maps]
+    assert walled == [is_wall, True]
 
 
 @pytest.mark.parametrize("bearing", [0.0, 0.8, 2.4, -1.6])

@@ -27,7 +27,7 @@ from traversability.tiles import Tiles
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 
-BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0))
+BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
 
 
 class Watcher:

@@ -6,6 +6,7 @@ import pytest
 from andabata.models import shipped_squares
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
+from traversability.grid import PolarGrid
 from traversability.square_forest import (
     SquareConfig,
     SquareForest,
@@ -14,6 +15,8 @@ from traversability.square_forest import (
     square_samples,
 )
 from traversability.squares import (
+    NEAREST,
+    REACH,
     SQUARE_FEATURES,
     SquareFeatures,
     label_squares,
@@ -33,7 +36,7 @@ def flat(x, y):
     return 0.0 * x
 
 
-def sheet(height, half=6.0, spacing=0.025):
+def sheet(height, half=11.0, spacing=0.025):
     """Return points of a surface around the origin, float32, shape (n, 3)."""
     axis = np.arange(-half + spacing / 2, half, spacing)
     x, y = (part.ravel() for part in np.meshgrid(axis, axis, indexing="ij"))
@@ -132,12 +135,20 @@ def test_squares_know_no_place_and_no_height():
     assert np.mean(np.abs(same[shared] - theirs) < 1e-3) > 0.98
 
 
+def test_squares_are_judged_as_far_as_the_polar_grid_goes():
+    places, _ = described(sheet(flat))
+    ranges = np.hypot(*(0.2 * places + 0.1).T)
+    assert PolarGrid().outer_radius == REACH
+    assert ranges.max() == pytest.approx(REACH, abs=0.2)
+    assert len(places) == pytest.approx(np.pi * (REACH**2 - NEAREST**2) / 0.04, rel=0.01)
+
+
 def test_unseen_ground_has_no_squares_and_no_plane():
     assert len(described(np.empty((0, 3), dtype=np.float32))[0]) == 0
     places, values = described(np.array([[2.05, 0.05, 0.0]], dtype=np.float32))
     assert places.tolist() == [[10, 0]]
     assert values[0, column("slope_near")] == -1
-    assert described(np.array([[9.0, 0.0, 0.0]], dtype=np.float32))[0].size == 0
+    assert described(np.array([[10.5, 0.0, 0.0]], dtype=np.float32))[0].size == 0
 
 
 def test_points_that_are_no_numbers_tell_nothing():

@@ -19,6 +19,9 @@ from andabata.navigation.local_map import LocalMap
 from andabata.navigation.local_plan import LocalPlan
 from rl.observation import apply_dead_zone
 
+PERIOD = 0.1
+"""Time of a control step [s]."""
+
 STEP = 0.2
 """Time between the points of an arc [s]."""
 
@@ -27,6 +30,12 @@ ARRIVED = 0.8
 
 AROUND = 8.0
 """Rollouts look up the way on where it costs so much more than the best one at most [m]."""
+
+_LINGERING = 2.5
+"""Who moves about within this of a place stays there [m]."""
+
+_RECENT = 90.0
+"""What is longer ago than this does not count as staying [s]."""
 
 _NO_WAY = 1e3
 _CONTACT = 1e4
@@ -42,6 +51,10 @@ class RolloutConfig(BaseModel):
         rates: Yaw rates of an arc, shares of the steering limit.
         room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
         margin: Room that a robot with a map keeps around its body [m].
+        patience: Time at one place after which the robot begins to keep less room, and after twice
+            of which it keeps ``squeeze`` less [s]: nothing that it may do leads on, and gaps are
+            wider than the map's walls, which are whole squares.
+        squeeze: See ``patience`` [m].
         shy: Extra cost of a metre for each metre of clearance short of one metre, to the oracle.
         crowd: Of what the plan says that a metre costs more than a metre, this share counts.
         hold: Control steps between two decisions.
@@ -62,6 +75,8 @@ class RolloutConfig(BaseModel):
     rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
     room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
+    patience: float = Field(default=30.0, gt=0)
+    squeeze: float = Field(default=0.2, ge=0)
     shy: float = Field(default=1.0, ge=0)
     crowd: float = Field(default=0.5, ge=0)
     hold: int = Field(default=3, ge=1)
@@ -107,11 +122,14 @@ class Rollouts:
         self._half_turn = np.pi * per_radian
         limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
+        self._places = np.empty((round(_RECENT / (config.hold * PERIOD)), 2))
         self.reset()
 
     def reset(self) -> None:
-        """Forget that it was turning on the spot."""
+        """Forget where it was, and that it was turning on the spot."""
         self._turning = 0.0
+        self._places[:] = np.inf
+        self._decisions = 0
 
     def choose(
         self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
@@ -132,6 +150,8 @@ class Rollouts:
         plan = local_map.plan
         x, y = (here - plan.corner) / cell
         goal = (plan.end - plan.corner) / cell
+        room, ahead, swing, *others = self._limits
+        squeeze = config.squeeze * self._impatience(here)
         _price_ways(
             self._rates,
             self._turns,
@@ -141,7 +161,7 @@ class Rollouts:
             (self._points, self._robot.speed * STEP, STEP, cell),
             (plan.costs, plan.gaps, plan.rooms, plan.onward),
             (x, y, yaw, goal[0], goal[1]),
-            self._limits,
+            (room - squeeze, ahead, swing - squeeze, *others),
             self._prices,
         )
         # A turn is paid for when it begins, and turning back begins another. Whoever backs out
@@ -160,6 +180,14 @@ class Rollouts:
             return float(self._backs[best - turns]), -1.0
         self._turning = math.copysign(limit, self._turns[best - arcs])
         return self._turning, 0.0
+
+    def _impatience(self, here: NDArray[np.float64]) -> float:
+        """Return how long the robot has been about a place, 0 for what is usual to 1."""
+        self._places[self._decisions % len(self._places)] = here
+        self._decisions += 1
+        stays = np.hypot(*(self._places - here).T) < _LINGERING
+        time = float(stays.sum()) * self.config.hold * PERIOD
+        return min(max(time / self.config.patience - 1.0, 0.0), 1.0)
 
     def _pace(
         self, plan: LocalPlan, at: tuple[float, float, float], rate: float, cell: float

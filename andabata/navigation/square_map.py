@@ -35,7 +35,7 @@ class SquareMapConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     memory: float = Field(default=0.5, ge=0, lt=1)
-    forget: float = Field(default=0.1, ge=0)
+    forget: float = Field(default=0.02, ge=0)
     most: float = Field(default=4.0, gt=0)
     miss: float = Field(default=4.0, gt=0)
     near: float = Field(default=5.0, ge=0)
@@ -83,7 +83,7 @@ class SquareMap:
             here: Position of the robot there [m], shape (2,).
         """
         self.follow(here)
-        config = self._config
+        config, most = self._config, self._config.most
         self._features.describe(tiles, here)
         places, values = self._features.places, self._features.values
         i, j = (places & (len(self.odds) - 1)).T
@@ -93,10 +93,9 @@ class SquareMap:
         nearest = self._nearest[i, j]
         nearest = np.where(nearest > 0, np.minimum((1.0 + config.forget) * nearest, far), far)
         self._nearest[i, j] = nearest
-        # A cloud from as near moves the odds towards where such clouds would end.
-        share = (1.0 - config.memory) * (nearest / far) ** 2
-        odds = self.odds[i, j] + share * (now / (1.0 - config.memory) - self.odds[i, j])
-        self.odds[i, j] = np.clip(odds, -config.most, config.most)
+        weight, before = (nearest / far) ** 2, self.odds[i, j]
+        odds = before + weight * (now.clip(-most, most) - (1.0 - config.memory) * before)
+        self.odds[i, j] = odds.clip(-most, most)
         self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)
 
     def _cast_shadows(self, places: NDArray[np.int64], here: NDArray[np.float64]) -> None:

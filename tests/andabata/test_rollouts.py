@@ -158,3 +158,28 @@ def test_a_turn_on_the_spot_turns_the_wheels_against_each_other():
     driving = navigator.command(0.5)
     mean = (driving.left + driving.right) / 2 * ROBOT.wheel_radius
     assert mean == pytest.approx(ROBOT.speed)
+
+
+@pytest.mark.parametrize(("squeeze", "gets_out"), [(0.0, False), (0.2, True)])
+def test_who_gets_nowhere_keeps_less_room_in_the_end(squeeze, gets_out):
+    """A pen with a gap that the map thinks too narrow; its walls are whole cells, so that more of
+    the gap may be free."""
+    local_map = LocalMap(GRID, around=AROUND)
+    local_map._evidence[:] = -2.0
+    for k in range(-9, 10):
+        for i, j in ((k, -9), (k, 8), (-9, k), (8, k)):
+            local_map._evidence[i % 256, j % 256] = 3.0
+    local_map._evidence[8, [-1, 0]] = -2.0
+    local_map.subgoal(ORIGIN, AHEAD)
+    rollouts = Rollouts(ROBOT, RolloutConfig(squeeze=squeeze, hold=5))
+    here, yaw, left = np.zeros(2), 0.0, 0
+    for step in range(200):
+        rate, pace = rollouts.choose(local_map, here, yaw, 0.0)
+        here = here + 0.5 * pace * ROBOT.speed * np.array([np.cos(yaw), np.sin(yaw)])
+        yaw += 0.5 * rate
+        if np.abs(here).max() > 2.2:
+            left = step
+            break
+    assert (left > 0) == gets_out
+    if gets_out:
+        assert 0.5 * left > RolloutConfig().patience

@@ -94,7 +94,8 @@ class SquareMap:
         nearest = np.where(nearest > 0, np.minimum((1.0 + config.forget) * nearest, far), far)
         self._nearest[i, j] = nearest
         weight, before = (nearest / far) ** 2, self.odds[i, j]
-        odds = before + weight * (now.clip(-most, most) - (1.0 - config.memory) * before)
+        said = now.clip(-2.0 * most, 2.0 * most)  # From near that turns round what is known.
+        odds = before + weight * (said - (1.0 - config.memory) * before)
         self.odds[i, j] = odds.clip(-most, most)
         self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)
 

@@ -19,10 +19,7 @@ class SquareMapConfig(BaseModel):
     """Numbers of the squares.
 
     Attributes:
-        memory: What earlier clouds said counts for so much of it beside a new one, seen from as
-            near; a cloud from ``r`` times as far as the nearest one counts ``r ** 2`` times less.
-        forget: That nearest distance grows by this share with each cloud: what was seen from near
-            is not true for ever.
+        memory: What earlier clouds said counts for so much of it beside a new one.
         most: Largest log odds that are remembered, which are as much as can be known.
         miss: What a red square called green costs, in false alarms, as far as ``near``.
         near: Squares further away are called what is likelier [m]: they are seen again before they
@@ -35,7 +32,6 @@ class SquareMapConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     memory: float = Field(default=0.5, ge=0, lt=1)
-    forget: float = Field(default=0.02, ge=0)
     most: float = Field(default=4.0, gt=0)
     miss: float = Field(default=4.0, gt=0)
     near: float = Field(default=5.0, ge=0)
@@ -66,13 +62,10 @@ class SquareMap:
         self._edge = SQUARE * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
-        # Distance from which each square was seen best [m]; 0 where nobody looked.
-        self._nearest = np.zeros((cells, cells), dtype=np.float32)
 
     def reset(self) -> None:
         """Forget everything."""
         self.odds[:] = 0.0
-        self._nearest[:] = 0.0
         self.centre[:] = 0
 
     def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
@@ -83,20 +76,14 @@ class SquareMap:
             here: Position of the robot there [m], shape (2,).
         """
         self.follow(here)
-        config, most = self._config, self._config.most
+        config = self._config
         self._features.describe(tiles, here)
         places, values = self._features.places, self._features.values
         i, j = (places & (len(self.odds) - 1)).T
-        far = values[:, _RANGE]
         now = self._forest.odds(values)
-        now[far < config.near] += math.log(config.miss)
-        nearest = self._nearest[i, j]
-        nearest = np.where(nearest > 0, np.minimum((1.0 + config.forget) * nearest, far), far)
-        self._nearest[i, j] = nearest
-        weight, before = (nearest / far) ** 2, self.odds[i, j]
-        said = now.clip(-2.0 * most, 2.0 * most)  # From near that turns round what is known.
-        odds = before + weight * (said - (1.0 - config.memory) * before)
-        self.odds[i, j] = odds.clip(-most, most)
+        now[values[:, _RANGE] < config.near] += math.log(config.miss)
+        odds = config.memory * self.odds[i, j] + now
+        self.odds[i, j] = np.clip(odds, -config.most, config.most)
         self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)
 
     def _cast_shadows(self, places: NDArray[np.int64], here: NDArray[np.float64]) -> None:
@@ -112,6 +99,4 @@ class SquareMap:
         Args:
             here: Its position in ``odom`` [m], shape (2,).
         """
-        centre = self.centre.copy()
-        follow(self.odds, centre, here, self._edge)
-        follow(self._nearest, self.centre, here, self._edge)
+        follow(self.odds, self.centre, here, self._edge)

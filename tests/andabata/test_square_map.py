@@ -183,25 +183,3 @@ def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
 def test_squares_of_another_size_are_refused():
     with pytest.raises(ValueError, match=r"local_map.cell: expected 0.2 m.* got 0.25 m"):
         LocalMap(GRID, LocalMapConfig(cell=0.25), squares=shipped_squares())
-
-
-def test_what_was_seen_from_near_is_not_overruled_from_afar():
-    """A trunk that hides from afar stays; from as near as it was seen, its absence counts."""
-    rng, squares = np.random.default_rng(7), SquareMap(256, shipped_squares(), SquareMapConfig())
-    place, near, far = np.array([0.1, 0.1]), np.array([-1.9, 0.1]), np.array([-7.9, 0.1])
-    bare, blocked = ground(rng), np.concatenate([ground(rng), trunk(*place, rng)])
-
-    def look(points, here):
-        tiles = Tiles()
-        tiles.describe(points, here)
-        squares.take(tiles, here)
-        return squares.odds[0, 0]
-
-    for _ in range(3):
-        seen = look(blocked, near)
-    assert seen > 2.0
-    for _ in range(3):
-        assert look(bare, far) > 0.5 * seen
-    for _ in range(3):
-        gone = look(bare, near)
-    assert gone < 0

@@ -51,9 +51,9 @@ class RolloutConfig(BaseModel):
         rates: Yaw rates of an arc, shares of the steering limit.
         room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
         margin: Room that a robot with a map keeps around its body [m].
-        patience: Time at one place after which the robot begins to keep less room, and after twice
-            of which it keeps ``squeeze`` less [s]: nothing that it may do leads on, and gaps are
-            wider than the map's walls, which are whole squares.
+        patience: Time about one place after which the robot begins to keep less room; after twice
+            as long it keeps ``squeeze`` less [s]. Nothing that it may do leads on, and the map's
+            walls are whole squares: gaps between them are wider than they look.
         squeeze: See ``patience`` [m].
         shy: Extra cost of a metre for each metre of clearance short of one metre, to the oracle.
         crowd: Of what the plan says that a metre costs more than a metre, this share counts.

@@ -1,5 +1,8 @@
 """The Gymnasium environments keep Gymnasium's and Stable-Baselines3's contracts."""
 
+import gc
+import weakref
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -102,6 +105,21 @@ def test_whoever_looks_less_often_sees_the_same_when_it_does(shelf, heading):
         np.testing.assert_array_equal(seldom[k], seldom[k - k % 5])
     np.testing.assert_array_equal(often[::5], seldom[::5])
     assert again == pytest.approx(gained, rel=0.02)
+
+
+def test_it_keeps_the_robot_of_one_world_alone(shelf):
+    """Each holds maps of its world: those of a whole pool would fill the memory."""
+    env = make_offroad("Maze3D", shelf=shelf)
+    with pytest.raises(ValueError, match="reset: expected it before the first step"):
+        env.step(np.zeros(1, dtype=np.float32))
+    env.reset(seed=0, options={"world_seed": 0})
+    first = weakref.ref(env._rig)
+    env.reset(seed=1, options={"world_seed": 0})
+    assert env._rig is first()
+    env.reset(seed=2, options={"world_seed": 1})
+    gc.collect()
+    assert first() is None
+    env.close()
 
 
 def test_an_unknown_stage_is_named():

@@ -49,3 +49,13 @@ def test_a_killed_run_leaves_nobody_behind(tmp_path, death):
             break
         time.sleep(0.1)
     assert not is_alive(worker)
+
+
+def test_players_of_a_training_run_load_no_torch():
+    """Policies are compiled: a hundred megabytes in each process would be for nothing."""
+    code = (
+        "import sys; import andabata.app.sampling; from andabata.models import Models; Models();"
+        "sys.exit('torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -20,7 +20,7 @@ _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _robots: dict[int, FlatVectorEnv] = {}
-_shelf = SceneShelf(8)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
+_shelf = SceneShelf(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
 _LANES = 8
 """Robots of the first stage that a process drives side by side."""

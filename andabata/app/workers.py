@@ -1,14 +1,20 @@
 """Work cut into tasks that carry their own seeds: results don't depend on who ran them."""
 
+import ctypes
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
 from typing import TypeVar
+
+_M_MMAP_THRESHOLD = -3
+_LARGE = 1 << 20
+"""Parameter of glibc's ``mallopt``, and the size from which a freed array goes back to the system
+[bytes]."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -52,7 +58,18 @@ def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 def _begin() -> None:
     """Leave Ctrl-C to the parent, whose death is the worker's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _give_memory_back()
     Thread(target=_follow_the_parent, daemon=True).start()
+
+
+def _give_memory_back() -> None:
+    """Fix the size from which arrays have pages of their own.
+
+    By itself glibc raises it to 32 MB with use, and the arrays of worlds that come and go leave
+    holes: a sixth of a player's memory. Other systems' allocators are left alone.
+    """
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
 
 
 def _follow_the_parent() -> None:

@@ -183,8 +183,7 @@ class LocalMap:
         self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
         ranges = ranges[:, :, 0]
         fading = 1.0 / (1.0 + ranges / self.config.fade)
-        red_reach = np.inf if squares is None else self.config.red_reach
-        reaches = [ranges < self.config.void_reach, ranges < red_reach]
+        reaches = [ranges < self.config.void_reach, ranges < self.config.red_reach]
         self._weights = np.stack([fading, *reaches], axis=2)
         self._centre = np.zeros(2, dtype=np.int64)
         self.reset()
@@ -319,6 +318,7 @@ class LocalMap:
             self._weights,
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
+            self._squares is not None and self._cloud is not None,
         )
         if self._squares is not None:
             self._squares.follow(here)
@@ -354,7 +354,7 @@ def _forget(evidence, certain, step):  # type: ignore[no-untyped-def]  # noqa: A
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure, has_squares):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add what a scan says of each cell around the robot."""
     n, half, sectors = len(evidence), len(rings) // 2, len(odds)
     blocked, free, void, certain = gains
@@ -393,7 +393,7 @@ def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure):  #
                     evidence[i, j] = min(known, known - free * weight * (known - there))
             elif known <= -most:
                 continue  # It was seen free from nearer.
-            elif belief >= 0 and weights[a, b, 2] > 0:
+            elif belief >= 0 and (weights[a, b, 2] > 0 or not has_squares):
                 there = most * min(belief / sure[0], 1.0)
                 evidence[i, j] = max(known, known + blocked * weight * (there - known))
             elif np.isnan(belief) and ring < firsts[s]:

@@ -127,12 +127,14 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
     """From 5 m on a polar cell is a metre long and wide: a trunk in it says nothing of the rest."""
     sector, ring = cells_around(ahead, 0.05)
     red = [(sector + side, ring) for side in (-1, 0, 1)]
-    maps = [LocalMap(GRID, squares=squares) for squares in (shipped_squares(), None)]
-    for local_map in maps:
+    cloud = PointCloud(ground(np.random.default_rng(8))[:0], "odom")
+    walled = []
+    for squares, seen in ((shipped_squares(), cloud), (shipped_squares(), None), (None, cloud)):
+        local_map = LocalMap(GRID, squares=squares)
         for _ in range(60):
-            local_map.guide(view_of(None, red))
-    walled = [evidence_at(local_map, ahead, 0.05) > 0 for local_map in maps]
-    assert walled == [is_wall, True]
+            local_map.guide(view_of(seen, red))
+        walled.append(evidence_at(local_map, ahead, 0.05) > 0)
+    assert walled == [is_wall, True, True]
 
 
 @pytest.mark.parametrize("bearing", [0.0, 0.8, 2.4, -1.6])

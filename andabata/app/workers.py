@@ -66,7 +66,7 @@ def _give_memory_back() -> None:
     """Fix the size from which arrays have pages of their own.
 
     By itself glibc raises it to 32 MB with use, and the arrays of worlds that come and go leave
-    holes: a sixth of a player's memory. Other systems' allocators are left alone.
+    holes: an eighth of a player's memory. Other systems' allocators are left alone.
     """
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)

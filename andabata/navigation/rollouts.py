@@ -19,7 +19,7 @@ from andabata.navigation.local_map import LocalMap
 from andabata.navigation.local_plan import LocalPlan
 from rl.observation import apply_dead_zone
 
-PERIOD = 0.1
+_PERIOD = 0.1
 """Time of a control step [s]."""
 
 STEP = 0.2
@@ -122,7 +122,7 @@ class Rollouts:
         self._half_turn = np.pi * per_radian
         limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
-        self._places = np.empty((round(_RECENT / (config.hold * PERIOD)), 2))
+        self._places = np.empty((round(_RECENT / (config.hold * _PERIOD)), 2))
         self.reset()
 
     def reset(self) -> None:
@@ -186,7 +186,7 @@ class Rollouts:
         self._places[self._decisions % len(self._places)] = here
         self._decisions += 1
         stays = np.hypot(*(self._places - here).T) < _LINGERING
-        time = float(stays.sum()) * self.config.hold * PERIOD
+        time = float(stays.sum()) * self.config.hold * _PERIOD
         return min(max(time / self.config.patience - 1.0, 0.0), 1.0)
 
     def _pace(

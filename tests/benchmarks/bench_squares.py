@@ -54,6 +54,7 @@ class Watcher:
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
         ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
+        ring = np.minimum(ring, self._grid.n_rings - 1)  # Squares reach as far as the last one.
         cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
         turn = true.yaw - yaw
         c, s = np.cos(turn), np.sin(turn)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.app.runs import commit
 from andabata.app.workers import run_tasks
 from andabata.models import Models
 from andabata.navigation.navigator import Step
@@ -162,12 +163,13 @@ def evaluate(
         models: Classifier and policy.
         workers: Processes.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
-            not run again, so that a killed evaluation goes on where it was.
+            not run again, so that a killed evaluation goes on where it was, by the same code.
         failures: Folder for a picture of each failure; None draws none.
         on_trial: Called after each trial.
     """
     about = config.model_dump(mode="json", exclude={"trials"})
-    done = _read_journal(journal, {"config": about, "models": models.hashes})
+    origin = {"config": about, "models": models.hashes, "commit": commit()}
+    done = _read_journal(journal, origin)
     trials = range(len(config.courses))
     missing = [trial for trial in trials if trial not in done]
     for trial, rows in run_tasks(
@@ -183,7 +185,7 @@ def evaluate(
 
 
 def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list[Row]]:
-    """Return the finished trials of a journal made with the same configuration and models.
+    """Return the finished trials of a journal of the same configuration, models and commit.
 
     Raises:
         ValueError: If the journal belongs to another evaluation.
@@ -197,12 +199,21 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
     lines = journal.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:
         raise ValueError(
-            f"{journal}: expected a journal of this evaluation, got one of other settings or "
-            "models; take another --out"
+            f"{journal}: expected a journal of this evaluation, got one that differs in "
+            f"{_what_differs(lines[0], about)}; take another --out"
         )
     kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
     write_atomically(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
     return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}
+
+
+def _what_differs(head: str, about: dict[str, Any]) -> str:
+    """Return what of an evaluation the first line of a journal says otherwise."""
+    try:
+        told = json.loads(head)
+        return ", ".join(name for name in about if told.get(name) != about[name])
+    except (json.JSONDecodeError, AttributeError):
+        return "kind"
 
 
 def _is_json(line: str) -> bool:

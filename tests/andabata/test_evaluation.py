@@ -109,8 +109,18 @@ def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
     journal = tmp_path / "trials.jsonl"
     evaluate(CONFIG, Models(), workers=1, journal=journal)
     others = replace(Models(), policy=shipped_policy("actor-critic"))
-    with pytest.raises(ValueError, match="got one of other settings or models"):
+    with pytest.raises(ValueError, match="got one that differs in models; take another --out"):
         evaluate(CONFIG, others, workers=1, journal=journal)
+
+
+def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    monkeypatch.setattr(evaluation, "commit", lambda: "one")
+    journal = tmp_path / "trials.jsonl"
+    evaluate(CONFIG, Models(), workers=1, journal=journal)
+    monkeypatch.setattr(evaluation, "commit", lambda: "another")
+    with pytest.raises(ValueError, match="expected a journal of this evaluation.* differs in commit;"):
+        evaluate(CONFIG, Models(), workers=1, journal=journal)
 
 
 def test_each_kind_of_world_has_rows_of_its_own():

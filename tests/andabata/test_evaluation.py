@@ -119,7 +119,7 @@ def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
     journal = tmp_path / "trials.jsonl"
     evaluate(CONFIG, Models(), workers=1, journal=journal)
     monkeypatch.setattr(evaluation, "commit", lambda: "another")
-    with pytest.raises(ValueError, match="expected a journal of this evaluation.* differs in commit;"):
+    with pytest.raises(ValueError, match="got one that differs in commit;"):
         evaluate(CONFIG, Models(), workers=1, journal=journal)
 
 

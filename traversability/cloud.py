@@ -14,6 +14,7 @@ COLUMNS: Mapping[str, type[np.generic]] = MappingProxyType(
         "classes": np.uint8,
         "nontraversable": np.bool_,
         "severity": np.float32,
+        "forbidden": np.bool_,
     }
 )
 """What may be known about each point, by name, with its type."""
@@ -34,6 +35,8 @@ class PointCloud:
         severity: How far the true surface under the point is beyond what the robot may drive on,
             in units of the margin of doubt: more than 0 is non-traversable, -1 to 1 is borderline,
             things are infinite. float32, shape (n,), or None.
+        forbidden: Whether the true map forbids the place that the point was measured at, however
+            high it is and whatever it belongs to, bool, shape (n,), or None.
     """
 
     points: NDArray[np.float32]
@@ -42,6 +45,7 @@ class PointCloud:
     classes: NDArray[np.uint8] | None = None
     nontraversable: NDArray[np.bool_] | None = None
     severity: NDArray[np.float32] | None = None
+    forbidden: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         """Check shapes once, at the border."""

@@ -26,6 +26,7 @@ _NAMES = {
     "classes": ("classes", "class", "label"),
     "nontraversable": ("nontraversable",),
     "severity": ("severity",),
+    "forbidden": ("forbidden",),
 }
 
 KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)

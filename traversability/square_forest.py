@@ -1,7 +1,7 @@
 """The classifier of squares: what it learns from, how it grows, and its file."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
-from traversability.labels import nontraversable, things
+from traversability.labels import MIN_SHARE, things
 from traversability.planting import grow_boosted
 from traversability.squares import SQUARE_FEATURES, SquareFeatures, label_squares
 from traversability.tiles import Tiles
@@ -25,6 +25,10 @@ _MAX_BYTES = 1 << 24
 
 LOW = 0.13
 """Squares of things whose points are no further apart in height show a low one [m]."""
+
+
+_HALF = 0.5
+"""Share of a tile's points over ground that the true map forbids, from which the tile is red."""
 
 
 class SquareConfig(BaseModel):
@@ -158,10 +162,13 @@ def square_samples(
 ) -> SquareSamples:
     """Return labelled squares of labelled clouds.
 
-    A map's squares lie as ``odom`` does, wherever the robot looks: clouds are turned by chance.
+    A square is red when half of the points of one of its tiles were measured where the true map
+    forbids to drive: a robot that plans by squares needs to know where it must not be, not which
+    points belong to what. A map's squares lie as ``odom`` does, wherever the robot looks: clouds
+    are turned by chance.
 
     Args:
-        clouds: Labelled, in ``base_footprint``.
+        clouds: Labelled, in ``base_footprint``, with ``forbidden``.
         share: Share of each cloud's squares.
         rng: Turns, and which squares.
 
@@ -178,10 +185,13 @@ def square_samples(
         count = len(describer.places)
         taken = np.sort(rng.permutation(count)[: round(share * count)])
         values, places = describer.values[taken], describer.places[taken]
-        red, thing = (
-            label_squares(turned, forbidden, tiles, places)
-            for forbidden in (nontraversable(turned), things(turned))
-        )
+        if turned.forbidden is None:
+            raise ValueError(
+                "forbidden: expected clouds that know which places the true map forbids, got one "
+                "without; make them with `andabata clouds generate`"
+            )
+        red = label_squares(turned, turned.forbidden, _HALF, tiles, places)
+        thing = label_squares(turned, things(turned), MIN_SHARE, tiles, places)
         features.append(values)
         labels.append(np.stack([red, red & thing & (values[:, height] < LOW)]))
     red, low = np.concatenate(labels, axis=1)
@@ -191,11 +201,10 @@ def square_samples(
 
 
 def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
-    """Return a cloud turned about the vertical axis, and its labels alone."""
+    """Return a cloud turned about the vertical axis."""
     c, s = np.cos(yaw), np.sin(yaw)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float32)
-    points = cloud.points @ turn.T
-    return PointCloud(points, nontraversable=cloud.nontraversable, severity=cloud.severity)
+    return replace(cloud, points=cloud.points @ turn.T)
 
 
 def grow_squares(

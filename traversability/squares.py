@@ -12,7 +12,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from traversability.cloud import PointCloud
-from traversability.labels import MIN_SHARE
 from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
 
 SQUARE = 2
@@ -102,17 +101,23 @@ class SquareFeatures:
 
 
 def label_squares(
-    cloud: PointCloud, forbidden: NDArray[np.bool_], tiles: Tiles, places: NDArray[np.int64]
+    cloud: PointCloud,
+    bad: NDArray[np.bool_],
+    share: float,
+    tiles: Tiles,
+    places: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Return which squares of a cloud are forbidden, bool, shape (n,).
-
-    A square is, when one of its tiles has the paper's share of forbidden points below crowns.
+    """Return which squares of a cloud have a tile whose points below crowns are bad.
 
     Args:
         cloud: The points.
-        forbidden: Which of them are, shape (m,).
+        bad: Which of them are, bool, shape (m,).
+        share: Of a tile's points, from which it is.
         tiles: The same cloud.
         places: Squares, int64, shape (n, 2).
+
+    Returns:
+        bool, shape (n,).
     """
     last = len(tiles.table) - 1
     tile = np.floor(cloud.points[:, :2] / tiles.cell).astype(np.int64)
@@ -122,8 +127,8 @@ def label_squares(
     low = inside & (own[:, POINTS] > 0) & (cloud.points[:, 2] < own[:, LOWEST] + TALL)
     place, size = i * (last + 1) + j, (last + 1) ** 2
     total = np.bincount(place[low], minlength=size)
-    bad = np.bincount(place[low & forbidden], minlength=size)
-    red = ((bad > 0) & (bad >= MIN_SHARE * total)).reshape(last + 1, last + 1)
+    count = np.bincount(place[low & bad], minlength=size)
+    red = ((count > 0) & (count >= share * total)).reshape(last + 1, last + 1)
     found = np.zeros(len(places), dtype=np.bool_)
     for a in range(SQUARE):
         for b in range(SQUARE):

@@ -127,8 +127,8 @@ def take_cloud(
 
     Returns:
         The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
-        ``severity`` and ``nontraversable`` of the places that the beams really met; and the pose in
-        the map that the robot believes it has.
+        ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams really met;
+        and the pose in the map that the robot believes it has.
     """
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
@@ -170,10 +170,14 @@ def take_cloud(
     surveyed = assemblers[1].cloud
     if surveyed is None or surveyed.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
-    severity = scene.world.truth.severity_of(surveyed.points, surveyed.classes)
+    truth, (x, y) = scene.world.truth, surveyed.points[:, :2].T.astype(np.float64)
+    severity, forbidden = (
+        truth.severity_of(surveyed.points, surveyed.classes),
+        truth.forbidden_at(x, y),
+    )
     pose = localizers[0].pose
     cloud = assemblers[0].relative(pose)
-    cloud = replace(cloud, severity=severity, nontraversable=severity > 0)
+    cloud = replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
     return (cloud if kept == 1.0 else cloud.select(rng.random(len(cloud)) < kept)), pose
 
 

@@ -25,6 +25,7 @@ def test_labels_do_not_follow_the_robots_errors(scene):
     lost = take(scene, drift_sigma=(0.5, 0.5), tilt_sigma=(0.02, 0.02))
     np.testing.assert_array_equal(sure.severity, lost.severity)
     np.testing.assert_array_equal(sure.classes, lost.classes)
+    np.testing.assert_array_equal(sure.forbidden, lost.forbidden)
     assert np.abs(sure.points - lost.points).max() > 0.05
 
 
@@ -35,6 +36,8 @@ def test_things_are_forbidden_and_level_ground_is_not(scene):
     assert np.isposinf(cloud.severity[trunks]).all()
     assert np.isfinite(cloud.severity[ground]).all()
     np.testing.assert_array_equal(cloud.nontraversable, cloud.severity > 0)
+    assert cloud.forbidden[trunks].mean() > 0.9  # Some trunks lean out over free ground.
+    assert cloud.forbidden[ground].mean() < 0.5
 
 
 def test_varied_clouds_are_thinner_and_from_other_heights(scene):

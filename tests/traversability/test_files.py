@@ -166,6 +166,7 @@ def labelled():
         (np.arange(40) % 16).astype(np.uint8),
         severity > 0,
         severity,
+        np.arange(40) % 7 == 0,
     )
 
 
@@ -182,6 +183,7 @@ def test_labels_and_stamps_are_kept(tmp_path, kind):
     if kind[0] != "l":
         np.testing.assert_array_equal(again.nontraversable, cloud.nontraversable)
         np.testing.assert_array_equal(again.severity, cloud.severity)
+        np.testing.assert_array_equal(again.forbidden, cloud.forbidden)
 
 
 def kitti(folder, labels, traversable=None):

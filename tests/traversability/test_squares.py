@@ -168,10 +168,23 @@ def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
     places, _ = described(points)
     tiles = Tiles()
     tiles.describe(points, HERE)
-    red = label_squares(PointCloud(points), bad, tiles, places)
+    red = label_squares(PointCloud(points), bad, 0.15, tiles, places)
     assert places[red].tolist() == [[10, 5]]
     none = np.zeros(len(points), dtype=bool)
-    assert not label_squares(PointCloud(points), none, tiles, places).any()
+    assert not label_squares(PointCloud(points), none, 0.15, tiles, places).any()
+
+
+@pytest.mark.parametrize(
+    ("bad", "share", "red"), [(4, 0.5, 0), (5, 0.5, 1), (1, 0.15, 0), (2, 0.15, 1)]
+)
+def test_a_tile_is_red_from_its_share_of_bad_points_on(bad, share, red):
+    points = np.tile(np.array([[2.05, 1.05, 0.0]], np.float32), (10, 1))
+    tiles = Tiles()
+    tiles.describe(points, HERE)
+    found = label_squares(
+        PointCloud(points), np.arange(10) < bad, share, tiles, np.array([[10, 5]])
+    )
+    assert found.tolist() == [bool(red)]
 
 
 def test_a_crown_without_ground_under_it_is_nothing():
@@ -238,12 +251,21 @@ def test_low_things_are_told_from_slopes_and_trunks():
     steep = (np.abs(ground[:, :2] - [0.1, 3.1]) < 0.1).all(axis=1)
     severity = np.where(bad, np.inf, -2.0).astype(np.float32)
     bad[: len(ground)], severity[: len(ground)][steep] = steep, 1.5
-    cloud = PointCloud(points, nontraversable=bad, severity=severity)
+    cloud = PointCloud(points, nontraversable=bad, severity=severity, forbidden=bad)
     samples = square_samples([cloud], 1.0, rng)
     heights = samples.features[samples.low, column("height")]
     assert 1 <= samples.low.sum() < samples.red.sum()
     assert (heights < 0.13).all()
     assert (heights > 0).all()
+
+
+def test_ground_that_the_true_map_forbids_is_red_whatever_its_points_belong_to():
+    ground = sheet(flat, spacing=0.05)
+    around = (np.abs(ground[:, :2] - [2.1, 1.1]) < 0.1).all(axis=1)
+    cloud = PointCloud(ground, nontraversable=np.zeros(len(ground), bool), forbidden=around)
+    samples = square_samples([cloud], 1.0, np.random.default_rng(5))
+    assert 1 <= samples.red.sum() <= 9  # Clouds are turned: 0.2 m of it touch so many squares.
+    assert not samples.low.any()
 
 
 def test_bad_input_is_refused():
@@ -253,8 +275,9 @@ def test_bad_input_is_refused():
         grow_squares(SquareSamples(samples.features[:10], green, green), SquareConfig(), 0)
     with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
         square_samples([], 1.0, np.random.default_rng(0))
-    with pytest.raises(ValueError, match="expected labelled points"):
-        square_samples([PointCloud(sheet(flat))], 1.0, np.random.default_rng(0))
+    unknown = PointCloud(sheet(flat), nontraversable=np.zeros(len(sheet(flat)), bool))
+    with pytest.raises(ValueError, match="expected clouds that know which places the true map"):
+        square_samples([unknown], 1.0, np.random.default_rng(0))
     forest = grow_squares(samples, SquareConfig(trees=3), 0)
     with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
         forest.odds(samples.features[:5, :-1])

@@ -1,12 +1,16 @@
 """Squares against the true map along drives, beside the polar cell that each of them lies in.
 
-Run with ``python tests/benchmarks/bench_squares.py [WORLD] [FIRST] [COUNT]``: drives of ``learned``
-to one goal each in so many worlds from that seed on, kinematic plant. Each new cloud's squares are
-judged where they lie; a square is red when the true map forbids a quarter of it. The polar cell's
-odds are those of the scan at the same instant, where the forest looked at all.
+Run with ``python tests/benchmarks/bench_squares.py [WORLD] [FIRST] [COUNT] [SQUARES]``: drives of
+``learned`` to one goal each in so many worlds from that seed on, kinematic plant. Each new cloud's
+squares are judged where they lie; a square is red when the true map forbids a quarter of it. The
+polar cell's odds are those of the scan at the same instant, where the forest looked at all. With
+SQUARES, a file, these trees watch the same drives instead of the shipped ones.
+
+The last lines are the map's, which remembers several clouds: which squares are walls to the plan.
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +19,7 @@ from sklearn.metrics import average_precision_score, roc_auc_score
 from andabata.models import shipped_forest, shipped_squares
 from andabata.navigation.local_map import LocalMapConfig
 from andabata.navigation.navigator import Step
+from andabata.navigation.square_map import SquareMap
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.rig import Rig, RigConfig
@@ -22,22 +27,29 @@ from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import Tiles
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 
 BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
+MAP_BANDS = ((0.7, 2.5), (2.5, 5.0))
+CONFIG = LocalMapConfig()
+WALL = CONFIG.wall / CONFIG.certain * CONFIG.squares.most
+"""Log odds from which a square is a wall."""
 
 
 class Watcher:
     """Gathers, for each square of each cloud, what was said of it and what is true."""
 
-    def __init__(self, world: World, grid: PolarGrid) -> None:
-        self._truth, self._grid = world.truth, grid
+    def __init__(self, world: World, grid: PolarGrid, forest: SquareForest) -> None:
+        self._truth, self._grid, self._forest = world.truth, grid, forest
         self._tiles, self._features = Tiles(), SquareFeatures()
+        self._map = SquareMap(CONFIG.cells, forest, CONFIG.squares)
         self._cloud: PointCloud | None = None
         self.rows: list[NDArray[np.float64]] = []
+        self.walls: list[NDArray[np.float64]] = []
 
     def __call__(self, step: Step) -> None:
         """Take in a control step."""
@@ -49,19 +61,30 @@ class Watcher:
         self._tiles.describe(view.cloud.points, here)
         self._features.describe(self._tiles, here)
         values = self._features.values
-        squares = shipped_squares().odds(values)
+        squares = self._forest.odds(values)
         x, y = (0.2 * self._features.places + 0.1 - here).T
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
         ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
         ring = np.minimum(ring, self._grid.n_rings - 1)  # Squares reach as far as the last one.
         cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
-        turn = true.yaw - yaw
-        c, s = np.cos(turn), np.sin(turn)
-        places = np.stack([c * x - s * y, s * x + c * y], axis=1) + true.position[:2]
-        red, clearance = forbidden(self._truth, places)
+        red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
         far = values[:, SQUARE_FEATURES.index("range")]
         self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
+        self._map.take(self._tiles, here)
+        reach = int(MAP_BANDS[-1][1] / 0.2) + 1
+        around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
+        places = around + self._map.centre
+        odds = self._map.odds[tuple((places & (CONFIG.cells - 1)).T)]
+        x, y = (0.2 * places[odds != 0] + 0.1 - here).T
+        red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
+        self.walls.append(np.stack([np.hypot(x, y), red, clearance, odds[odds != 0]], axis=1))
+
+
+def moved(x: NDArray[np.float64], y: NDArray[np.float64], turn: float) -> NDArray[np.float64]:
+    """Return places turned about the origin [m], shape (n, 2)."""
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([c * x - s * y, s * x + c * y], axis=1)
 
 
 def forbidden(
@@ -80,20 +103,22 @@ def main() -> None:
     preset = sys.argv[1] if len(sys.argv) > 1 else "natural-test"
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 7050
     count = int(sys.argv[3]) if len(sys.argv) > 3 else 6
+    forest = SquareForest.load(Path(sys.argv[4])) if len(sys.argv) > 4 else shipped_squares()
     config = RigConfig(plant="kinematic")
-    rows = []
+    rows, walls = [], []
     for seed in range(first, first + count):
         scene = SceneShelf().get(preset, seed)
         controller = make_controller("learned", scene.world, config)
         rig = Rig(scene, config, shipped_forest(), controller)
-        watcher = Watcher(scene.world, config.grid)
+        watcher = Watcher(scene.world, config.grid, forest)
         rig.navigator.watch(watcher)
         run_trial(rig, scene.world.tasks[0], JudgeConfig(), np.random.default_rng([seed, 1]))
         rig.close()
         rows += watcher.rows
+        walls += watcher.walls
     table = np.concatenate(rows)
     judged = table[np.isfinite(table[:, 3])]
-    lean = np.log(LocalMapConfig().squares.miss)
+    lean = np.log(CONFIG.squares.miss)
     sys.stdout.write(f"{len(table)} squares, {len(judged)} of them in cells that were judged\n")
     for near, end in (*BANDS, (BANDS[0][0], BANDS[-1][1])):
         some = judged[(judged[:, 0] >= near) & (judged[:, 0] < end)]
@@ -105,6 +130,15 @@ def main() -> None:
                 f"called red: {(odds[red] > 0).mean():.3f} of the red ones, "
                 f"{(odds[clear] > 0).mean():.4f} of those with 0.3 m of clearance\n"
             )
+    table = np.concatenate(walls)
+    for near, end in MAP_BANDS:
+        some = table[(table[:, 0] >= near) & (table[:, 0] < end)]
+        red, clear = some[:, 1] > 0, (some[:, 1] == 0) & (some[:, 2] > 0.3)
+        wall = some[:, 3] > WALL
+        sys.stdout.write(
+            f"{near} to {end} m, the map: walls are {wall[red].mean():.3f} of the red squares, "
+            f"{wall[clear].mean():.4f} of those with 0.3 m of clearance\n"
+        )
 
 
 if __name__ == "__main__":

@@ -108,6 +108,19 @@ def read_manifest(folder: Path) -> Manifest:
     return manifest
 
 
+def every_second_world(manifest: Manifest, split: Split) -> tuple[Manifest, Manifest]:
+    """Return the clouds of a split in two halves that have no world in common."""
+    entries = [entry for entry in manifest.clouds if entry.split == split]
+    worlds = {(entry.world, entry.world_seed): None for entry in entries}
+    first = set(list(worlds)[::2])
+    halves = [
+        tuple(entry for entry in entries if ((entry.world, entry.world_seed) in first) == wanted)
+        for wanted in (True, False)
+    ]
+    one, other = (manifest.model_copy(update={"clouds": half}) for half in halves)
+    return one, other
+
+
 def read_clouds(folder: Path, manifest: Manifest, split: Split) -> Iterator[PointCloud]:
     """Yield the labelled clouds of a split, their hashes checked.
 

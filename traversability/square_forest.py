@@ -15,12 +15,13 @@ from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.labels import MIN_SHARE, things
 from traversability.planting import grow_boosted
+from traversability.square_context import CONTEXT_FEATURES, in_context
 from traversability.squares import SQUARE_FEATURES, SquareFeatures, label_squares
 from traversability.tiles import Tiles
 from traversability.trees import Nodes, Trees, add_leaves
 
 _FORMAT = "andabata-squares"
-_VERSION = 1
+_VERSION = 2
 _MAX_BYTES = 1 << 24
 
 LOW = 0.13
@@ -35,7 +36,7 @@ class SquareConfig(BaseModel):
     """How the trees are grown.
 
     Attributes:
-        trees: Number of boosted trees.
+        trees: Number of boosted trees of each look.
         max_depth: Deepest split.
         min_leaf: Fewest squares of a leaf.
         rate: Learning rate.
@@ -47,12 +48,12 @@ class SquareConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    trees: int = Field(default=200, ge=1, le=2000)
+    trees: int = Field(default=150, ge=1, le=2000)
     max_depth: int = Field(default=6, ge=1, le=7)
     min_leaf: int = Field(default=200, ge=1)
     rate: float = Field(default=0.15, gt=0, le=1)
     shrink: float = Field(default=5.0, ge=0)
-    share: float = Field(default=0.2, gt=0, le=1)
+    share: float = Field(default=0.4, gt=0, le=1)
     low: float = Field(default=3.0, ge=1)
 
 
@@ -61,7 +62,8 @@ class SquareSamples:
     """Labelled squares of several clouds.
 
     Attributes:
-        features: In the order of ``SQUARE_FEATURES``, float32, shape (n, f).
+        features: In the order of ``SQUARE_FEATURES``, or of ``CONTEXT_FEATURES`` for the second
+            look, float32, shape (n, f).
         red: Whether each is non-traversable, bool, shape (n,).
         low: Whether that is for a thing lower than ``LOW``, bool, shape (n,).
     """
@@ -72,55 +74,94 @@ class SquareSamples:
 
 
 @dataclass(frozen=True)
-class SquareForest:
-    """What tells red squares from green ones.
+class Look:
+    """Boosted trees that judge squares by some of what is known of them.
 
     Attributes:
-        trees: Boosted trees on ``SQUARE_FEATURES``, whose sums are log odds.
-        cell: Edge of the tiles that they know [m].
-        summary: What they were trained on, ready for JSON.
+        trees: Their sums are log odds.
+        names: Of the columns that they are given.
     """
 
     trees: Trees
-    cell: float
-    summary: dict[str, Any] = field(default_factory=dict)
+    names: tuple[str, ...]
 
     def __post_init__(self) -> None:
         """Check that sums are log odds.
 
         Raises:
-            ValueError: If they are not, or the tiles have no size.
+            ValueError: If they are not.
         """
-        if self.trees.vote != "logistic" or not self.cell > 0:
-            raise ValueError(f"vote {self.trees.vote!r} on tiles of {self.cell} m")
+        if self.trees.vote != "logistic":
+            raise ValueError(f"vote {self.trees.vote!r}")
 
-    def odds(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
+    def odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the log odds of squares for being non-traversable, shape (n,).
 
         Args:
-            features: In the order of ``SQUARE_FEATURES``, float32, shape (n, f).
+            rows: What is known of them, in the order of ``names``, float32, shape (n, c).
 
         Raises:
-            ValueError: If the features have another shape: trees look them up unchecked.
+            ValueError: If the rows have another shape: trees look them up unchecked.
         """
-        if features.ndim != 2 or features.shape[1] != len(SQUARE_FEATURES):
-            expected = f"(n, {len(SQUARE_FEATURES)})"
-            raise ValueError(f"features: expected shape {expected}, got {features.shape}")
-        found = np.full(len(features), self.trees.base)
-        rows, flat = np.arange(len(features)), np.ascontiguousarray(features)
-        add_leaves(flat, rows, len(rows), self._nodes, 0, len(self.trees.roots), found)
+        if rows.ndim != 2 or rows.shape[1] != len(self.names):
+            raise ValueError(f"features: expected shape (n, {len(self.names)}), got {rows.shape}")
+        found = np.full(len(rows), self.trees.base)
+        every, flat = np.arange(len(rows)), np.ascontiguousarray(rows)
+        add_leaves(flat, every, len(every), self._nodes, 0, len(self.trees.roots), found)
         return found
 
     @cached_property
     def _nodes(self) -> Nodes:
         """The trees as they are walked."""
-        return self.trees.laid_out(SQUARE_FEATURES)
+        return self.trees.laid_out(self.names)
+
+
+@dataclass(frozen=True)
+class SquareForest:
+    """What tells red squares from green ones.
+
+    Attributes:
+        first: Knows ``SQUARE_FEATURES``.
+        second: Knows ``CONTEXT_FEATURES``, so what a square and its neighbours were taken for.
+        cell: Edge of the tiles that they know [m].
+        summary: What they were trained on, ready for JSON.
+    """
+
+    first: Look
+    second: Look
+    cell: float
+    summary: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that the looks fit together.
+
+        Raises:
+            ValueError: If they do not, or the tiles have no size.
+        """
+        if self.first.names != SQUARE_FEATURES or self.second.names != CONTEXT_FEATURES:
+            raise ValueError(f"looks at {len(self.first.names)}, {len(self.second.names)} columns")
+        if not self.cell > 0:
+            raise ValueError(f"tiles of {self.cell} m")
+
+    def odds(self, features: NDArray[np.float32], places: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the log odds of a cloud's squares for being non-traversable, shape (n,).
+
+        Args:
+            features: Of all squares of the cloud, as ``SQUARE_FEATURES``, float32, shape (n, f).
+            places: The squares, int64, shape (n, 2).
+
+        Raises:
+            ValueError: If the features have another shape.
+        """
+        return self.second.odds(in_context(features, self.first.odds(features), places))
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""
-        arrays, about = self.trees.packed("")
-        header = {"format": _FORMAT, "version": _VERSION, "trees": about, "cell": self.cell}
-        return pack(arrays, {**header, "summary": self.summary})
+        first, about_first = self.first.trees.packed("first_")
+        second, about_second = self.second.trees.packed("second_")
+        header = {"format": _FORMAT, "version": _VERSION, "cell": self.cell}
+        looks = {"first": about_first, "second": about_second}
+        return pack(first | second, {**header, **looks, "summary": self.summary})
 
     @classmethod
     def from_bytes(cls, data: bytes, name: str = "squares") -> Self:
@@ -137,8 +178,11 @@ class SquareForest:
             arrays, header = unpack(data, _MAX_BYTES)
             if header.get("format") != _FORMAT or header.get("version") != _VERSION:
                 raise ValueError(f"format {header.get('format')!r} {header.get('version')!r}")
-            trees = Trees.unpacked(arrays, header["trees"], "", set(SQUARE_FEATURES))
-            return cls(trees, float(header["cell"]), dict(header["summary"]))
+            first, second = (
+                Look(Trees.unpacked(arrays, header[look], f"{look}_", set(names)), names)
+                for look, names in (("first", SQUARE_FEATURES), ("second", CONTEXT_FEATURES))
+            )
+            return cls(first, second, float(header["cell"]), dict(header["summary"]))
         except (ArrayFileError, KeyError, TypeError, ValueError) as error:
             reason = str(error).splitlines()[0]
             raise ForestFileError(
@@ -158,7 +202,10 @@ class SquareForest:
 
 
 def square_samples(
-    clouds: Iterable[PointCloud], share: float, rng: np.random.Generator
+    clouds: Iterable[PointCloud],
+    share: float,
+    rng: np.random.Generator,
+    first: Look | None = None,
 ) -> SquareSamples:
     """Return labelled squares of labelled clouds.
 
@@ -171,20 +218,25 @@ def square_samples(
         clouds: Labelled, in ``base_footprint``, with ``forbidden``.
         share: Share of each cloud's squares.
         rng: Turns, and which squares.
+        first: What the second look goes by; None for samples of the first.
 
     Raises:
         ValueError: If there are no squares, or one cloud has no labels.
     """
     tiles, describer, here = Tiles(), SquareFeatures(), np.zeros(2)
     height = SQUARE_FEATURES.index("height")
-    features, labels = [np.empty((0, len(SQUARE_FEATURES)), np.float32)], [np.empty((2, 0), bool)]
+    features: list[NDArray[np.float32]] = []
+    labels: list[NDArray[np.bool_]] = []
     for cloud in clouds:
         turned = _turned(cloud, rng.uniform(-np.pi, np.pi))
         tiles.describe(turned.points, here)
         describer.describe(tiles, here)
         count = len(describer.places)
         taken = np.sort(rng.permutation(count)[: round(share * count)])
-        values, places = describer.values[taken], describer.places[taken]
+        places, values = describer.places, describer.values
+        if first is not None:
+            values = in_context(values, first.odds(values), places)
+        places, values = places[taken], values[taken]
         if turned.forbidden is None:
             raise ValueError(
                 "forbidden: expected clouds that know which places the true map forbids, got one "
@@ -194,9 +246,12 @@ def square_samples(
         thing = label_squares(turned, things(turned), MIN_SHARE, tiles, places)
         features.append(values)
         labels.append(np.stack([red, red & thing & (values[:, height] < LOW)]))
+    if not sum(map(len, features)):
+        raise ValueError(
+            "clouds: expected some with squares to judge, got none; each look needs worlds of its "
+            "own, so make clouds of two worlds or more"
+        )
     red, low = np.concatenate(labels, axis=1)
-    if not len(red):
-        raise ValueError("clouds: expected some with squares to judge, got none")
     return SquareSamples(np.concatenate(features), red, low)
 
 
@@ -208,15 +263,42 @@ def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
 
 
 def grow_squares(
-    samples: SquareSamples, config: SquareConfig, seed: int, summary: dict[str, Any] | None = None
+    clouds: tuple[Iterable[PointCloud], Iterable[PointCloud]],
+    config: SquareConfig,
+    seed: int,
+    summary: dict[str, Any] | None = None,
 ) -> SquareForest:
     """Grow the classifier.
 
     Args:
+        clouds: To learn the first look from and, of other worlds, the second, which would believe
+            the first too much where that has learnt by heart. Both as ``square_samples`` says.
+        config: How.
+        seed: Of turns, squares and splits.
+        summary: Kept with it, ready for JSON; the numbers of squares are added.
+
+    Raises:
+        ValueError: If the squares are not of both kinds, or as ``square_samples`` says.
+    """
+    samples = square_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
+    first = grow_look(samples, SQUARE_FEATURES, config, seed)
+    count = len(samples.red)
+    samples = square_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
+    second = grow_look(samples, CONTEXT_FEATURES, config, seed)
+    squares = {"squares": [count, len(samples.red)]}
+    return SquareForest(first, second, Tiles().cell, {**(summary or {}), **squares})
+
+
+def grow_look(
+    samples: SquareSamples, names: tuple[str, ...], config: SquareConfig, seed: int
+) -> Look:
+    """Grow the trees of one look.
+
+    Args:
         samples: To learn from.
+        names: Of their columns.
         config: How.
         seed: Of the splits.
-        summary: Kept with it, ready for JSON.
 
     Raises:
         ValueError: If the squares are not of both kinds.
@@ -225,7 +307,5 @@ def grow_squares(
         found = f"{int(samples.red.sum())} red of {len(samples.red)}"
         raise ValueError(f"red: expected squares of both kinds, got {found}; add clouds")
     weights = np.where(samples.low, config.low, 1.0)
-    trees = grow_boosted(
-        samples.features, samples.red, SQUARE_FEATURES, config.trees, config, seed, weights
-    )
-    return SquareForest(trees, Tiles().cell, summary or {})
+    trees = grow_boosted(samples.features, samples.red, names, config.trees, config, seed, weights)
+    return Look(trees, names)

@@ -12,8 +12,9 @@ from traversability.forest import Forest
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
+from traversability.square_context import CONTEXT_FEATURES
 from traversability.square_forest import SquareForest, SquareSamples
-from traversability.squares import NEAREST, REACH, SQUARE_FEATURES
+from traversability.squares import NEAREST, REACH
 
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
@@ -63,10 +64,11 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
 def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any]:
     """Return the scores of a classifier of squares, of all and by distance.
 
-    A square is called red from even odds on; a map weighs misses by itself. ``recall_low`` is the
-    share of the red squares of low things that are.
+    The samples are what the second look knows. A square is called red from even odds on; a map
+    weighs misses by itself. ``recall_low`` is the share of the red squares of low things that are.
     """
-    odds, far = forest.odds(samples.features), samples.features[:, SQUARE_FEATURES.index("range")]
+    odds = forest.second.odds(samples.features)
+    far = samples.features[:, CONTEXT_FEATURES.index("range")]
 
     def of(chosen: NDArray[np.bool_]) -> dict[str, Any]:
         states = np.where(samples.red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]

@@ -80,7 +80,7 @@ class SquareMap:
         self._features.describe(tiles, here)
         places, values = self._features.places, self._features.values
         i, j = (places & (len(self.odds) - 1)).T
-        now = self._forest.odds(values)
+        now = self._forest.odds(values, places)
         now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)

@@ -9,7 +9,8 @@ from andabata.models import Models, shipped_forest, shipped_policy, shipped_squa
 from andabata.navigation.guided import GuidedController
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import RigConfig
-from traversability.square_forest import SquareConfig, SquareSamples, grow_squares
+from traversability.square_context import CONTEXT_FEATURES
+from traversability.square_forest import SquareConfig, SquareForest, SquareSamples, grow_look
 from traversability.squares import SQUARE_FEATURES
 
 
@@ -17,9 +18,12 @@ from traversability.squares import SQUARE_FEATURES
 def others():
     """Return squares that are not the shipped ones."""
     rng = np.random.default_rng(0)
-    features = rng.uniform(0, 1, (500, len(SQUARE_FEATURES))).astype(np.float32)
-    samples = SquareSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
-    return grow_squares(samples, SquareConfig(trees=2), 0)
+    looks = []
+    for names in (SQUARE_FEATURES, CONTEXT_FEATURES):
+        features = rng.uniform(0, 1, (500, len(names))).astype(np.float32)
+        samples = SquareSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
+        looks.append(grow_look(samples, names, SquareConfig(trees=2), 0))
+    return SquareForest(*looks, 0.1)
 
 
 def test_what_is_not_given_is_shipped(tmp_path, others):

@@ -61,7 +61,7 @@ class Watcher:
         self._tiles.describe(view.cloud.points, here)
         self._features.describe(self._tiles, here)
         values = self._features.values
-        squares = self._forest.odds(values)
+        squares = self._forest.odds(values, self._features.places)
         x, y = (0.2 * self._features.places + 0.1 - here).T
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)

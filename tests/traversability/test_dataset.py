@@ -13,6 +13,7 @@ from traversability.dataset import (
     cell_samples,
     config_hash,
     dataset_card,
+    every_second_world,
     join_samples,
     read_clouds,
     read_manifest,
@@ -84,6 +85,17 @@ def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):
     write(tmp_path, [("train", 1), ("validation", 1)])
     with pytest.raises(DatasetError, match="expected each world on one side of the split"):
         read_manifest(tmp_path)
+
+
+def test_halves_have_no_world_in_common_and_lose_no_cloud(tmp_path):
+    write(tmp_path, [("train", seed) for seed in (1, 1, 2, 3, 3, 3, 4)] + [("validation", 9)])
+    manifest = read_manifest(tmp_path)
+    halves = every_second_world(manifest, "train")
+    seeds = [[entry.world_seed for entry in half.clouds] for half in halves]
+    assert seeds == [[1, 1, 3, 3, 3], [2, 4]]
+    assert [len(list(read_clouds(tmp_path, half, "train"))) for half in halves] == [5, 2]
+    alone = every_second_world(manifest, "validation")
+    assert [len(half.clouds) for half in alone] == [1, 0]
 
 
 def test_a_changed_cloud_is_refused(tmp_path):

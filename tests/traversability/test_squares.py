@@ -7,10 +7,12 @@ from andabata.models import shipped_squares
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.grid import PolarGrid
+from traversability.square_context import CONTEXT_FEATURES, NOBODY, SURE, in_context
 from traversability.square_forest import (
     SquareConfig,
     SquareForest,
     SquareSamples,
+    grow_look,
     grow_squares,
     square_samples,
 )
@@ -203,29 +205,71 @@ def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():
     points = np.concatenate([sheet(flat, spacing=0.04), trunk(2.1, 0.1), trunk(2.1, -1.3)])
     noisy = points + rng.normal(0, 0.008, points.shape).astype(np.float32)
     places, values = described(noisy)
-    middles, odds = 0.2 * places + 0.1, forest.odds(values)
+    middles, odds = 0.2 * places + 0.1, forest.odds(values, places)
     for y in (0.1, -1.3):
         assert odds[np.argmin(np.hypot(*(middles - [2.1, y]).T))] > 1
     between = np.hypot(*(middles - [2.1, -0.6]).T) < 0.3
     assert (odds[between] < -1).all()
 
 
-def few_samples():
+def few_samples(names=SQUARE_FEATURES):
     """Return samples that a single split tells apart."""
     rng = np.random.default_rng(2)
-    features = rng.uniform(0, 1, (2_000, len(SQUARE_FEATURES))).astype(np.float32)
-    return SquareSamples(features, features[:, column("spread")] > 0.5, np.zeros(2_000, bool))
+    features = rng.uniform(0, 1, (2_000, len(names))).astype(np.float32)
+    return SquareSamples(features, features[:, names.index("spread")] > 0.5, np.zeros(2_000, bool))
+
+
+def rocky(seed):
+    """Return a labelled cloud of level ground with a block on it, and the block's middle."""
+    rng = np.random.default_rng(seed)
+    ground, middle = sheet(flat, spacing=0.05), rng.uniform([2.0, -3.0], [4.0, 3.0])
+    low, high = [*(middle - 0.3), 0.0], [*(middle + 0.3), 0.4]
+    points = np.concatenate([ground, rng.uniform(low, high, (400, 3))]).astype(np.float32)
+    bad = (np.abs(points[:, :2] - middle) < 0.3).all(axis=1)
+    return PointCloud(points, nontraversable=bad, forbidden=bad), middle
 
 
 def test_it_learns_and_comes_back_from_its_file_the_same():
-    samples, config = few_samples(), SquareConfig(trees=20)
-    forest = grow_squares(samples, config, 0, {"seed": 0})
-    assert np.mean((forest.odds(samples.features) > 0) == samples.red) > 0.99
+    samples, config = few_samples(), SquareConfig(trees=20, share=1.0)
+    look = grow_look(samples, SQUARE_FEATURES, config, 0)
+    assert np.mean((look.odds(samples.features) > 0) == samples.red) > 0.99
+    clouds = [rocky(seed)[0] for seed in range(4)]
+    forest, same = (grow_squares((clouds[:2], clouds[2:]), config, 0, {"seed": 0}) for _ in "ab")
     data = forest.to_bytes()
     again = SquareForest.from_bytes(data)
-    assert again.to_bytes() == data == grow_squares(samples, config, 0, {"seed": 0}).to_bytes()
-    assert np.array_equal(again.odds(samples.features), forest.odds(samples.features))
+    assert again.to_bytes() == data == same.to_bytes()
+    places, values = described(rocky(9)[0].points)
+    assert np.array_equal(again.odds(values, places), forest.odds(values, places))
+    assert [count > 10_000 for count in forest.summary["squares"]] == [True, True]
     assert len(data) < 1 << 20
+
+
+def test_the_second_look_finds_a_block_that_nobody_showed_it():
+    clouds = [rocky(seed)[0] for seed in range(6)]
+    forest = grow_squares((clouds[:3], clouds[3:]), SquareConfig(trees=20, share=1.0), 0)
+    cloud, middle = rocky(9)
+    places, values = described(cloud.points)
+    away, odds = np.abs(0.2 * places + 0.1 - middle).max(axis=1), forest.odds(values, places)
+    assert (odds[away < 0.2] > 0).all()
+    assert (odds[away > 0.6] < 0).all()
+
+
+def test_context_is_what_the_neighbours_were_taken_for():
+    """Five squares in a cross and one alone, where the answer is counted by hand."""
+    cross = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]
+    places, odds = np.array([*cross, [7, 7]]), np.array([3.0, -1.0, 2.0, -20.0, 20.0, 1.0])
+    features = np.arange(6 * len(SQUARE_FEATURES), dtype=np.float32).reshape(6, -1)
+    rows = in_context(features, odds, places)
+    assert rows.shape == (6, len(CONTEXT_FEATURES))
+    assert np.array_equal(rows[:, : len(SQUARE_FEATURES)], features)
+    found = rows[:, len(SQUARE_FEATURES) :]
+    assert found[0].tolist() == [3.0, (-1.0 + 2.0 - SURE + SURE) / 4, -SURE, SURE]
+    assert found[1].tolist() == [-1.0, 1.0, -SURE, SURE]  # Diagonal ones are beside it, too.
+    assert found[5].tolist() == [1.0, NOBODY, NOBODY, NOBODY]
+    order = np.array([3, 1, 5, 0, 2, 4])
+    assert np.array_equal(in_context(features[order], odds[order], places[order]), rows[order])
+    assert np.array_equal(in_context(features, odds, places - 1000), rows)
+    assert in_context(features[:0], odds[:0], places[:0]).shape == (0, len(CONTEXT_FEATURES))
 
 
 def test_low_things_count_more():
@@ -235,7 +279,9 @@ def test_low_things_count_more():
     red = rng.uniform(size=4_000) < 0.4
     samples = SquareSamples(features, red, red)
     even, thrice = (
-        grow_squares(samples, SquareConfig(trees=30, low=low), 0).odds(features[:1])[0]
+        grow_look(samples, SQUARE_FEATURES, SquareConfig(trees=30, low=low), 0).odds(features[:1])[
+            0
+        ]
         for low in (1.0, 3.0)
     )
     assert even == pytest.approx(np.log(red.mean() / (1 - red.mean())), abs=0.01)
@@ -271,16 +317,22 @@ def test_ground_that_the_true_map_forbids_is_red_whatever_its_points_belong_to()
 def test_bad_input_is_refused():
     samples = few_samples()
     green = np.zeros(10, bool)
+    few = SquareSamples(samples.features[:10], green, green)
     with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
-        grow_squares(SquareSamples(samples.features[:10], green, green), SquareConfig(), 0)
+        grow_look(few, SQUARE_FEATURES, SquareConfig(), 0)
     with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
         square_samples([], 1.0, np.random.default_rng(0))
     unknown = PointCloud(sheet(flat), nontraversable=np.zeros(len(sheet(flat)), bool))
     with pytest.raises(ValueError, match="expected clouds that know which places the true map"):
         square_samples([unknown], 1.0, np.random.default_rng(0))
-    forest = grow_squares(samples, SquareConfig(trees=3), 0)
+    config = SquareConfig(trees=3)
+    first = grow_look(samples, SQUARE_FEATURES, config, 0)
+    second = grow_look(few_samples(CONTEXT_FEATURES), CONTEXT_FEATURES, config, 0)
+    forest = SquareForest(first, second, 0.1)
     with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
-        forest.odds(samples.features[:5, :-1])
+        forest.odds(samples.features[:5, :-1], np.zeros((5, 2), int))
+    with pytest.raises(ValueError, match="looks at 30, 26 columns"):
+        SquareForest(second, first, 0.1)
     data = forest.to_bytes()
     for damaged in (b"", data[:100], data[:-40]):
         with pytest.raises(ForestFileError, match="classifier of squares"):

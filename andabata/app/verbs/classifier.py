@@ -140,36 +140,37 @@ def squares(
     from andabata.app.settings import resolve
     from andabata.records.storage import write_atomically
     from traversability.cloud import PointCloud
-    from traversability.dataset import read_clouds, read_manifest
+    from traversability.dataset import every_second_world, read_clouds, read_manifest
     from traversability.square_forest import SquareConfig, grow_squares, square_samples
 
     voice = Voice(quiet, as_json)
     resolved = resolve(SquareConfig, config, settings or ())
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
-    rng = np.random.default_rng(seed)
-    total = sum(entry.split == "train" for manifest in manifests for entry in manifest.clouds)
+    halves = [every_second_world(manifest, "train") for manifest in manifests]
 
-    def training() -> Iterator[PointCloud]:
-        with voice.progress("clouds", total) as step:
-            for pair in zip(folders, manifests, strict=True):
+    def training(half: int) -> Iterator[PointCloud]:
+        parts = [pair[half] for pair in halves]
+        total = sum(len(part.clouds) for part in parts)
+        with voice.progress(f"clouds of the {('first', 'second')[half]} look", total) as step:
+            for pair in zip(folders, parts, strict=True):
                 for cloud in read_clouds(*pair, "train"):
                     yield cloud
                     step()
+            voice.say(f"growing {resolved.trees} trees")
 
-    samples = square_samples(training(), resolved.share, rng)
-    voice.say(f"growing {resolved.trees} trees on {len(samples.red)} squares")
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
         "clouds_seeds": [manifest.seed for manifest in manifests],
-        "squares": len(samples.red),
         "seed": seed,
         "config": resolved.model_dump(),
     }
-    forest = grow_squares(samples, resolved, seed, summary)
+    forest = grow_squares((training(0), training(1)), resolved, seed, summary)
     make_folder(out)
     write_atomically(out / "squares.npz", forest.to_bytes())
-    held = square_samples(read_clouds(clouds, manifests[0], "validation"), resolved.share, rng)
+    judging = read_clouds(clouds, manifests[0], "validation")
+    rng = np.random.default_rng([seed, 2])
+    held = square_samples(judging, resolved.share, rng, forest.first)
     data = {**judge_squares(forest, held), "out": str(out)}
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier squares", resolved.model_dump(), seed))

@@ -31,6 +31,7 @@ class BumpsConfig(BaseModel):
         memory: What a cell has seen weighs no more than so many points.
         rise: A cell that stands out so far is a wall [m]: rocks of 6 cm make a mean of 2.
         roughness: A bump stands out so many times further than what is around it does.
+        doubt: Ground whose squares have lower log odds is free, whatever stands out of it.
         keep: A bump that a new cloud does not show keeps such a share of its height: what was
             measured while dead reckoning drifted is smeared over its neighbours.
     """
@@ -45,6 +46,7 @@ class BumpsConfig(BaseModel):
     memory: float = Field(default=100.0, gt=0)
     rise: float = Field(default=0.018, gt=0)
     roughness: float = Field(default=5.0, ge=0)
+    doubt: float = Field(default=2.0, ge=0)
     keep: float = Field(default=0.7, ge=0, lt=1)
 
 

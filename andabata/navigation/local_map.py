@@ -156,6 +156,7 @@ class LocalMap:
         self._evidence = np.zeros((n, n), dtype=np.float32)
         self._tiles = Tiles(cell / 2, self.config.bumps.cells)
         self._bumps = Bumps(cell / 2, self.config.bumps)
+        self._unjudged = np.zeros((n, n), dtype=np.float32)
         self._squares: SquareMap | None = None
         if squares is not None:
             edge = SQUARE * squares.cell
@@ -320,12 +321,16 @@ class LocalMap:
             (config.surely_red, config.surely_green),
             self._squares is not None and self._cloud is not None,
         )
+        squares = self._unjudged
         if self._squares is not None:
             self._squares.follow(here)
-            scale = config.certain / config.squares.most
-            _take_over(self._evidence, self._squares.odds, scale, config.certain)
+            squares = self._squares.odds
+            _take_over(
+                self._evidence, squares, config.certain / config.squares.most, config.certain
+            )
+        half, doubt = len(self._rings) // 2, config.bumps.doubt
         bumps = (self._bumps.rises, self._bumps.centre, config.wall / config.bumps.rise)
-        _raise(self._evidence, self._centre, len(self._rings) // 2, bumps, config.certain)
+        _raise(self._evidence, self._centre, half, bumps, squares, config.certain, doubt)
 
     def subgoal(
         self, here: NDArray[np.float64], goal: NDArray[np.float64]
@@ -412,10 +417,11 @@ def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def] 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _raise(evidence, centre, half, bumps, certain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _raise(evidence, centre, half, bumps, squares, certain, doubt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Raise the evidence where the ground has bumps, or beside them, and nobody has driven.
 
-    Beside them, because bumps and the gaps between walls are told by the middles of cells.
+    Beside them, because bumps and the gaps between walls are told by the middles of cells. Squares
+    that are surely free have no bumps.
     """
     rises, middle, steepness = bumps
     n, m = len(evidence), len(rises)
@@ -423,7 +429,7 @@ def _raise(evidence, centre, half, bumps, certain):  # type: ignore[no-untyped-d
     for a in range(centre[0] - half, centre[0] + half + 1):
         for b in range(centre[1] - half, centre[1] + half + 1):
             i, j = a & (n - 1), b & (n - 1)
-            if evidence[i, j] <= -certain:
+            if evidence[i, j] <= -certain or squares[i, j] < -doubt:
                 continue
             for u in range(2 * a - 1, 2 * a + 3):
                 for v in range(2 * b - 1, 2 * b + 3):

@@ -5,11 +5,16 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.navigation.bumps import Bumps, BumpsConfig
-from andabata.navigation.local_map import LocalMap
+from andabata.navigation.local_map import LocalMap, LocalMapConfig
+from andabata.navigation.square_map import SquareMapConfig
 from andabata.navigation.view import View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.square_context import CONTEXT_FEATURES
+from traversability.square_forest import Look, SquareForest
+from traversability.squares import SQUARE_FEATURES
 from traversability.tiles import Tiles
+from traversability.trees import COLUMNS, Trees
 from traversability.virtual_scan import VirtualScan
 
 GRID = PolarGrid()
@@ -154,6 +159,31 @@ def test_the_map_goes_round_a_bump_that_scans_call_free():
         assert straight is (clouds is even)
     assert gaps[0] > 1
     assert gaps[1] == 0
+
+
+def always(odds):
+    """Return a classifier that takes every square for the same."""
+    zeros = {name: np.zeros(1, dtype) for name, dtype in COLUMNS.items()}
+    leaf = {**zeros, "feature": np.full(1, -1, np.int16)}
+    looks = (
+        Look(Trees(("spread",), "logistic", odds, **leaf), names)
+        for names in (SQUARE_FEATURES, CONTEXT_FEATURES)
+    )
+    return SquareForest(*looks, 0.1)
+
+
+@pytest.mark.parametrize(("odds", "is_wall"), [(-6.0, False), (-2.5, True)])
+def test_bumps_in_squares_that_are_surely_free_are_none(odds, is_wall):
+    """A miss counts four times, so that log odds of -2.5 are -1.1 to the map, and -6 are -4."""
+    rng, ahead = np.random.default_rng(10), np.array([2.05, 0.05])
+    clouds = [PointCloud(with_rock(ground(rng), ahead), "odom") for _ in range(3)]
+    config = LocalMapConfig(squares=SquareMapConfig(memory=0.0))
+    local_map = LocalMap(GRID, config, squares=always(odds))
+    for _ in range(5):
+        for cloud in clouds:
+            local_map.guide(view_of(cloud))
+    i, j = np.floor((ahead - local_map.plan.corner) / local_map.config.cell).astype(int)
+    assert (local_map.plan.gaps[i, j] == 0) == is_wall
 
 
 def test_a_cloud_counts_once():

@@ -11,7 +11,6 @@ from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import Tiles
 
-_HEIGHT = SQUARE_FEATURES.index("height")
 _RANGE = SQUARE_FEATURES.index("range")
 
 
@@ -24,9 +23,6 @@ class SquareMapConfig(BaseModel):
         miss: What a red square called green costs, in false alarms, as far as ``near``.
         near: Squares further away are called what is likelier [m]: they are seen again before they
             are met.
-        tall: A red square with points so far apart in height is of a thing whose far side the
-            laser does not see [m].
-        behind: Least log odds of the square behind such a one.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -35,8 +31,6 @@ class SquareMapConfig(BaseModel):
     most: float = Field(default=4.0, gt=0)
     miss: float = Field(default=4.0, gt=0)
     near: float = Field(default=5.0, ge=0)
-    tall: float = Field(default=0.4, gt=0)
-    behind: float = Field(default=2.0)
 
 
 class SquareMap:
@@ -84,14 +78,6 @@ class SquareMap:
         now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)
-        self._cast_shadows(places[(now > 0) & (values[:, _HEIGHT] > config.tall)], here)
-
-    def _cast_shadows(self, places: NDArray[np.int64], here: NDArray[np.float64]) -> None:
-        """Raise the squares behind those of tall things, as seen from a place [m]."""
-        away = (places + 0.5) * self._edge - here
-        away /= np.hypot(*away.T)[:, None]
-        i, j = (places + np.rint(away).astype(np.int64) & (len(self.odds) - 1)).T
-        self.odds[i, j] = np.maximum(self.odds[i, j], self._config.behind)
 
     def follow(self, here: NDArray[np.float64]) -> None:
         """Go with the robot, and forget what is left behind.

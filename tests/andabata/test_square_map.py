@@ -137,25 +137,6 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
     assert walled == [is_wall, True, True]
 
 
-@pytest.mark.parametrize("bearing", [0.0, 0.8, 2.4, -1.6])
-def test_the_far_side_of_a_tall_thing_is_no_way(bearing):
-    """The laser sees the near half of a trunk; what it sees of the square behind is ground."""
-    rng, ahead = np.random.default_rng(6), np.array([np.cos(bearing), np.sin(bearing)])
-    middle = 0.2 * np.round(2.0 * ahead / 0.2 - 0.5) + 0.1
-    bole = trunk(*middle, rng)
-    seen = bole[(bole[:, :2] - middle) @ ahead < 0]
-    cloud = np.concatenate([ground(rng), seen])
-    odds = []
-    for behind in (-9.0, 2.0):
-        squares = SquareMap(256, shipped_squares(), SquareMapConfig(behind=behind))
-        squares.take(tiles_of(cloud), ORIGIN)
-        away = np.round(middle / 0.2 - 0.5) + np.rint(middle / np.hypot(*middle))
-        odds.append((squares.odds[tuple(away.astype(int))], (squares.odds > 0).sum()))
-    assert odds[0][0] < 0
-    assert odds[1][0] == 2.0
-    assert odds[1][1] - odds[0][1] <= 4  # A square each behind those that the trunk stands in.
-
-
 def test_it_forgets_what_lies_behind():
     squares = SquareMap(256, shipped_squares(), SquareMapConfig())
     squares.take(tiles_of(ground(np.random.default_rng(4))), ORIGIN)

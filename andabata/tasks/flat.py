@@ -272,7 +272,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         local_map, ranges = self._maps[k], state[:-N_EXTRAS]
         odds = VirtualScan(ranges, grid.outer_radius).odds_of(grid)
         state[-1] = local_map.bearing(odds, here, yaw, bearing, float(np.hypot(*to_goal)))
-        ranges[:] = local_map.shortened(ranges, here, yaw)
+        ranges[:] = local_map.evidence.shortened(ranges, here, yaw, local_map.config.reach)
 
     def _make_rules(self) -> Rules:
         """Return every number that the compiled pass needs."""

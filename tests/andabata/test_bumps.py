@@ -202,7 +202,7 @@ def test_where_the_robot_has_driven_there_is_no_wall():
         local_map.guide(
             view_of(PointCloud(with_rock(ground(rng), np.array([2.0, 0.0])), "odom"), x)
         )
-        local_map.mark(view_of(None).scan.odds_of(GRID), np.array([x, 0.0]), 0.0)
+        local_map.evidence.mark(view_of(None).scan.odds_of(GRID), np.array([x, 0.0]), 0.0)
     local_map.subgoal(np.array([4.0, 0.0]), np.array([8.0, 0.0]))
     i, j = np.floor((np.array([2.0, 0.0]) - local_map.plan.corner) / 0.2).astype(int)
     assert local_map.plan.costs[i, j] == 1.0

@@ -44,7 +44,7 @@ def wall_ahead(distance=3.0, half_width=4.0):
 
 def seen(local_map, scan, times=12, here=ORIGIN, yaw=0.0):
     for _ in range(times):
-        local_map.mark(scan, here, yaw)
+        local_map.evidence.mark(scan, here, yaw)
     return local_map
 
 
@@ -101,7 +101,7 @@ def test_what_was_seen_free_from_near_is_not_a_wall_from_afar():
 def test_where_the_robot_has_been_it_can_go():
     local_map = LocalMap(GRID)
     for x in np.arange(0.0, 8.0, 0.2):
-        local_map.mark(wall_ahead(0.9, 3.0), np.array([x, 0.0]), 0.0)
+        local_map.evidence.mark(wall_ahead(0.9, 3.0), np.array([x, 0.0]), 0.0)
     behind = local_map.subgoal(np.array([7.8, 0.0]), np.array([0.0, 0.0]))
     assert behind is None or abs(behind[1]) < 0.3
 
@@ -110,20 +110,20 @@ def test_where_the_robot_has_been_it_can_go():
 def test_a_wall_beside_the_body_stays_one(aside):
     """Wherever in its cell the robot is: only what lies under it is free."""
     local_map = seen(LocalMap(GRID), wall_ahead(0.9, 0.9), 60)
-    before = local_map._evidence.copy()
+    before = local_map.evidence.values.copy()
     nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
     here = np.array([0.8 + aside, 0.2 - aside])
-    local_map.mark(nothing, here, 0.0)
+    local_map.evidence.mark(nothing, here, 0.0)
     cell, n = local_map.config.cell, local_map.config.cells
     i, j = np.meshgrid(np.arange(-3, 10), np.arange(-5, 6), indexing="ij")
     far = np.hypot((i + 0.5) * cell - here[0], (j + 0.5) * cell - here[1])
-    driven = local_map._evidence[i % n, j % n] <= -local_map.config.certain
+    driven = local_map.evidence.values[i % n, j % n] <= -local_map.config.certain
     under = RobotModel().width / 2 - 0.02
     standing = before[i % n, j % n] <= -local_map.config.certain
     assert np.array_equal(driven[~standing], (far < under)[~standing])
     walls = (before[i % n, j % n] > local_map.config.wall) & (far >= under)
     assert walls.sum() > 3
-    assert (local_map._evidence[i % n, j % n] > local_map.config.wall)[walls].all()
+    assert (local_map.evidence.values[i % n, j % n] > local_map.config.wall)[walls].all()
 
 
 def test_driven_ground_is_ground_like_any_other_in_the_end():
@@ -133,8 +133,8 @@ def test_driven_ground_is_ground_like_any_other_in_the_end():
     nothing = np.full((GRID.n_sectors, GRID.n_rings), np.nan, dtype=np.float32)
     away, known = np.array([-3.0, 0.0]), []
     for _ in range(config.trail // config.mark_every + 1):
-        known.append(local_map._evidence[0, 0] <= -config.certain)
-        local_map.mark(nothing, away, 0.0)
+        known.append(local_map.evidence.values[0, 0] <= -config.certain)
+        local_map.evidence.mark(nothing, away, 0.0)
     assert known[0]
     assert not known[-1]
     assert known == sorted(known, reverse=True)
@@ -246,8 +246,8 @@ def test_what_is_hardly_red_is_dear_and_no_wall():
     hardly = seen(LocalMap(GRID), np.where(red > 0, 0.2 * config.surely_red, red), 60)
     i, j = (int(2.1 / config.cell), 0)
     weight = 1 / (1 + np.hypot(i, j) * config.cell / config.fade)
-    assert sure._evidence[i, j] == pytest.approx(config.certain * weight, rel=1e-3)
-    assert hardly._evidence[i, j] == pytest.approx(0.2 * sure._evidence[i, j], rel=1e-3)
+    assert sure.evidence.values[i, j] == pytest.approx(config.certain * weight, rel=1e-3)
+    assert hardly.evidence.values[i, j] == pytest.approx(0.2 * sure.evidence.values[i, j], rel=1e-3)
     assert sure.subgoal(ORIGIN, AHEAD) is not None
     costs = []
     for local_map in (sure, hardly):
@@ -263,7 +263,7 @@ def test_there_is_room_where_the_robot_came_through():
     """Walls that cells of the scan make too thick do not close the way back."""
     local_map = LocalMap(GRID)
     for x in np.arange(0.0, 4.0, 0.1):
-        local_map.mark(odds(0.7), np.array([x, 0.0]), 0.0)
+        local_map.evidence.mark(odds(0.7), np.array([x, 0.0]), 0.0)
     local_map.subgoal(np.array([3.9, 0.0]), ORIGIN)
     plan, robot = local_map.plan, RobotModel()
     middle, beside = (

@@ -22,7 +22,7 @@ def mapped(ranges, goal=AHEAD):
     local_map = LocalMap(GRID, around=AROUND)
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
     for _ in range(20):
-        local_map.mark(VirtualScan(full, GRID.outer_radius).odds_of(GRID), ORIGIN, 0.0)
+        local_map.evidence.mark(VirtualScan(full, GRID.outer_radius).odds_of(GRID), ORIGIN, 0.0)
     local_map.subgoal(ORIGIN, goal)
     return local_map
 
@@ -91,7 +91,7 @@ def test_the_way_that_it_came_is_a_way_back(heading):
     red = np.full((GRID.n_sectors, GRID.n_rings), np.inf, dtype=np.float32)
     ahead = np.array([np.cos(heading), np.sin(heading)])
     for x in np.arange(-4.0, 0.05, 0.1):
-        local_map.mark(red, x * ahead, heading)
+        local_map.evidence.mark(red, x * ahead, heading)
     local_map.subgoal(ORIGIN, -4.0 * ahead)
     rate, pace = chosen(local_map, 0.0, yaw=heading + np.pi)
     assert (abs(rate) <= 0.25, pace) == (True, RolloutConfig().haste)
@@ -104,7 +104,7 @@ def driven_up_to(ranges):
     local_map = LocalMap(GRID, around=AROUND)
     odds = VirtualScan(np.asarray(ranges, dtype=np.float32), GRID.outer_radius).odds_of(GRID)
     for x in np.arange(-4.0, 0.05, 0.1):
-        local_map.mark(odds, np.array([x, 0.0]), 0.0)
+        local_map.evidence.mark(odds, np.array([x, 0.0]), 0.0)
     local_map.subgoal(ORIGIN, AHEAD)
     return local_map
 
@@ -165,11 +165,11 @@ def test_who_gets_nowhere_keeps_less_room_in_the_end(squeeze, gets_out):
     """A pen with a gap that the map thinks too narrow; its walls are whole cells, so that more of
     the gap may be free."""
     local_map = LocalMap(GRID, around=AROUND)
-    local_map._evidence[:] = -2.0
+    local_map.evidence.values[:] = -2.0
     for k in range(-9, 10):
         for i, j in ((k, -9), (k, 8), (-9, k), (8, k)):
-            local_map._evidence[i % 256, j % 256] = 3.0
-    local_map._evidence[8, [-1, 0]] = -2.0
+            local_map.evidence.values[i % 256, j % 256] = 3.0
+    local_map.evidence.values[8, [-1, 0]] = -2.0
     local_map.subgoal(ORIGIN, AHEAD)
     rollouts = Rollouts(ROBOT, RolloutConfig(squeeze=squeeze, hold=5))
     here, yaw, left = np.zeros(2), 0.0, 0

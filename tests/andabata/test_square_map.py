@@ -44,7 +44,7 @@ def view_of(cloud, red=()):
 def evidence_at(local_map, x, y):
     """Return the evidence of the cell at a place [m]."""
     i, j = np.floor(np.array([x, y]) / local_map.config.cell).astype(int)
-    return float(local_map._evidence[i, j])
+    return float(local_map.evidence.values[i, j])
 
 
 def cells_around(x, y):
@@ -155,12 +155,12 @@ def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
     for _ in range(10):
         local_map.guide(first)
     assert evidence_at(local_map, 0.1, 0.1) <= -local_map.config.certain
-    once = local_map._evidence.copy()
+    once = local_map.evidence.values.copy()
     local_map.reset()
-    assert not local_map._evidence.any()
+    assert not local_map.evidence.values.any()
     for _ in range(10):
         local_map.guide(first)
-    assert np.array_equal(local_map._evidence, once)
+    assert np.array_equal(local_map.evidence.values, once)
 
 
 def test_squares_of_another_size_are_refused():

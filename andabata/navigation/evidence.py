@@ -102,7 +102,7 @@ class Evidence:
                 cells.
 
         Raises:
-            ValueError: If the squares are no cells.
+            ValueError: If the squares are not as large as the cells.
         """
         self.config = config
         self._grid = grid
@@ -113,7 +113,7 @@ class Evidence:
         self._tiles = Tiles(cell / 2, config.bumps.cells)
         self._bumps = Bumps(cell / 2, config.bumps)
         self._squares: SquareMap | None = None
-        self._unjudged = np.zeros((1, 1), dtype=np.float32)
+        self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
             edge = SQUARE * squares.cell
             if not math.isclose(cell, edge):

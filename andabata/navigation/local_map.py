@@ -65,7 +65,7 @@ class LocalMapConfig(EvidenceConfig):
 
 
 class LocalMap:
-    """Remembers scans in a square that moves with the robot, in the frame ``odom``.
+    """Plans a way to the goal over the evidence around the robot, in the frame ``odom``.
 
     Attributes:
         evidence: What it remembers.
@@ -94,7 +94,7 @@ class LocalMap:
                 scans' own cells.
 
         Raises:
-            ValueError: If the squares are no cells of the map.
+            ValueError: If the squares are not as large as the map's cells.
         """
         self.config = config or LocalMapConfig()
         self._grid = grid

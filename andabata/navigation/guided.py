@@ -10,6 +10,7 @@ class GuidedController:
 
     Attributes:
         pace: What the rollouts say, else 1.
+        hold: The rollouts', else the controller's.
     """
 
     def __init__(
@@ -19,12 +20,13 @@ class GuidedController:
 
         Args:
             controller: Where would it steer?
-            local_map: Where to head for.
+            local_map: Where to head for; its numbers are counted in looks.
             rollouts: Where does that lead; None lets the controller have its way.
         """
         self._controller = controller
         self._map = local_map
         self._rollouts = rollouts
+        self.hold = controller.hold if rollouts is None else rollouts.config.hold
         self.reset()
 
     def reset(self) -> None:
@@ -33,8 +35,6 @@ class GuidedController:
         self._controller.reset()
         if self._rollouts is not None:
             self._rollouts.reset()
-        self._steps = 0
-        self._veto: float | None = None
         self.pace = 1.0
 
     def steer(self, view: View) -> float:
@@ -42,9 +42,6 @@ class GuidedController:
         wish = self._controller.steer(self._map.guide(view))
         if self._rollouts is None:
             return wish
-        if self._steps % self._rollouts.config.hold == 0:
-            there = view.odometry
-            rate, self.pace = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
-            self._veto = None if rate == wish and self.pace >= 1.0 else rate
-        self._steps += 1
-        return wish if self._veto is None else self._veto
+        there = view.odometry
+        rate, self.pace = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
+        return rate

@@ -9,6 +9,7 @@ class LearnedController:
     """Steers with a policy file's actor (Sanchez et al. 2023, section 4)."""
 
     pace = 1.0
+    hold = 1
 
     def __init__(self, policy: Policy) -> None:
         """Take a loaded policy."""

@@ -24,7 +24,7 @@ class Step:
 
     Attributes:
         senses: What came in.
-        view: What was made of it; None before the first scan.
+        view: What was made of it; None before the first scan, and while an answer stands.
         goal: Where to [m], shape (2,).
         wheels: What went out.
         speed: Forward speed of it [m/s].
@@ -72,6 +72,8 @@ class Navigator:
         self._perception = perception
         self._controller = controller
         self._goal = np.zeros(2)
+        self._answer = (0.0, 1.0)
+        self._stands = 0
         self.start: tuple[Pose, float] | None = None
         self._previous = (0.0, 0.0)
         self._watcher: Callable[[Step], None] | None = None
@@ -87,12 +89,15 @@ class Navigator:
         self._localizer.reset(pose, stamp, rough)
         self._perception.reset()
         self._previous = (0.0, 0.0)
+        self._stands = 0
         if self._controller is not None:
             self._controller.reset()
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
         """Head for ``goal``, map coordinates [m], shape (2,)."""
-        self._goal = np.array(goal, dtype=np.float64)
+        if not np.array_equal(goal, self._goal):
+            self._goal = np.array(goal, dtype=np.float64)
+            self._stands = 0
 
     def step(self, senses: Senses) -> WheelSpeeds:
         """Turn one control period of senses into wheel speeds.
@@ -116,13 +121,18 @@ class Navigator:
         """
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use look and command instead")
-        view = self.look(senses)
-        wheels = STANDSTILL
-        if view is not None:
-            wheels = self.command(self._controller.steer(view), self._controller.pace)
+        view, wheels = None, STANDSTILL
+        if self._stands == 0:
+            view = self.look(senses)
+            if view is not None:
+                self._answer = self._controller.steer(view), self._controller.pace
+                self._stands = self._controller.hold
+        if self._stands > 0:
+            self._stands -= 1
+            wheels = self.command(*self._answer)
         if self._watcher is not None:
             still = wheels is STANDSTILL
-            pace = self._robot.speed * self._controller.pace
+            pace = self._robot.speed * self._answer[1]
             speed, steering = (0.0, 0.0) if still else (pace, self._previous[0])
             self._watcher(Step(senses, view, self._goal, wheels, speed, steering))
         return wheels

@@ -17,6 +17,7 @@ class OracleController:
     """
 
     pace = 1.0
+    hold = 3
 
     def __init__(
         self, world: World, robot: RobotModel, config: RolloutConfig | None = None
@@ -37,7 +38,6 @@ class OracleController:
     def reset(self) -> None:
         """Forget the goal."""
         self._goal: NDArray[np.float64] | None = None
-        self._rate, self._held = 0.0, 0
 
     def steer(self, view: View) -> float:
         """Return the yaw rate of the best arc [rad/s].
@@ -52,11 +52,7 @@ class OracleController:
         if self._goal is None or not np.array_equal(self._goal, view.goal):
             self._goal = np.array(view.goal, dtype=np.float64)
             self._cost = self._truth.cost_to_go(self._goal, self._config.room, self._config.shy)
-            self._held = 0
-        if self._held == 0:
-            self._rate = self._choose(view.truth.pose.position[:2], view.truth.pose.yaw)
-        self._held = (self._held + 1) % self._config.hold
-        return self._rate
+        return self._choose(view.truth.pose.position[:2], view.truth.pose.yaw)
 
     def _choose(self, here: NDArray[np.float64], yaw: float) -> float:
         """Return the first yaw rate of the cheapest rollout."""

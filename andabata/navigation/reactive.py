@@ -16,6 +16,7 @@ class StraightController:
     """
 
     pace = 1.0
+    hold = 1
 
     def __init__(self, gain: float = 5.5) -> None:
         """Take the gain from yaw error to yaw rate [1/s]."""
@@ -58,6 +59,7 @@ class ReactiveController:
     """
 
     pace = 1.0
+    hold = 1
 
     def __init__(
         self, robot: RobotModel, grid: PolarGrid, config: ReactiveConfig | None = None

@@ -57,7 +57,7 @@ class RolloutConfig(BaseModel):
         squeeze: See ``patience`` [m].
         shy: Extra cost of a metre for each metre of clearance short of one metre, to the oracle.
         crowd: Of what the plan says that a metre costs more than a metre, this share counts.
-        hold: Control steps between two decisions.
+        hold: Control steps between two decisions: as many as actions are held for in training.
         turns: Turns on the spot to each side, up to half a one.
         pause: Each stop, to turn on the spot or to back out, costs this much more than the time
             that it takes [m].
@@ -79,7 +79,7 @@ class RolloutConfig(BaseModel):
     squeeze: float = Field(default=0.2, ge=0)
     shy: float = Field(default=1.0, ge=0)
     crowd: float = Field(default=0.5, ge=0)
-    hold: int = Field(default=3, ge=1)
+    hold: int = Field(default=5, ge=1)
     turns: int = Field(default=6, ge=1)
     pause: float = Field(default=3.0, ge=0)
     trust: float = Field(default=0.3, ge=0)

@@ -54,9 +54,11 @@ class Controller(Protocol):
     Attributes:
         pace: Share of the robot's speed that the last answer is meant for: 1, as in the paper, 0
             for a turn on the spot, below 0 backwards, above 1 in haste.
+        hold: Control steps that an answer stands: who asks looks at the scan no more often.
     """
 
     pace: float
+    hold: int
 
     def reset(self) -> None:
         """Forget the last drive."""

@@ -60,7 +60,8 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        local_map = LocalMap(config.grid, config.local_map, config.robot, AROUND, models.squares)
         rollouts = Rollouts(config.robot, config.rollouts)
+        remembered = config.local_map.looking_every(config.rollouts.hold)
+        local_map = LocalMap(config.grid, remembered, config.robot, AROUND, models.squares)
         controller = GuidedController(controller, local_map, rollouts)
     return controller

@@ -13,9 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.runs import commit
 from andabata.app.workers import run_tasks
+from andabata.machine.senses import Senses
 from andabata.models import Models
-from andabata.navigation.navigator import Step
-from andabata.navigation.view import View
 from andabata.records.storage import write_atomically
 from andabata.tasks.courses import Course, courses
 from andabata.tasks.hazard_met import hazard_met
@@ -87,40 +86,26 @@ def run_one(
         controller = make_controller(name, scene.world, config.rig, models)
         rig = Rig(scene, config.rig, models.forest, controller)
         rng = np.random.default_rng([config.seed, trial, 1])
-        watcher = _LastView()
-        rig.navigator.watch(watcher)
         legs = run_trial(rig, task, config.judge, rng)
         rows.extend(_leg_row(leg, name, trial, scene.world, len(task.goals)) for leg in legs)
         if failures is not None and legs[-1].outcome is not Outcome.GOAL:
-            _draw_failure(failures, rows[-1], scene.world, legs[-1], rig, watcher.view)
+            _draw_failure(failures, rows[-1], scene.world, legs[-1], rig)
         rig.close()
     return rows
 
 
-class _LastView:
-    """Keeps what the robot saw last."""
-
-    def __init__(self) -> None:
-        self.view: View | None = None
-
-    def __call__(self, step: Step) -> None:
-        """Take in a control step."""
-        self.view = step.view or self.view
-
-
-def _draw_failure(
-    folder: Path, row: Row, world: World, leg: Leg, rig: Rig, view: View | None
-) -> None:
-    """Write the picture of a failure."""
+def _draw_failure(folder: Path, row: Row, world: World, leg: Leg, rig: Rig) -> None:
+    """Write the picture of a failure, with what the robot sees at its end."""
     from andabata.app.pictures import failure_picture
 
+    truth = rig.simulator.vehicle.state
+    view = rig.navigator.look(Senses(truth.stamp))
     if view is None:
         return
     name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
     title = f"{name}: {row['outcome']}, {row['hazard']}"
-    pose = rig.simulator.vehicle.state.pose
     grid = rig.config.grid
-    picture = failure_picture(world, leg.path, view.goal, pose, view.scan, grid, title)
+    picture = failure_picture(world, leg.path, view.goal, truth.pose, view.scan, grid, title)
     write_atomically(folder / f"{name}.png", picture)
 
 

@@ -24,7 +24,7 @@ class Step:
 
     Attributes:
         senses: What came in.
-        view: What was made of it; None before the first scan, and while an answer stands.
+        view: What was made of it; None before the first scan.
         goal: Where to [m], shape (2,).
         wheels: What went out.
         speed: Forward speed of it [m/s].
@@ -80,7 +80,10 @@ class Navigator:
         self.area: Area | None = None
 
     def watch(self, watcher: Callable[[Step], None] | None) -> None:
-        """Call ``watcher`` after every step; it sees everything and changes nothing."""
+        """Call ``watcher`` after every step; it sees everything and changes nothing.
+
+        For it the navigator looks at each step, also where no decision is due.
+        """
         self._watcher = watcher
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
@@ -121,12 +124,11 @@ class Navigator:
         """
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use look and command instead")
-        view, wheels = None, STANDSTILL
-        if self._stands == 0:
-            view = self.look(senses)
-            if view is not None:
-                self._answer = self._controller.steer(view), self._controller.pace
-                self._stands = self._controller.hold
+        due, wheels = self._stands == 0, STANDSTILL
+        view = self.look(senses) if due or self._watcher is not None else None
+        if due and view is not None:
+            self._answer = self._controller.steer(view), self._controller.pace
+            self._stands = self._controller.hold
         if self._stands > 0:
             self._stands -= 1
             wheels = self.command(*self._answer)

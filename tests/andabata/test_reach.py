@@ -5,6 +5,7 @@ import pytest
 
 from andabata.models import shipped_forest
 from andabata.navigation.reactive import ReactiveController
+from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import Rig, RigConfig
 from worlds.ray_walk import NO_CLASS
 
@@ -34,6 +35,34 @@ def test_a_short_sighted_robot_drives_the_same(shelf, name):
             moved += 1
             np.testing.assert_array_equal(near.view.scan.ranges, far.view.scan.ranges)
     assert moved > 60
+
+
+@pytest.mark.parametrize("name", ["learned", "reactive"])
+def test_a_robot_looks_when_it_decides_and_drives_the_same_when_watched(shelf, name):
+    scene, config = shelf.get("natural-test", 7), RigConfig(plant="kinematic")
+    drives, looks = [], []
+    for watched in (False, True):
+        driver = make_controller(name, None, config)
+        rig = Rig(scene, config, shipped_forest(), driver)
+        seen, see = [], rig.perception.look
+        rig.perception.look = lambda *now, seen=seen, see=see: seen.append(see(*now)) or seen[-1]
+        steps, wheels = [], []
+        if watched:
+            rig.navigator.watch(steps.append)
+        task = scene.world.tasks[0]
+        senses = rig.place(task.start, np.array(task.goals[0]), np.random.default_rng(3))
+        for _ in range(150):
+            wheels.append(rig.navigator.step(senses))
+            senses = rig.simulator.step(wheels[-1])
+        rig.close()
+        drives.append(wheels)
+        looks.append(sum(scan is not None for scan in seen))
+        assert [step.view is not None for step in steps] == [
+            scan is not None for scan in seen
+        ] * watched
+    assert drives[0] == drives[1]
+    assert looks[1] > 100
+    assert looks[0] == -(-looks[1] // driver.hold)
 
 
 def test_rays_that_end_early_meet_what_endless_ones_meet(shelf):

@@ -19,14 +19,14 @@ from rl.policy import Policy
 from rl.training import Assignment, play, play_together
 
 
-def main(
+def judge(
     policy: Path,
     episodes: int = 300,
     plant: str = "kinematic",
     first: int = evaluation_world(2, 0),
     stage: str = "Maze2D",
-) -> None:
-    """Judge a policy file in 60 unseen mazes."""
+) -> Counter[str]:
+    """Return how often a policy file's drives in 60 unseen mazes ended how."""
     config = stage_config(stage)
     seeds = tuple(range(first, first + 60))
     rig = config.rig.model_validate(config.rig.model_dump() | {"plant": plant})
@@ -41,21 +41,14 @@ def main(
         env = OffroadEnv(config)
         played = [play(env, loaded, 1, drive, explore=False) for drive in drives]
         env.close()
-    reached = sum(episode.is_success for episode in played)
-    low, high = wilson_interval(reached, episodes)
-    outcomes = dict(Counter(episode.outcome for episode in played))
-    rate = reached / episodes
-    sys.stdout.write(
-        f"{policy} {stage} {plant} {trained}: {rate:.3f} [{low:.3f}, {high:.3f}] {outcomes}\n"
-    )
+    return Counter(str(episode.outcome) for episode in played)
 
 
 if __name__ == "__main__":
     words = dict(enumerate(sys.argv))
-    main(
-        Path(words[1]),
-        int(words.get(2, "300")),
-        words.get(3, "kinematic"),
-        int(words.get(4, evaluation_world(2, 0))),
-        words.get(5, "Maze2D"),
-    )
+    file, count, stage = Path(words[1]), int(words.get(2, "300")), words.get(5, "Maze2D")
+    plant, begin = words.get(3, "kinematic"), int(words.get(4, evaluation_world(2, 0)))
+    ended = judge(file, count, plant, begin, stage)
+    low, high = wilson_interval(ended["goal"], count)
+    rate = ended["goal"] / count
+    sys.stdout.write(f"{file} {stage} {plant}: {rate:.3f} [{low:.3f}, {high:.3f}] {ended}\n")

@@ -44,7 +44,7 @@ class EvaluationConfig(BaseModel):
 
     suite: str | None = None
     world: str = "natural-test"
-    controllers: tuple[str, ...] = ("learned", "reactive", "straight", "oracle")
+    controllers: tuple[str, ...] = ("learned", "reactive")
     trials: int = Field(default=20, ge=1)
     goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0)

@@ -31,7 +31,7 @@ def evaluate(
             help="Some of learned, actor-critic, reactive, straight, oracle, comma-separated; "
             "learned-map has no map, reactive+map and straight+map have one."
         ),
-    ] = "learned,reactive,straight,oracle",
+    ] = "learned,reactive",
     trials: Annotated[int, typer.Option(min=1, help="Trials of each controller.")] = 20,
     goals: Annotated[int, typer.Option(min=1, max=10, help="Goals in a row.")] = 3,
     suite: Annotated[

@@ -39,7 +39,7 @@ _RECENT = 90.0
 """What is longer ago than this does not count as staying [s]."""
 
 _SWEEPS = 8
-"""A turn on the spot is looked at in so many places, as the body creeps on a slope."""
+"""A turn on the spot is looked at in so many headings and places: on slopes the body creeps."""
 
 _NO_WAY = 1e3
 _CONTACT = 1e4
@@ -80,7 +80,7 @@ class RolloutConfig(BaseModel):
     room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
     patience: float = Field(default=30.0, gt=0)
-    squeeze: float = Field(default=0.2, ge=0)
+    squeeze: float = Field(default=0.15, ge=0)
     shy: float = Field(default=1.0, ge=0)
     crowd: float = Field(default=0.5, ge=0)
     hold: int = Field(default=5, ge=1)
@@ -119,13 +119,12 @@ class Rollouts:
         # Backing out is priced without what follows it: a turn, which has its own price from there.
         self._backs = np.array([-0.5, 0.0, 0.5]) * robot.max_steering
         self._prices = np.zeros(len(self._rates) + len(self._turns) + len(self._backs))
-        # Two circles, before and behind the middle, cover the body; one the body that turns.
+        # Two circles, before and behind the middle, cover the body.
         ahead, room = robot.length / 4, robot.half_radius + config.margin
-        swing = math.hypot(robot.length / 2, robot.width / 2) + config.margin
         per_radian = robot.speed / robot.max_steering
         self._half_turn = np.pi * per_radian
         self._sliding = (robot.creep, robot.creep_slope, robot.pivot)
-        limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
+        limits = (room, ahead, config.crowd, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
         self._places = np.empty((round(_RECENT / (config.hold * _PERIOD)), 2))
         self.reset()
@@ -155,7 +154,7 @@ class Rollouts:
         x, y = (here - plan.corner) / cell
         slope = (there.lean(1.0), there.lean(self._robot.height), self._sliding)
         goal = (plan.end - plan.corner) / cell
-        room, ahead, swing, *others = self._limits
+        room, *others = self._limits
         squeeze = config.squeeze * self._impatience(here)
         _price_ways(
             self._rates,
@@ -167,7 +166,7 @@ class Rollouts:
             (plan.costs, plan.gaps, plan.rooms, plan.onward),
             (x, y, yaw, goal[0], goal[1]),
             slope,
-            (room - squeeze, ahead, swing - squeeze, *others),
+            (room - squeeze, *others),
             self._prices,
         )
         # A turn is paid for when it begins, and turning back begins another. Whoever backs out
@@ -241,7 +240,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
     x0, y0, yaw0, goal_x, goal_y = at
     down, top, sliding = slope
     top_x, top_y = top[0] / cell, top[1] / cell
-    room, ahead, swing, crowd, arrived, per_radian = limits
+    room, ahead, crowd, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
     for k in range(len(prices)):
         if k == len(rates):
@@ -269,10 +268,11 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
             for _ in range(_SWEEPS):
                 u, v = _step(yaw + turn / 2, 0.0, turn, down, sliding)
                 x, y, yaw = x + u / cell, y + v / cell, yaw + turn
-                gap = min(_between(gaps, x, y), _between(gaps, x + top_x, y + top_y))
-                least = min(least, gap * cell)
+                gap = _gap(gaps, x, y, yaw, ahead)
+                gap = min(gap, _gap(gaps, x + top_x, y + top_y, yaw, ahead)) * cell
+                least = min(least, gap)
             driven = per_radian * abs(turns[k - len(rates)])
-            missing = points * max(swing - least, 0.0) ** 2
+            missing = points * max(room - least, 0.0) ** 2
         price = driven + _CONTACT * missing
         if there or back >= 0:
             prices[k] = price

@@ -163,7 +163,7 @@ class Rollouts:
             self._tails,
             self._ways,
             (self._points, self._robot.speed * STEP, STEP, cell),
-            (plan.costs, plan.gaps, plan.rooms, plan.onward),
+            (plan.costs, plan.gaps, plan.rooms, plan.tops, plan.onward),
             (x, y, yaw, goal[0], goal[1]),
             slope,
             (room - squeeze, *others),
@@ -236,7 +236,7 @@ def lay_out(turns, yaw, stride, down, sliding):  # type: ignore[no-untyped-def] 
 def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
     points, far, time, cell = stride
-    costs, gaps, rooms, onward = ground
+    costs, gaps, rooms, tops, onward = ground
     x0, y0, yaw0, goal_x, goal_y = at
     down, top, sliding = slope
     top_x, top_y = top[0] / cell, top[1] / cell
@@ -259,7 +259,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
                 if there:
                     break
                 gap = _gap(rooms, x, y, yaw, ahead)
-                gap = min(gap, _gap(rooms, x + top_x, y + top_y, yaw, ahead)) * cell
+                gap = min(gap, _gap(tops, x + top_x, y + top_y, yaw, ahead)) * cell
                 driven += far * (1.0 + crowd * (_between(costs, x, y) - 1.0))
                 missing += max(room - gap, 0.0) ** 2
         else:
@@ -269,7 +269,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
                 u, v = _step(yaw + turn / 2, 0.0, turn, down, sliding)
                 x, y, yaw = x + u / cell, y + v / cell, yaw + turn
                 gap = _gap(gaps, x, y, yaw, ahead)
-                gap = min(gap, _gap(gaps, x + top_x, y + top_y, yaw, ahead)) * cell
+                gap = min(gap, _gap(tops, x + top_x, y + top_y, yaw, ahead)) * cell
                 least = min(least, gap)
             driven = per_radian * abs(turns[k - len(rates)])
             missing = points * max(room - least, 0.0) ** 2
@@ -291,7 +291,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
                     there = True
                     break
                 gap = _gap(rooms, p, q, turned, ahead)
-                gap = min(gap, _gap(rooms, p + top_x, q + top_y, turned, ahead)) * cell
+                gap = min(gap, _gap(tops, p + top_x, q + top_y, turned, ahead)) * cell
                 more += far * (1.0 + crowd * (_between(costs, p, q) - 1.0))
                 more += _CONTACT * max(room - gap, 0.0) ** 2
                 if more > prices[k]:

@@ -44,11 +44,6 @@ class Pose:
         x, y, z, w = self.quaternion.tolist()
         return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
-    def lean(self, height: float) -> tuple[float, float]:
-        """Return how far a point so high above the base [m] stands aside of it, x and y [m]."""
-        x, y, z, w = self.quaternion.tolist()
-        return 2 * height * (x * z + w * y), 2 * height * (y * z - w * x)
-
     @property
     def matrix(self) -> NDArray[np.float64]:
         """``T_map_base``, shape (4, 4)."""

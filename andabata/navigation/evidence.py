@@ -81,8 +81,6 @@ class Evidence:
         config: Numbers.
         values: For walls, above 0, or against them; 0 where nobody looked. Wrapped around, float32,
             shape (n, n).
-        tall: Where a wall stands as high as the robot; everywhere where no squares are judged.
-            Wrapped around, shape (n, n), or (1, 1), which repeats.
         centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
         under: Ground nearer to the middle of the robot than this is driven [m].
     """
@@ -116,7 +114,6 @@ class Evidence:
         self._bumps = Bumps(cell / 2, config.bumps)
         self._squares: SquareMap | None = None
         self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
-        self.tall = np.ones((1, 1), dtype=np.bool_)
         if squares is not None:
             edge = SQUARE * squares.cell
             if not math.isclose(cell, edge):
@@ -125,7 +122,6 @@ class Evidence:
                     f"that the classifier knows, got {cell:g} m; train one for these"
                 )
             self._squares = SquareMap(n, squares, config.squares)
-            self.tall = self._squares.tall
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.

@@ -42,5 +42,6 @@ class GuidedController:
         wish = self._controller.steer(self._map.guide(view))
         if self._rollouts is None:
             return wish
-        rate, self.pace = self._rollouts.choose(self._map, view.odometry, wish)
+        there = view.odometry
+        rate, self.pace = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
         return rate

@@ -195,6 +195,4 @@ class LocalMap:
         if not (np.isfinite(here).all() and np.isfinite(goal).all()):
             raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
         evidence = self.evidence
-        return self.plan.make(
-            evidence.values, evidence.tall, evidence.centre, self._fence, here, goal
-        )
+        return self.plan.make(evidence.values, evidence.centre, self._fence, here, goal)

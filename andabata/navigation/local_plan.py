@@ -40,7 +40,6 @@ class LocalPlan:
     Attributes:
         prices: Of a metre.
         gaps: Distance from the nearest wall, in cells, shape (n, n).
-        tops: Distance from the nearest wall that a leaning robot's top could meet, likewise.
         rooms: The same, and more where the robot came through, whatever stands beside its way: room
             to drive and not to turn on the spot. In cells, shape (n, n).
         costs: Of a cell's length in each cell, shape (n, n).
@@ -78,7 +77,6 @@ class LocalPlan:
         self._passage = (room / cell, under / cell, past / cell)
         self._around = around / cell
         self.gaps = np.zeros((cells, cells), dtype=np.float32)
-        self.tops = np.zeros((cells, cells), dtype=np.float32)
         self.rooms = np.zeros((cells, cells), dtype=np.float32)
         self.onward = np.zeros((cells, cells), dtype=np.float32)
         self.costs = np.zeros((cells, cells), dtype=np.float32)
@@ -98,7 +96,6 @@ class LocalPlan:
     def make(
         self,
         evidence: NDArray[np.float32],
-        tall: NDArray[np.bool_],
         centre: NDArray[np.int64],
         fence: NDArray[np.float64],
         here: NDArray[np.float64],
@@ -108,7 +105,6 @@ class LocalPlan:
 
         Args:
             evidence: For walls, shape (n, n), wrapped around.
-            tall: Where a wall stands as high as the robot, likewise.
             centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
             fence: Turn and shift from ``odom`` to the map, and bounds there, shape (8,).
             here: Position of the robot in ``odom`` [m], shape (2,).
@@ -117,9 +113,6 @@ class LocalPlan:
         n, cell = len(self.costs), self._cell
         _keep_inside(centre, cell, fence, self.gaps)
         _price(evidence, centre, cell, self.prices, self.gaps, self.costs)
-        if self._around > 0:  # Nobody else asks.
-            limits = (self.prices.wall, self.prices.shy / cell)
-            _raise_walls(evidence, tall, centre, limits, self.tops)
         _open(evidence, centre, self.prices.certain, self._passage, self.gaps, self.rooms)
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
@@ -159,18 +152,42 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
     n = len(evidence)
     wall, room, shy, tight, crowd, unseen, doubt, sure, certain = prices
     driven = -np.float32(certain)
+    far = np.float32(shy / cell)
+    aslant = np.float32(np.sqrt(2.0))
+    one = np.float32(1.0)
     low0, low1 = centre[0] - n // 2, centre[1] - n // 2
     for i in range(n):
         row = (low0 + i) & (n - 1)
         for j in range(n):
-            gaps[i, j] *= not evidence[row, (low1 + j) & (n - 1)] > wall
-    _measure(gaps, shy / cell)
-    for i in range(n):
-        row = (low0 + i) & (n - 1)
-        for j in range(n):
-            metres = gaps[i, j] * cell
+            gap = np.float32(0.0)
+            if gaps[i, j] > 0 and not evidence[row, (low1 + j) & (n - 1)] > wall:
+                gap = far
+            if gap > 0:
+                if j > 0:
+                    gap = min(gap, gaps[i, j - 1] + one)
+                if i > 0:
+                    gap = min(gap, gaps[i - 1, j] + one)
+                    if j > 0:
+                        gap = min(gap, gaps[i - 1, j - 1] + aslant)
+                    if j < n - 1:
+                        gap = min(gap, gaps[i - 1, j + 1] + aslant)
+            gaps[i, j] = gap
+    for i in range(n - 1, -1, -1):
+        for j in range(n - 1, -1, -1):
+            gap = gaps[i, j]
+            if gap > 0:
+                if j < n - 1:
+                    gap = min(gap, gaps[i, j + 1] + one)
+                if i < n - 1:
+                    gap = min(gap, gaps[i + 1, j] + one)
+                    if j < n - 1:
+                        gap = min(gap, gaps[i + 1, j + 1] + aslant)
+                    if j > 0:
+                        gap = min(gap, gaps[i + 1, j - 1] + aslant)
+                gaps[i, j] = gap
+            metres = gap * cell
             cost = 1.0
-            known = evidence[row, (low1 + j) & (n - 1)]
+            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
             if known == 0.0:
                 cost += unseen
             elif known > 0.0:
@@ -180,56 +197,6 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
             if metres < shy:
                 cost += crowd * min(1.0, (shy - metres) / (shy - room))
             costs[i, j] = 1.0 if known <= driven else cost
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _measure(gaps, most):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the distance from the nearest zero into each cell, up to ``most`` cells."""
-    n = len(gaps)
-    far, aslant, one = np.float32(most), np.float32(np.sqrt(2.0)), np.float32(1.0)
-    for i in range(n):
-        for j in range(n):
-            if gaps[i, j] == 0:
-                continue
-            gap = far
-            if j > 0:
-                gap = min(gap, gaps[i, j - 1] + one)
-            if i > 0:
-                gap = min(gap, gaps[i - 1, j] + one)
-                if j > 0:
-                    gap = min(gap, gaps[i - 1, j - 1] + aslant)
-                if j < n - 1:
-                    gap = min(gap, gaps[i - 1, j + 1] + aslant)
-            gaps[i, j] = gap
-    for i in range(n - 1, -1, -1):
-        for j in range(n - 1, -1, -1):
-            gap = gaps[i, j]
-            if gap == 0:
-                continue
-            if j < n - 1:
-                gap = min(gap, gaps[i, j + 1] + one)
-            if i < n - 1:
-                gap = min(gap, gaps[i + 1, j] + one)
-                if j < n - 1:
-                    gap = min(gap, gaps[i + 1, j + 1] + aslant)
-                if j > 0:
-                    gap = min(gap, gaps[i + 1, j - 1] + aslant)
-            gaps[i, j] = gap
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _raise_walls(evidence, tall, centre, limits, tops):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the distance from the nearest wall as tall as the robot, in the square's own order."""
-    n, m = len(evidence), len(tall)
-    wall, most = limits
-    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    for i in range(n):
-        a = low0 + i
-        for j in range(n):
-            b = low1 + j
-            stands = evidence[a & (n - 1), b & (n - 1)] > wall and tall[a & (m - 1), b & (m - 1)]
-            tops[i, j] = not stands
-    _measure(tops, most)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from andabata.navigation.rollouts import ARRIVED, STEP, RolloutConfig, fan, lay_out
+from andabata.navigation.rollouts import ARRIVED, STEP, RolloutConfig, fan
 from andabata.navigation.view import View
 from worlds.world import World
 
@@ -14,7 +13,7 @@ class OracleController:
     """Drives a fan of arcs in its head and takes the one with the cheapest way on to the goal.
 
     It knows what no robot knows, the true map and pose, but moves as the robot does: always
-    forward, only so sharply, and downhill where it turns on a slope.
+    forward, and only so sharply.
     """
 
     pace = 1.0
@@ -32,10 +31,8 @@ class OracleController:
         """
         self._truth = world.truth
         self._config = config or RolloutConfig()
-        self._turns = fan(robot, self._config)
-        self._sliding = (robot.creep, robot.creep_slope, robot.pivot)
+        self._fan, self._first = fan(robot, self._config)
         self._stride = robot.speed * STEP
-        self._height = robot.height
         self.reset()
 
     def reset(self) -> None:
@@ -55,24 +52,21 @@ class OracleController:
         if self._goal is None or not np.array_equal(self._goal, view.goal):
             self._goal = np.array(view.goal, dtype=np.float64)
             self._cost = self._truth.cost_to_go(self._goal, self._config.room, self._config.shy)
-        return self._choose(view.truth.pose)
+        return self._choose(view.truth.pose.position[:2], view.truth.pose.yaw)
 
-    def _choose(self, there: Pose) -> float:
+    def _choose(self, here: NDArray[np.float64], yaw: float) -> float:
         """Return the first yaw rate of the cheapest rollout."""
-        here, top = there.position, there.lean(self._height)
-        paths = lay_out(self._turns, there.yaw, self._stride, there.lean(1.0), self._sliding)
-        x, y = here[0] + paths[..., 0], here[1] + paths[..., 1]
+        c, s = np.cos(yaw), np.sin(yaw)
+        x = here[0] + c * self._fan[..., 0] - s * self._fan[..., 1]
+        y = here[1] + s * self._fan[..., 0] + c * self._fan[..., 1]
         to_goal = np.hypot(x - self._goal[0], y - self._goal[1])  # type: ignore[index]
         arrived = np.minimum.accumulate(to_goal, axis=1) < ARRIVED
         driven = self._stride * (~arrived).sum(axis=1)  # Or it would arrive tomorrow, for ever.
-        # Where it stands aslant its top leans over ground beside it.
-        clearance = self._truth.clearance_at(x, y)
-        clearance = np.minimum(clearance, self._truth.clearance_at(x + top[0], y + top[1]))
-        clearance = np.where(arrived, np.inf, clearance)
+        clearance = np.where(arrived, np.inf, self._truth.clearance_at(x, y))
         worst = np.maximum(self._config.room - clearance, 0.0)
         onward = np.where(arrived[:, -1], 0.0, self._cost(x[:, -1], y[:, -1]))
         crowded = np.clip(1.0 - clearance, 0.0, None).mean(axis=1)
         # Without a way on, the arc that ends nearest the goal; contact weighs more than anything.
         onward = np.where(np.isfinite(onward), onward, 1e3 + to_goal[:, -1])
         price = driven + onward + self._config.shy * crowded + 1e4 * (worst**2).sum(axis=1)
-        return float(self._turns[np.argmin(price), 0] / STEP)
+        return float(self._first[np.argmin(price)])

@@ -14,7 +14,6 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.navigation.local_map import LocalMap
 from andabata.navigation.local_plan import LocalPlan
@@ -37,9 +36,6 @@ _LINGERING = 2.5
 
 _RECENT = 90.0
 """What is longer ago than this does not count as staying [s]."""
-
-_SWEEPS = 8
-"""A turn on the spot is looked at in so many headings and places: on slopes the body creeps."""
 
 _NO_WAY = 1e3
 _CONTACT = 1e4
@@ -80,7 +76,7 @@ class RolloutConfig(BaseModel):
     room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
     patience: float = Field(default=30.0, gt=0)
-    squeeze: float = Field(default=0.15, ge=0)
+    squeeze: float = Field(default=0.2, ge=0)
     shy: float = Field(default=1.0, ge=0)
     crowd: float = Field(default=0.5, ge=0)
     hold: int = Field(default=5, ge=1)
@@ -111,20 +107,20 @@ class Rollouts:
             "legs": config.legs - 1,
             "leg_time": config.leg_time * config.legs / (config.legs - 1),
         }
-        self._tails = fan(robot, rest)
-        self._ways = fan(robot, config.model_copy(update=after))
+        self._tails = np.ascontiguousarray(fan(robot, rest)[0])
+        self._ways = np.ascontiguousarray(fan(robot, config.model_copy(update=after))[0])
         self._points = round(config.leg_time / STEP)
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._turns = np.concatenate([turns, -turns])
         # Backing out is priced without what follows it: a turn, which has its own price from there.
         self._backs = np.array([-0.5, 0.0, 0.5]) * robot.max_steering
         self._prices = np.zeros(len(self._rates) + len(self._turns) + len(self._backs))
-        # Two circles, before and behind the middle, cover the body.
+        # Two circles, before and behind the middle, cover the body; one the body that turns.
         ahead, room = robot.length / 4, robot.half_radius + config.margin
+        swing = math.hypot(robot.length / 2, robot.width / 2) + config.margin
         per_radian = robot.speed / robot.max_steering
         self._half_turn = np.pi * per_radian
-        self._sliding = (robot.creep, robot.creep_slope, robot.pivot)
-        limits = (room, ahead, config.crowd, ARRIVED, per_radian)
+        limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
         self._limits = tuple(float(limit) for limit in limits)
         self._places = np.empty((round(_RECENT / (config.hold * _PERIOD)), 2))
         self.reset()
@@ -135,7 +131,9 @@ class Rollouts:
         self._places[:] = np.inf
         self._decisions = 0
 
-    def choose(self, local_map: LocalMap, there: Pose, wish: float) -> tuple[float, float]:
+    def choose(
+        self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
+    ) -> tuple[float, float]:
         """Return a yaw rate [rad/s] and the share of the speed to drive it at, below 0 backwards.
 
         They are the wish, or the begin of a way that is cheaper by more than ``trust``: an arc, a
@@ -143,18 +141,16 @@ class Rollouts:
 
         Args:
             local_map: With a plan.
-            there: The robot in ``odom``. Where it stands aslant it creeps downhill as it turns, and
-                its top leans over ground beside it and needs room there. The slope is taken to be
-                the same all along a way.
+            here: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Its heading there [rad].
             wish: Where a controller would steer [rad/s].
         """
         config, limit, cell = self.config, self._robot.max_steering, local_map.config.cell
         self._rates[0] = apply_dead_zone(min(max(wish, -limit), limit), self._robot.dead_zone)
-        plan, here, yaw = local_map.plan, there.position[:2], there.yaw
+        plan = local_map.plan
         x, y = (here - plan.corner) / cell
-        slope = (there.lean(1.0), there.lean(self._robot.height), self._sliding)
         goal = (plan.end - plan.corner) / cell
-        room, *others = self._limits
+        room, ahead, swing, *others = self._limits
         squeeze = config.squeeze * self._impatience(here)
         _price_ways(
             self._rates,
@@ -163,10 +159,9 @@ class Rollouts:
             self._tails,
             self._ways,
             (self._points, self._robot.speed * STEP, STEP, cell),
-            (plan.costs, plan.gaps, plan.rooms, plan.tops, plan.onward),
+            (plan.costs, plan.gaps, plan.rooms, plan.onward),
             (x, y, yaw, goal[0], goal[1]),
-            slope,
-            (room - squeeze, *others),
+            (room - squeeze, ahead, swing - squeeze, *others),
             self._prices,
         )
         # A turn is paid for when it begins, and turning back begins another. Whoever backs out
@@ -208,39 +203,30 @@ class Rollouts:
         return 1.0
 
 
-def fan(robot: RobotModel, config: RolloutConfig) -> NDArray[np.float64]:
-    """Return how far all rollouts of the rates of ``config`` turn, step by step [rad].
+def fan(
+    robot: RobotModel, config: RolloutConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return all rollouts of the rates of ``config``, and the first rate of each.
 
     Returns:
-        float64, shape (k, m).
+        x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
+        shape (k,).
     """
     rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
-    return np.ascontiguousarray(np.repeat(rates, round(config.leg_time / STEP), axis=1) * STEP)
+    turns = np.repeat(rates, round(config.leg_time / STEP), axis=1) * STEP
+    yaw = np.cumsum(turns, axis=1) - turns / 2
+    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
+    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP
+    return np.stack([x, y, yaw + turns / 2], axis=2), rates[:, 0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_out(turns, yaw, stride, down, sliding):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return where rollouts lead on a slope, from a heading: x, y [m] and heading, (k, m, 3)."""
-    paths = np.empty((*turns.shape, 3))
-    for k in range(len(turns)):
-        x = y = 0.0
-        heading = yaw
-        for t in range(turns.shape[1]):
-            u, v = _step(heading + turns[k, t] / 2, stride, turns[k, t], down, sliding)
-            x, y, heading = x + u, y + v, heading + turns[k, t]
-            paths[k, t, 0], paths[k, t, 1], paths[k, t, 2] = x, y, heading
-    return paths
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
     points, far, time, cell = stride
-    costs, gaps, rooms, tops, onward = ground
+    costs, gaps, rooms, onward = ground
     x0, y0, yaw0, goal_x, goal_y = at
-    down, top, sliding = slope
-    top_x, top_y = top[0] / cell, top[1] / cell
-    room, ahead, crowd, arrived, per_radian = limits
+    room, ahead, swing, crowd, arrived, per_radian = limits
     ahead, arrived = ahead / cell, arrived / cell
     for k in range(len(prices)):
         if k == len(rates):
@@ -251,28 +237,21 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
         back = k - len(rates) - len(turns)
         if k < len(rates) or back >= 0:
             rate, way = (rates[k], far) if back < 0 else (backs[back], -far)
-            turn = rate * time
             for _ in range(points):
-                u, v = _step(yaw + turn / 2, way, turn, down, sliding)
-                x, y, yaw = x + u / cell, y + v / cell, yaw + turn
+                middle = yaw + rate * time / 2
+                x, y = x + way * np.cos(middle) / cell, y + way * np.sin(middle) / cell
+                yaw += rate * time
                 there |= np.hypot(x - goal_x, y - goal_y) < arrived
                 if there:
                     break
-                gap = _gap(rooms, x, y, yaw, ahead)
-                gap = min(gap, _gap(tops, x + top_x, y + top_y, yaw, ahead)) * cell
+                gap = _gap(rooms, x, y, yaw, ahead) * cell
                 driven += far * (1.0 + crowd * (_between(costs, x, y) - 1.0))
                 missing += max(room - gap, 0.0) ** 2
         else:
-            turn = turns[k - len(rates)] / _SWEEPS
-            least = np.inf
-            for _ in range(_SWEEPS):
-                u, v = _step(yaw + turn / 2, 0.0, turn, down, sliding)
-                x, y, yaw = x + u / cell, y + v / cell, yaw + turn
-                gap = _gap(gaps, x, y, yaw, ahead)
-                gap = min(gap, _gap(tops, x + top_x, y + top_y, yaw, ahead)) * cell
-                least = min(least, gap)
-            driven = per_radian * abs(turns[k - len(rates)])
-            missing = points * max(room - least, 0.0) ** 2
+            turn = turns[k - len(rates)]
+            driven = per_radian * abs(turn)
+            missing = points * max(swing - _between(gaps, x, y) * cell, 0.0) ** 2
+            yaw += turn
         price = driven + _CONTACT * missing
         if there or back >= 0:
             prices[k] = price
@@ -280,18 +259,17 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
                 prices[k] += _rest(onward, x, y, goal_x, goal_y, cell)
             continue
         prices[k] = np.inf
+        c, s = np.cos(yaw), np.sin(yaw)
         for tail in range(len(tails)):
-            more, p, q, turned = price, x, y, yaw
+            more, p, q = price, x, y
             there = False
             for t in range(tails.shape[1]):
-                turn = tails[tail, t]
-                u, v = _step(turned + turn / 2, far, turn, down, sliding)
-                p, q, turned = p + u / cell, q + v / cell, turned + turn
+                a, b = tails[tail, t, 0] / cell, tails[tail, t, 1] / cell
+                p, q = x + c * a - s * b, y + s * a + c * b
                 if np.hypot(p - goal_x, q - goal_y) < arrived:
                     there = True
                     break
-                gap = _gap(rooms, p, q, turned, ahead)
-                gap = min(gap, _gap(tops, p + top_x, q + top_y, turned, ahead)) * cell
+                gap = _gap(rooms, p, q, yaw + tails[tail, t, 2], ahead) * cell
                 more += far * (1.0 + crowd * (_between(costs, p, q) - 1.0))
                 more += _CONTACT * max(room - gap, 0.0) ** 2
                 if more > prices[k]:
@@ -299,16 +277,6 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, slope, lim
             if not there:
                 more += _rest(onward, p, q, goal_x, goal_y, cell)
             prices[k] = min(prices[k], more)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _step(yaw, way, turn, down, sliding):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return how far a body comes that drives so far and turns: ahead, and aside on a slope [m]."""
-    creep, creep_slope, pivot = sliding
-    c, s = np.cos(yaw), np.sin(yaw)
-    aside = abs(turn) * creep * np.tanh((c * down[1] - s * down[0]) / creep_slope)
-    aside -= turn * pivot * (c * down[0] + s * down[1])
-    return way * c - aside * s, way * s + aside * c
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

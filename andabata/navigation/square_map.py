@@ -11,10 +11,7 @@ from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import Tiles
 
-_RANGE, _HEIGHT = (SQUARE_FEATURES.index(name) for name in ("range", "height"))
-
-_TALL = 0.4
-"""What is higher than this stands beside a robot's body, and not only before its wheels [m]."""
+_RANGE = SQUARE_FEATURES.index("range")
 
 
 class SquareMapConfig(BaseModel):
@@ -42,7 +39,6 @@ class SquareMap:
     Attributes:
         odds: Log odds of each square for being non-traversable, misses weighed, up to ``most``; 0
             where nobody looked. Wrapped around, float32, shape (n, n).
-        tall: Whether something tall was seen in each square, likewise.
         centre: The robot's square, counted from the origin of ``odom``, shape (2,).
     """
 
@@ -59,13 +55,11 @@ class SquareMap:
         self._features = SquareFeatures()
         self._edge = SQUARE * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
-        self.tall = np.zeros((cells, cells), dtype=np.bool_)
         self.centre = np.zeros(2, dtype=np.int64)
 
     def reset(self) -> None:
         """Forget everything."""
         self.odds[:] = 0.0
-        self.tall[:] = False
         self.centre[:] = 0
 
     def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
@@ -84,7 +78,6 @@ class SquareMap:
         now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)
-        self.tall[i, j] |= values[:, _HEIGHT] > _TALL
 
     def follow(self, here: NDArray[np.float64]) -> None:
         """Go with the robot, and forget what is left behind.
@@ -92,5 +85,4 @@ class SquareMap:
         Args:
             here: Its position in ``odom`` [m], shape (2,).
         """
-        follow(self.tall, self.centre.copy(), here, self._edge)
         follow(self.odds, self.centre, here, self._edge)

@@ -8,7 +8,6 @@ import pytest
 from andabata.navigation.local_plan import EVERYWHERE, LocalPlan, Prices
 
 CELLS, CELL = 64, 0.2
-TALL = np.ones((1, 1), dtype=np.bool_)
 PRICES = Prices(
     wall=1.0,
     room=0.5,
@@ -30,7 +29,7 @@ def a_plan(seed, around=4.0, goal=None):
     here, drawn = rng.uniform(-6.0, 6.0, (2, 2))
     goal = drawn if goal is None else goal
     centre = np.floor(here / CELL).astype(np.int64)
-    plan.make(evidence.astype(np.float32), TALL, centre, EVERYWHERE, here, goal)
+    plan.make(evidence.astype(np.float32), centre, EVERYWHERE, here, goal)
     first, last = (np.floor((place - plan.corner) / CELL).astype(int) for place in (here, plan.end))
     return plan, tuple(first), tuple(last)
 
@@ -97,7 +96,7 @@ def test_a_known_way_round_is_taken_to_a_goal_beyond_the_square():
     evidence[14:32, -28:-16] = -1.0
     plan = LocalPlan(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=4.0, passage=(0.4, 0.25, 0.7))
     here, goal = np.zeros(2), np.array([12.0, 2.0])
-    place = plan.make(evidence, TALL, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+    place = plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
     assert place is not None
     assert place[1] < -2.0
 
@@ -109,7 +108,7 @@ def test_no_price_overtakes_the_ring_of_buckets():
     evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
     evidence[:, 20] = 2.0
     here, goal = np.array([0.0, 0.0]), np.array([0.0, 5.5])
-    plan.make(evidence, TALL, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+    plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
     first, last = (
         tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in (here, plan.end)
     )
@@ -127,7 +126,7 @@ def test_a_wall_that_was_seen_from_near_is_dearer_than_a_doubtful_one():
         plan = LocalPlan(
             CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
         )
-        plan.make(evidence, TALL, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
         spent[believed] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))]
     assert spent[1.1] > spent[0.9] + 60
     wall = PRICES.sure * (3.0 - 1.1) * 2
@@ -145,22 +144,7 @@ def test_where_the_robot_has_driven_a_metre_costs_no_more_than_a_metre():
         plan = LocalPlan(
             CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
         )
-        plan.make(evidence, TALL, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
         spent[driven] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))] * CELL
     assert spent[False] > 60.0
     assert spent[True] == pytest.approx(6.0, abs=CELL)
-
-
-def test_tops_are_as_far_as_the_nearest_tall_wall_and_gaps_as_far_as_any():
-    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
-    tall = np.zeros((CELLS, CELLS), dtype=np.bool_)
-    evidence[3, 0] = evidence[0, 6] = 2.0  # Wrapped: the robot's own cell is (0, 0).
-    tall[0, 6] = tall[2, 0] = True  # A thing that is no wall does not count.
-    plan = LocalPlan(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=4.0, passage=(0.4, 0.25, 0.7))
-    middle = CELLS // 2
-    goal = np.array([1.0, 1.0])
-    plan.make(evidence, tall, np.zeros(2, dtype=np.int64), EVERYWHERE, np.full(2, 0.1), goal)
-    assert plan.gaps[middle, middle] == 3.0
-    assert plan.tops[middle, middle] == 6.0
-    plan.make(evidence, TALL, np.zeros(2, dtype=np.int64), EVERYWHERE, np.full(2, 0.1), goal)
-    np.testing.assert_array_equal(plan.tops, plan.gaps)

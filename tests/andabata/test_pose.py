@@ -21,12 +21,6 @@ def test_pose_matrix_takes_base_coordinates_to_the_map():
     np.testing.assert_allclose(pose.matrix @ [1, 0, 0, 1], [1, 3, 3, 1], atol=1e-12)
 
 
-def test_a_lean_is_where_the_top_stands():
-    pose = Pose.from_euler(np.array([1.0, 2.0, 3.0]), 0.2, -0.1, 2.0)
-    top = pose.matrix @ [0, 0, 0.8, 1]
-    np.testing.assert_allclose(pose.lean(0.8), top[:2] - pose.position[:2], atol=1e-12)
-
-
 def test_track_interpolates_position_and_rotation():
     track = PoseTrack()
     quarter = Rotation.from_euler("z", 0.02).as_quat()

@@ -106,21 +106,6 @@ def test_squares_are_remembered_up_to_a_limit_and_what_is_sure_overrides_them():
     assert squares.odds[10, 0] > 2.0  # Nothing seen, nothing forgotten.
 
 
-def test_what_stands_tall_is_remembered():
-    rng = np.random.default_rng(7)
-    rock = ground(rng)
-    rock[np.hypot(rock[:, 0] - 3.1, rock[:, 1] - 0.1) < 0.25, 2] += 0.15
-    squares = SquareMap(256, shipped_squares(), SquareMapConfig())
-    squares.take(tiles_of(np.concatenate([rock, trunk(2.1, 0.1, rng)])), ORIGIN)
-    assert squares.odds[15, 0] > 0
-    assert not squares.tall[15, 0]
-    squares.take(tiles_of(rock), ORIGIN)
-    assert squares.tall[10, 0]
-    assert squares.tall.sum() < 10
-    squares.follow(np.array([60.0, 0.0]))
-    assert not squares.tall.any()
-
-
 def test_what_a_miss_costs_moves_the_odds_by_its_logarithm_as_far_as_the_robot_meets_things():
     rng = np.random.default_rng(3)
     tiles = tiles_of(ground(rng, noise=0.02))

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -67,6 +67,10 @@ class Manifest(BaseModel):
     config_sha256: str
     clouds: tuple[CloudEntry, ...]
 
+    def of(self, split: Split) -> tuple[CloudEntry, ...]:
+        """Return the clouds of a split."""
+        return tuple(entry for entry in self.clouds if entry.split == split)
+
     def to_bytes(self) -> bytes:
         """Return the manifest's file."""
         return (json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True) + "\n").encode()
@@ -110,7 +114,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 def every_second_world(manifest: Manifest, split: Split) -> tuple[Manifest, Manifest]:
     """Return the clouds of a split in two halves that have no world in common."""
-    entries = [entry for entry in manifest.clouds if entry.split == split]
+    entries = manifest.of(split)
     worlds = {(entry.world, entry.world_seed): None for entry in entries}
     first = set(list(worlds)[::2])
     halves = [
@@ -121,15 +125,21 @@ def every_second_world(manifest: Manifest, split: Split) -> tuple[Manifest, Mani
     return one, other
 
 
-def read_clouds(folder: Path, manifest: Manifest, split: Split) -> Iterator[PointCloud]:
+def read_clouds(
+    folder: Path, manifest: Manifest, split: Split, on_cloud: Callable[[], object] | None = None
+) -> Iterator[PointCloud]:
     """Yield the labelled clouds of a split, their hashes checked.
+
+    Args:
+        folder: Of the data set.
+        manifest: Its own.
+        split: Which clouds.
+        on_cloud: Is told when somebody is done with a cloud.
 
     Raises:
         DatasetError: If a file is missing, is not the one of the manifest, or has no labels.
     """
-    for entry in manifest.clouds:
-        if entry.split != split:
-            continue
+    for entry in manifest.of(split):
         path = folder / entry.file
         if not path.is_file():
             raise DatasetError(f"{path}: expected a cloud of the manifest, got no such file")
@@ -143,6 +153,8 @@ def read_clouds(folder: Path, manifest: Manifest, split: Split) -> Iterator[Poin
         if cloud.nontraversable is None:
             raise DatasetError(f"{path}: expected labelled points, got none")
         yield cloud
+        if on_cloud:
+            on_cloud()
 
 
 @dataclass(frozen=True)
@@ -226,10 +238,16 @@ def join_samples(parts: Sequence[CellSamples]) -> CellSamples:
     return first
 
 
-def split_samples(folder: Path, manifest: Manifest, split: Split, grid: PolarGrid) -> CellSamples:
-    """Return the judged cells of a split of a data set."""
-    worlds = [entry.world_seed for entry in manifest.clouds if entry.split == split]
-    return cell_samples(read_clouds(folder, manifest, split), grid, worlds)
+def split_samples(
+    folder: Path,
+    manifest: Manifest,
+    split: Split,
+    grid: PolarGrid,
+    on_cloud: Callable[[], object] | None = None,
+) -> CellSamples:
+    """Return the judged cells of a split of a data set; see ``read_clouds``."""
+    worlds = [entry.world_seed for entry in manifest.of(split)]
+    return cell_samples(read_clouds(folder, manifest, split, on_cloud), grid, worlds)
 
 
 def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -> str:
@@ -255,7 +273,7 @@ def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -
         "|---|---|---|---|---|---|---|---|",
     ]
     for split, (white, green, red, tp, fp, fn) in cells.items():
-        entries = [entry for entry in manifest.clouds if entry.split == split]
+        entries = manifest.of(split)
         worlds = len({(entry.world, entry.world_seed) for entry in entries})
         points = sum(entry.points for entry in entries)
         rule = round(2 * tp / max(2 * tp + fp + fn, 1), 3)

@@ -35,7 +35,7 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
     scanner = TraversabilityScanner(forest)
     grid = scanner.grid
     truth, called, clear, worlds = [], [], [], []
-    entries = [entry for entry in manifest.clouds if entry.split == split]
+    entries = manifest.of(split)
     for entry, cloud in zip(entries, read_clouds(folder, manifest, split), strict=True):
         truth.append(label_cells(cloud.points, nontraversable(cloud), grid))
         clear.append(beyond_doubt(cloud, grid))

@@ -80,7 +80,7 @@ def train_point_classifier(
 ) -> PointClassifier:
     """Grow the point classifier on some points of some clouds of the training split."""
     rng = np.random.default_rng(seed)
-    entries = [entry for entry in manifest.clouds if entry.split == "train"]
+    entries = manifest.of("train")
     chosen = rng.permutation(len(entries))[:clouds]
     features, bad = [], []
     for number in chosen:
@@ -141,7 +141,7 @@ def compare(
     on_cloud: Callable[[], None],
 ) -> dict[str, dict[str, Any]]:
     """Return each subject's scores on the validation split: all cells, each kind of world, time."""
-    entries = [entry for entry in manifest.clouds if entry.split == "validation"]
+    entries = manifest.of("validation")
     grid = Forest.from_bytes(bench.forest).grid
     truth = np.stack(
         [

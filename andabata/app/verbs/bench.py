@@ -119,7 +119,7 @@ def perception(
         voice.say(f"growing the point classifier on {points} clouds")
         trained = train_points(source, source_manifest, loaded.grid, points, seed)
     bench = Bench(loaded.to_bytes(), trained, tuple(tuned))
-    total = sum(entry.split == "validation" for entry in manifest.clouds)
+    total = len(manifest.of("validation"))
     with voice.progress("clouds", total) as step:
         scores = compare(bench, clouds, manifest, workers, step)
     hazards = []

@@ -70,7 +70,8 @@ def train(
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
     pairs = zip(folders, manifests, strict=True)
-    samples = join_samples([split_samples(*pair, "train", grid) for pair in pairs])
+    with voice.progress("clouds", sum(len(manifest.of("train")) for manifest in manifests)) as step:
+        samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
     voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
@@ -154,9 +155,7 @@ def squares(
         total = sum(len(part.clouds) for part in parts)
         with voice.progress(f"clouds of the {('first', 'second')[half]} look", total) as step:
             for pair in zip(folders, parts, strict=True):
-                for cloud in read_clouds(*pair, "train"):
-                    yield cloud
-                    step()
+                yield from read_clouds(*pair, "train", step)
             voice.say(f"growing {resolved.trees} trees")
 
     summary = {

@@ -1,6 +1,6 @@
 """A point cloud whose arrays travel together."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Self
@@ -69,3 +69,17 @@ class PointCloud:
             if (column := getattr(self, name)) is not None
         }
         return replace(self, **columns)
+
+
+def joined(parts: Sequence[PointCloud]) -> PointCloud:
+    """Return the points of clouds in one frame, with the columns that all of them have.
+
+    Args:
+        parts: At least one.
+    """
+    columns = {}
+    for name in COLUMNS:
+        known = [column for part in parts if (column := getattr(part, name)) is not None]
+        columns[name] = np.concatenate(known) if len(known) == len(parts) else None
+    points = np.concatenate([part.points for part in parts])
+    return PointCloud(points, parts[0].frame, **columns)

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from traversability.cloud import PointCloud
-from traversability.tiles import HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
+from traversability.tiles import EVER, HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
 
 SQUARE = 2
 """Tiles along a square's edge."""
@@ -67,6 +67,7 @@ class SquareFeatures:
     Attributes:
         places: Squares of the last cloud, int64, shape (k, 2).
         values: In the order of ``SQUARE_FEATURES``, float32, shape (k, f).
+        due: Whether they were asked for, or lie beside one that was, bool, shape (k,).
     """
 
     def __init__(self) -> None:
@@ -74,19 +75,35 @@ class SquareFeatures:
         self._count = 0
         self._places = np.zeros((0, 2), dtype=np.int64)
         self._values = np.zeros((0, len(SQUARE_FEATURES)), dtype=np.float32)
+        self._due = np.zeros(0, dtype=np.bool_)
         self._flat = np.zeros((2, 0, 0))
 
-    def describe(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
-        """Describe the squares of a cloud around a place [m]."""
+    def describe(
+        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+    ) -> None:
+        """Describe the squares of a cloud around a place, and those beside them.
+
+        Args:
+            tiles: The cloud.
+            here: The place [m], shape (2,).
+            span: Squares that were last measured so long ago [s]: from the first age on, less than
+                the second.
+        """
         most = (2 * int(REACH / (SQUARE * tiles.cell)) + 3) ** 2
         if len(self._places) < most:
             self._places = np.zeros((most, 2), dtype=np.int64)
             self._values = np.zeros((most, len(SQUARE_FEATURES)), dtype=np.float32)
+            self._due = np.zeros(most, dtype=np.bool_)
         if self._flat.shape[1] != len(tiles.table):
             self._flat = np.zeros((2, *tiles.table.shape[:2]))
         _flatten(tiles.table, tiles.centre, self._flat)
         self._count = _describe(
-            tiles.table, self._flat, tiles.centre, tiles.cell, here, self._places, self._values
+            (tiles.table, tiles.ages, self._flat),
+            tiles.centre,
+            tiles.cell,
+            here,
+            (np.float32(span[0]), np.float32(span[1])),
+            (self._places, self._values, self._due),
         )
 
     @property
@@ -98,6 +115,11 @@ class SquareFeatures:
     def values(self) -> NDArray[np.float32]:
         """Their features."""
         return self._values[: self._count]
+
+    @property
+    def due(self) -> NDArray[np.bool_]:
+        """Which of them were asked for."""
+        return self._due[: self._count]
 
 
 def label_squares(
@@ -153,8 +175,10 @@ def _flatten(table, centre, flat):  # type: ignore[no-untyped-def]  # noqa: ANN0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(table, flat, centre, cell, here, places, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the squares that have points, and their features; return how many."""
+def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write the squares that are due or beside such ones, and their features; return how many."""
+    table, ages, flat = ground
+    places, values, due = found
     n = len(table)
     edge = SQUARE * cell
     wide = _WINDOWS[-1]
@@ -163,9 +187,18 @@ def _describe(table, flat, centre, cell, here, places, values):  # type: ignore[
     half = int(REACH / edge) + 1
     columns = np.empty((8, 2 * wide + SQUARE))
     own = np.empty((SQUARE, SQUARE, 2))
+    asked = np.zeros((2 * half + 3, 2 * half + 3), dtype=np.bool_)
+    for a in range(2 * half + 1):
+        for b in range(2 * half + 1):
+            age = _age(ages, SQUARE * (first0 - half + a), SQUARE * (first1 - half + b))
+            asked[a + 1, b + 1] = span[0] <= age < span[1]
     count = 0
     for i in range(first0 - half, first0 + half + 1):
         for j in range(first1 - half, first1 + half + 1):
+            a, b = i - first0 + half, j - first1 + half
+            wanted = asked[a + 1, b + 1]
+            if not asked[a : a + 3, b : b + 3].any():
+                continue
             far = np.hypot((i + 0.5) * edge - here[0], (j + 0.5) * edge - here[1])
             u, v = SQUARE * i - centre[0], SQUARE * j - centre[1]
             if far < NEAREST or far > REACH or count == len(places):
@@ -190,8 +223,19 @@ def _describe(table, flat, centre, cell, here, places, values):  # type: ignore[
             row[_SHARED:] = _UNKNOWN
             _fit(flat, u + n // 2, v + n // 2, cell, own, columns, row[_SHARED:])
             places[count, 0], places[count, 1] = i, j
+            due[count] = wanted
             count += 1
     return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _age(ages, u, v):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the age of a square's newest tile."""
+    n, least = len(ages), np.float32(np.inf)
+    for a in range(SQUARE):
+        for b in range(SQUARE):
+            least = min(least, ages[(u + a) & (n - 1), (v + b) & (n - 1)])
+    return least
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -18,6 +18,9 @@ LAYER = 0.25
 TALL = 1.2
 """Points further above it are crowns that a robot passes under [m] (as in ``PolarGrid``)."""
 
+EVER = (0.0, np.inf)
+"""Ages of all that was measured [s]."""
+
 _FARTHEST = 1e4
 """Heights beyond are no measurement [m]."""
 
@@ -43,6 +46,8 @@ class Tiles:
         cell: Edge of a tile [m].
         table: Columns ``LOWEST`` to ``HIGHEST`` of each tile; tile (i, j), counted from the frame's
             origin, stands at (i, j) modulo n. float32, shape (n, n, 4).
+        ages: How long before the cloud's newest point each tile was last measured [s]; infinite
+            where it has no points. float32, shape (n, n), as the table.
         centre: The tile of the place that the cloud was described around, shape (2,).
     """
 
@@ -55,28 +60,38 @@ class Tiles:
         """
         self.cell = cell
         self.table = np.zeros((cells, cells, 4), dtype=np.float32)
+        self.ages = np.full((cells, cells), np.inf, dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self._floors = np.zeros((2, cells, cells), dtype=np.float32)
 
-    def describe(self, points: NDArray[np.float32], here: NDArray[np.float64]) -> None:
+    def describe(
+        self,
+        points: NDArray[np.float32],
+        here: NDArray[np.float64],
+        ages: NDArray[np.float32] | None = None,
+    ) -> None:
         """Describe a cloud.
 
         Args:
             points: Cloud [m], shape (n, 3).
             here: Place of the robot [m], shape (2,).
+            ages: How long before the newest each point was measured [s], float32, shape (n,); None
+                is at the same time.
         """
         self.centre[:] = np.floor(here / self.cell).astype(np.int64)
-        _describe(points, self.centre, self.cell, self.table, self._floors)
+        times = np.zeros(len(points), dtype=np.float32) if ages is None else ages
+        _describe(points, times, self.centre, self.cell, self.table, self.ages, self._floors)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _describe(points, centre, cell, table, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill the tiles of the square around the centre."""
     n = len(table)
     table[:, :, LOWEST] = np.inf
     table[:, :, POINTS] = 0.0
     table[:, :, MEAN] = 0.0
     table[:, :, HIGHEST] = -np.inf
+    ages[:] = np.inf
     half = n // 2 - 1
     for above in (False, True):
         for k in range(len(points)):
@@ -95,6 +110,7 @@ def _describe(points, centre, cell, table, floors):  # type: ignore[no-untyped-d
                 own[MEAN] += (z - own[MEAN]) / own[POINTS]
             if z < own[LOWEST] + np.float32(TALL):
                 own[HIGHEST] = max(own[HIGHEST], z)
+                ages[i, j] = min(ages[i, j], times[k])
         if not above:
             _lower(table, floors)
 

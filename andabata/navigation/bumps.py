@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from traversability.tiles import MEAN, POINTS, Tiles, Wrapping
+from traversability.tiles import EVER, MEAN, POINTS, Tiles, Wrapping
 
 _ASIDE = 3
 """A cell is compared with those so many cells away on either side."""
@@ -69,29 +69,33 @@ class Bumps:
         self._cell = cell
         self._config = config
         n = config.cells
-        self.rises = np.zeros((n, n), dtype=np.float32)
+        self._cells = np.zeros((n, n, 3), dtype=np.float32)
+        self._sums, self.rises = self._cells[:, :, :2], self._cells[:, :, 2]
         self.centre = np.zeros(2, dtype=np.int64)
-        self._sums = np.zeros((n, n, 2), dtype=np.float32)
 
     def reset(self) -> None:
         """Forget everything."""
-        self.rises[:] = 0.0
-        self._sums[:] = 0.0
+        self._cells[:] = 0.0
         self.centre[:] = 0
 
-    def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
+    def take(
+        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+    ) -> None:
         """Take in a cloud.
 
         Args:
             tiles: The cloud in ``odom``, as many as the square has cells, and as large.
             here: Position of the robot there [m], shape (2,).
+            span: Cells that were last measured so long ago [s]: from the first age on, less than
+                the second.
         """
         config = self._config
-        follow(self._sums, self.centre, here, self._cell)
+        follow(self._cells, self.centre, here, self._cell)
+        due = (tiles.ages >= np.float32(span[0])) & (tiles.ages < np.float32(span[1]))
         limits = (config.nearest, config.reach, config.most, config.memory)
-        _add(tiles.table, self._sums, self.centre, here, self._cell, limits)
+        _add(tiles.table, due, self._sums, self.centre, here, self._cell, limits)
         limits = (config.enough, config.rise, config.roughness, config.keep)
-        _judge(self._sums, limits, self.rises)
+        _judge(self._sums, due, limits, self.rises)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -111,7 +115,7 @@ def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(table, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _add(table, due, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add how far cells stand out of those on either side: points, and the sum over them.
 
     The mean of two cells on either side is the ground's height between them, on slopes too; of the
@@ -125,7 +129,7 @@ def _add(table, sums, centre, here, cell, limits):  # type: ignore[no-untyped-de
         for j in range(centre[1] - half, centre[1] + half + 1):
             own = table[i & (n - 1), j & (n - 1)]
             far = np.hypot((i + 0.5) * cell - here[0], (j + 0.5) * cell - here[1])
-            if own[POINTS] == 0 or far < nearest or far > reach:
+            if not due[i & (n - 1), j & (n - 1)] or far < nearest or far > reach:
                 continue
             known = 0
             for k in range(len(_ALONG)):
@@ -148,12 +152,14 @@ def _add(table, sums, centre, here, cell, limits):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _judge(sums, limits, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _judge(sums, due, limits, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write how far bumps stand out: further than ``least``, and than what is around them."""
     n, around = len(sums), 2 * _ASIDE
     enough, least, roughness, keep = limits
     for i in range(n):
         for j in range(n):
+            if not due[i, j]:
+                continue
             points, total = sums[i, j]
             kept = np.float32(keep) * rises[i, j]
             rises[i, j] = kept if points > 0 and kept > least / 2 else np.float32(0.0)

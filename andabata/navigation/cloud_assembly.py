@@ -1,5 +1,7 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
+from collections import deque
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -8,7 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.senses import Sweeps
-from traversability.cloud import PointCloud
+from andabata.navigation.view import Recent
+from traversability.cloud import PointCloud, joined
 
 _SLACK = 1.0
 """What was measured so long before the first pose or after the last is still placed [s]."""
@@ -20,6 +23,8 @@ class CloudAssemblyConfig(BaseModel):
     Attributes:
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
+        settle: What the head has turned past by this much was measured with what lies beside it
+            [rad].
         span: A 3D laser's clouds are gathered for so long before they replace the last one [s]; 0
             takes each by itself, as for a laser that sends whole turns.
         max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
@@ -36,6 +41,7 @@ class CloudAssemblyConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     turn: float = Field(default=np.pi, gt=0, le=200)
+    settle: float = Field(default=0.5, ge=0)
     span: float = Field(default=0.0, ge=0, le=60)
     max_range: float = Field(default=11.5, gt=0)
     dense_range: float = Field(default=2.5, ge=0)
@@ -77,7 +83,9 @@ class CloudAssembler:
         self.cloud: PointCloud | None = None
         self.refused = 0
         self._newest = -np.inf
-        self._parts: list[tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.uint8]]] = []
+        self._parts: list[PointCloud] = []
+        self._recent: deque[tuple[PointCloud, float]] = deque()
+        self._settled = -np.inf
         self._turn: int | None = None
         self._begin = 0.0
 
@@ -112,11 +120,21 @@ class CloudAssembler:
             config.dense_stride,
         )
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
-        if sweeps.classes is None:
-            classes = np.zeros(0, dtype=np.uint8)
-        else:
-            classes = sweeps.classes.ravel()[rows]
-        self._parts.append((points, times, classes))
+        classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
+        part = PointCloud(points, "odom", times, classes)
+        self._parts.append(part)
+        self._keep(part, float(sweeps.head_angles[-1]))
+
+    def _keep(self, part: PointCloud, angle: float) -> None:
+        """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
+        self._recent.append((part, angle))
+        while abs(angle - self._recent[0][1]) > self._config.turn:
+            self._recent.popleft()
+        for past, before in reversed(self._recent):
+            if len(past) and abs(angle - before) >= self._config.settle:
+                assert past.stamps is not None
+                self._settled = float(past.stamps.max())
+                break
 
     def add_frame(self, frame: PointCloud, track: PoseTrack) -> None:
         """Place the points of a 3D laser's cloud with the poses of their own instants.
@@ -140,8 +158,10 @@ class CloudAssembler:
         first, last = float(kept.stamps.min()), float(kept.stamps.max())
         if not self._parts or first - self._begin > config.span + config.stale:
             self._parts, self._begin = [], first
-        self._parts.append((points, kept.stamps, np.zeros(0, dtype=np.uint8)))
+        self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
+            self._recent = deque((part, 0.0) for part in self._parts)
+            self._settled = last
             self._replace()
 
     def _placeable(self, stamps: NDArray[np.float64], track: PoseTrack) -> bool:
@@ -160,12 +180,15 @@ class CloudAssembler:
 
     def _replace(self) -> None:
         """Make what was gathered the cloud."""
-        columns = zip(*self._parts, strict=True)
-        points, times, classes = (np.concatenate(column) for column in columns)
-        known = classes if len(classes) == len(points) else None
-        self.cloud = PointCloud(points, "odom", times, known)
-        self._newest = float(times.max(initial=-np.inf))
+        self.cloud = joined(self._parts)
+        assert self.cloud.stamps is not None
+        self._newest = float(self.cloud.stamps.max(initial=-np.inf))
         self._parts = []
+
+    @property
+    def recent(self) -> Recent:
+        """What was measured in the last half turn of the head, or the last of a 3D laser."""
+        return Recent(tuple(part for part, _ in self._recent), self._settled)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.robot import RobotModel
 from andabata.navigation.bumps import Bumps, BumpsConfig, follow
 from andabata.navigation.square_map import SquareMap, SquareMapConfig
-from traversability.cloud import PointCloud
+from andabata.navigation.view import Recent
 from traversability.grid import PolarGrid
 from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE
@@ -144,22 +144,24 @@ class Evidence:
         self._bumps.reset()
         if self._squares is not None:
             self._squares.reset()
-        self._cloud: PointCloud | None = None
+        self._settled = -np.inf
         self.centre[:] = 0
 
-    def look_down(self, cloud: PointCloud | None, here: NDArray[np.float64]) -> None:
-        """Remember the squares and the bumps of a cloud, once.
+    def look_down(self, recent: Recent | None, here: NDArray[np.float64]) -> None:
+        """Remember the squares and the bumps that were measured since the last time, each once.
 
         Args:
-            cloud: In ``odom``; None has none.
-            here: Position of the robot there [m], shape (2,).
+            recent: What was measured last; None has none.
+            here: Position of the robot in ``odom`` [m], shape (2,).
         """
-        if cloud is not None and cloud is not self._cloud:
-            self._tiles.describe(cloud.points, here)
-            self._bumps.take(self._tiles, here)
-            if self._squares is not None:
-                self._squares.take(self._tiles, here)
-            self._cloud = cloud
+        if recent is None or recent.settled <= self._settled:
+            return
+        points, ages, span = recent.since(self._settled)
+        self._tiles.describe(points, here, ages)
+        self._bumps.take(self._tiles, here, span)
+        if self._squares is not None:
+            self._squares.take(self._tiles, here, span)
+        self._settled = recent.settled
 
     def mark(self, odds: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
         """Remember a scan.
@@ -182,7 +184,7 @@ class Evidence:
             self._weights,
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
-            self._squares is not None and self._cloud is not None,
+            self._squares is not None and self._settled > -np.inf,
         )
         squares = self._unjudged
         if self._squares is not None:

@@ -124,7 +124,8 @@ class LocalMap:
         # What was seen keeps its place in odom.
         odds, there = view.scan.odds_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
-        self.evidence.look_down(view.cloud, here)
+        if self._looks % self.config.mark_every == 0:
+            self.evidence.look_down(view.recent, here)
         self.keep_inside(view.area, view.pose, view.odometry)
         bearing = self.bearing(odds, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.evidence.shortened(view.scan.ranges, here, yaw, self.config.reach)

@@ -157,7 +157,7 @@ class Navigator:
             goal=self._goal,
             truth=senses.truth,
             area=self.area,
-            cloud=self._perception.cloud,
+            recent=self._perception.recent,
         )
 
     def command(self, steering: float, pace: float = 1.0) -> WheelSpeeds:

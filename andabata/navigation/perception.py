@@ -5,7 +5,7 @@ from typing import Protocol
 from andabata.localization.localizer import Localizer
 from andabata.machine.senses import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
-from traversability.cloud import PointCloud
+from andabata.navigation.view import Recent
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
@@ -16,8 +16,8 @@ class Perception(Protocol):
     """Whatever tells how far it is free around the robot."""
 
     @property
-    def cloud(self) -> PointCloud | None:
-        """The latest complete cloud, in ``odom``; None where there is none."""
+    def recent(self) -> Recent | None:
+        """What was measured last in every direction; None where there are no clouds."""
 
     def reset(self) -> None:
         """Forget what was seen."""
@@ -37,9 +37,9 @@ class CloudPerception:
         self._scanner = TraversabilityScanner(forest, grid)
 
     @property
-    def cloud(self) -> PointCloud | None:
-        """The latest complete cloud."""
-        return self.assembler.cloud
+    def recent(self) -> Recent | None:
+        """What the assembler keeps of the last half turn."""
+        return self.assembler.recent
 
     def reset(self) -> None:
         """Forget the clouds."""
@@ -71,7 +71,7 @@ class HorizontalPerception:
         self.reset()
 
     @property
-    def cloud(self) -> PointCloud | None:
+    def recent(self) -> Recent | None:
         """None: a scanner in one plane makes no clouds."""
         return None
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.navigation.bumps import follow
 from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
-from traversability.tiles import Tiles
+from traversability.tiles import EVER, Tiles
 
 _RANGE = SQUARE_FEATURES.index("range")
 
@@ -62,19 +62,23 @@ class SquareMap:
         self.odds[:] = 0.0
         self.centre[:] = 0
 
-    def take(self, tiles: Tiles, here: NDArray[np.float64]) -> None:
+    def take(
+        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+    ) -> None:
         """Take in a cloud.
 
         Args:
             tiles: The cloud in ``odom``.
             here: Position of the robot there [m], shape (2,).
+            span: Squares that were last measured so long ago [s]; see ``SquareFeatures.describe``.
         """
         self.follow(here)
         config = self._config
-        self._features.describe(tiles, here)
-        places, values = self._features.places, self._features.values
+        self._features.describe(tiles, here, span)
+        due = self._features.due
+        now = self._forest.odds(self._features.values, self._features.places)[due]
+        places, values = self._features.places[due], self._features.values[due]
         i, j = (places & (len(self.odds) - 1)).T
-        now = self._forest.odds(values, places)
         now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now
         self.odds[i, j] = np.clip(odds, -config.most, config.most)

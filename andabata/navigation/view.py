@@ -8,11 +8,45 @@ from numpy.typing import NDArray
 
 from andabata.machine.pose import Pose
 from andabata.machine.senses import VehicleState
-from traversability.cloud import PointCloud
+from traversability.cloud import PointCloud, joined
 from traversability.virtual_scan import VirtualScan
 
 Area = tuple[float, float, float, float]
 """``x_min, y_min, x_max, y_max`` in the map [m]."""
+
+
+@dataclass(frozen=True)
+class Recent:
+    """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
+
+    Attributes:
+        parts: Placed points with stamps, in ``odom``, oldest first.
+        settled: Up to this stamp [s] places were measured with what lies beside them: the head has
+            turned on since.
+    """
+
+    parts: tuple[PointCloud, ...]
+    settled: float
+
+    def since(
+        self, stamp: float
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], tuple[float, float]]:
+        """Return the points, their ages and between which ages what has settled since a stamp lies.
+
+        Args:
+            stamp: An earlier ``settled`` [s], so that everything is told of once.
+
+        Returns:
+            Points [m], shape (n, 3), how long before the newest of them each was measured [s],
+            float32, shape (n,), and the ages of what has settled since, from the first on, less
+            than the second.
+        """
+        cloud = joined(self.parts)
+        if cloud.stamps is None:
+            raise ValueError("stamps: expected parts that have them, got none")
+        newest = float(cloud.stamps.max(initial=self.settled))
+        ages = (newest - cloud.stamps).astype(np.float32)
+        return cloud.points, ages, (newest - self.settled, newest - stamp)
 
 
 @dataclass(frozen=True)
@@ -32,7 +66,7 @@ class View:
         truth: The true state, for the oracle alone (simulation only).
         area: Where the robot may be at all: the fence that a field robot is given with its goals.
             None is everywhere.
-        cloud: The cloud behind the scan, in ``odom``; None where there is none.
+        recent: What was measured last in every direction; None where there are no clouds.
     """
 
     stamp: float
@@ -45,7 +79,7 @@ class View:
     goal: NDArray[np.float64]
     truth: VehicleState | None
     area: Area | None = None
-    cloud: PointCloud | None = None
+    recent: Recent | None = None
 
 
 class Controller(Protocol):

@@ -7,7 +7,7 @@ from andabata.machine.pose import Pose
 from andabata.navigation.bumps import Bumps, BumpsConfig
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.square_map import SquareMapConfig
-from andabata.navigation.view import View
+from andabata.navigation.view import Recent, View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.square_context import CONTEXT_FEATURES
@@ -132,27 +132,25 @@ def test_it_forgets_what_lies_behind():
     assert not bumps.rises.any()
 
 
-def view_of(cloud, at=0.0):
+def view_of(points, at=0.0, stamp=0.0):
     """Return the view of a robot on the x axis whose scan sees nothing but free ground."""
+    cloud = None if points is None else PointCloud(points, "odom", np.full(len(points), stamp))
+    recent = None if cloud is None else Recent((cloud,), stamp)
     pose = Pose.from_euler(np.array([at, 0.0, 0.0]), 0.0, 0.0, 0.0)
     free = VirtualScan(np.full(GRID.n_sectors, np.inf, dtype=np.float32), GRID.outer_radius)
     goal = np.array([8.0, 0.0])
-    return View(0.0, free, 0.0, 8.0 - at, (0.0, 0.0), pose, pose, goal, None, cloud=cloud)
+    return View(0.0, free, 0.0, 8.0 - at, (0.0, 0.0), pose, pose, goal, None, recent=recent)
 
 
 def test_the_map_goes_round_a_bump_that_scans_call_free():
     rng = np.random.default_rng(7)
     ahead = np.array([2.05, 0.05])
-    even, rock = (
-        [PointCloud(with_rock(ground(rng), ahead, height=h), "odom") for _ in range(3)]
-        for h in (0.0, 0.07)
-    )
+    even, rock = ([with_rock(ground(rng), ahead, height=h) for _ in range(3)] for h in (0.0, 0.07))
     gaps = []
     for clouds in (even, rock):
         local_map = LocalMap(GRID)
-        for _ in range(10):
-            for cloud in clouds:
-                local_map.guide(view_of(cloud))
+        for look in range(30):
+            local_map.guide(view_of(clouds[look % 3], stamp=look))
         i, j = np.floor((ahead - local_map.plan.corner) / local_map.config.cell).astype(int)
         gaps.append(float(local_map.plan.gaps[i, j]))
         straight = local_map.subgoal(np.zeros(2), np.array([8.0, 0.0])) is None
@@ -176,19 +174,18 @@ def always(odds):
 def test_bumps_in_squares_that_are_surely_free_are_none(odds, is_wall):
     """A miss counts four times, so that log odds of -2.5 are -1.1 to the map, and -6 are -4."""
     rng, ahead = np.random.default_rng(10), np.array([2.05, 0.05])
-    clouds = [PointCloud(with_rock(ground(rng), ahead), "odom") for _ in range(3)]
+    clouds = [with_rock(ground(rng), ahead) for _ in range(3)]
     config = LocalMapConfig(squares=SquareMapConfig(memory=0.0))
     local_map = LocalMap(GRID, config, squares=always(odds))
-    for _ in range(5):
-        for cloud in clouds:
-            local_map.guide(view_of(cloud))
+    for look in range(15):
+        local_map.guide(view_of(clouds[look % 3], stamp=look))
     i, j = np.floor((ahead - local_map.plan.corner) / local_map.config.cell).astype(int)
     assert (local_map.plan.gaps[i, j] == 0) == is_wall
 
 
 def test_a_cloud_counts_once():
     rng = np.random.default_rng(8)
-    cloud = PointCloud(with_rock(ground(rng, spacing=0.07)), "odom")
+    cloud = with_rock(ground(rng, spacing=0.07))
     local_map = LocalMap(GRID)
     for _ in range(50):
         local_map.guide(view_of(cloud))
@@ -199,9 +196,7 @@ def test_where_the_robot_has_driven_there_is_no_wall():
     rng = np.random.default_rng(9)
     local_map = LocalMap(GRID)
     for x in np.linspace(0.0, 4.0, 41):
-        local_map.guide(
-            view_of(PointCloud(with_rock(ground(rng), np.array([2.0, 0.0])), "odom"), x)
-        )
+        local_map.guide(view_of(with_rock(ground(rng), np.array([2.0, 0.0])), x, stamp=x))
         local_map.evidence.mark(view_of(None).scan.odds_of(GRID), np.array([x, 0.0]), 0.0)
     local_map.subgoal(np.array([4.0, 0.0]), np.array([8.0, 0.0]))
     i, j = np.floor((np.array([2.0, 0.0]) - local_map.plan.corner) / 0.2).astype(int)

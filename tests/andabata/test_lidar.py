@@ -77,6 +77,35 @@ def test_a_wrong_clock_bends_the_wall(make_scene):
     assert np.abs(on_wall[:, 0] - 5.8).max() > 0.3
 
 
+def test_what_the_head_has_turned_past_is_known_before_the_turn_ends_and_told_of_once(make_scene):
+    """A post is settled half a second after the laser has passed it, in each half turn once."""
+    post = box(SemanticClass.POST, (1.0, 4.0, 0.8), (0.2, 0.2, 1.6))
+    lidar = RotatingLidar(make_scene(objects=[post]).rays, EXACT, ROBOT, np.random.default_rng(0))
+    assembler, track = CloudAssembler(CloudAssemblyConfig(), ROBOT.lidar_height), moving_track()
+    passed, told, spans, before = [], [], [], -np.inf
+    for step in range(72):
+        now = (step + 1) / 10
+        assembler.add(lidar.sweeps(step / 10, now, track), track)
+        recent = assembler.recent
+        if recent.parts and (recent.parts[-1].classes == SemanticClass.POST).any():
+            passed.append(now)
+        if step % 5 == 4 and recent.settled > before:
+            _, ages, (newest, oldest) = recent.since(before)
+            classes = np.concatenate([part.classes for part in recent.parts])
+            due = (ages >= np.float32(newest)) & (ages < np.float32(oldest))
+            told += [now] * bool((due & (classes == SemanticClass.POST)).any())
+            spans.append(int(due.sum()))
+            before = recent.settled
+    ends = [a for a, b in zip(passed, [*passed[1:], np.inf], strict=True) if b - a > 1.0]
+    assert len(ends) == 2
+    assert len(told) in (2, 3, 4)  # What is passed just when it is looked at is told in two parts.
+    for end in ends:
+        assert any(0.4 < stamp - end < 1.2 for stamp in told)
+    whole = sum(len(part) for part in assembler.recent.parts)
+    assert sum(spans) < 7.2 / HALF_TURN * whole
+    assert sum(spans) > 6.0 / HALF_TURN * whole
+
+
 def test_the_cloud_travels_with_the_robot(make_scene):
     post = box(SemanticClass.POST, (4.0, 1.0, 0.8), (0.2, 0.2, 1.6))
     assembler = assembled(make_scene(objects=[post]), moving_track())

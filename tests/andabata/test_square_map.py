@@ -7,7 +7,7 @@ from andabata.machine.pose import Pose
 from andabata.models import shipped_squares
 from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.square_map import SquareMap, SquareMapConfig
-from andabata.navigation.view import View
+from andabata.navigation.view import Recent, View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.tiles import Tiles
@@ -30,15 +30,17 @@ def trunk(x, y, rng):
     return np.stack([x + 0.1 * np.cos(turn), y + 0.1 * np.sin(turn), z], 1).astype(np.float32)
 
 
-def view_of(cloud, red=()):
+def view_of(points, red=()):
     """Return the view of a robot at the origin whose scan calls some (sector, ring) red."""
+    cloud = None if points is None else PointCloud(points, "odom", np.zeros(len(points)))
+    recent = None if cloud is None else Recent((cloud,), 0.0)
     odds = np.full((GRID.n_sectors, GRID.n_rings), -6.0, dtype=np.float32)
     for cell in red:
         odds[cell] = 6.0
     ranges = np.full(GRID.n_sectors, np.inf, dtype=np.float32)
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     scan = VirtualScan(ranges, GRID.outer_radius, odds)
-    return View(0.0, scan, 0.0, 8.0, (0.0, 0.0), pose, pose, GOAL, None, cloud=cloud)
+    return View(0.0, scan, 0.0, 8.0, (0.0, 0.0), pose, pose, GOAL, None, recent=recent)
 
 
 def evidence_at(local_map, x, y):
@@ -56,7 +58,7 @@ def cells_around(x, y):
 def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
     rng = np.random.default_rng(0)
     places = [(3.1, 0.7), (3.1, -0.7)]
-    cloud = PointCloud(np.concatenate([ground(rng), *(trunk(*p, rng) for p in places)]), "odom")
+    cloud = np.concatenate([ground(rng), *(trunk(*p, rng) for p in places)])
     red = [cells_around(x, y + side) for x, y in places for side in (-0.3, 0.0, 0.3)]
     fine, coarse = LocalMap(GRID, squares=shipped_squares()), LocalMap(GRID)
     for local_map in (fine, coarse):
@@ -81,7 +83,7 @@ def test_where_no_cloud_has_points_the_scan_decides():
     hole = np.hypot(points[:, 0] - 3.1, points[:, 1]) > 0.8
     local_map = LocalMap(GRID, squares=shipped_squares())
     for _ in range(30):
-        local_map.guide(view_of(PointCloud(points[hole], "odom"), [cells_around(3.1, 0.05)]))
+        local_map.guide(view_of(points[hole], [cells_around(3.1, 0.05)]))
     assert evidence_at(local_map, 3.1, 0.05) > local_map.config.wall
 
 
@@ -127,7 +129,7 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
     """From 5 m on a polar cell is a metre long and wide: a trunk in it says nothing of the rest."""
     sector, ring = cells_around(ahead, 0.05)
     red = [(sector + side, ring) for side in (-1, 0, 1)]
-    cloud = PointCloud(ground(np.random.default_rng(8))[:0], "odom")
+    cloud = ground(np.random.default_rng(8))[:0]
     walled = []
     for squares, seen in ((shipped_squares(), cloud), (shipped_squares(), None), (None, cloud)):
         local_map = LocalMap(GRID, squares=squares)
@@ -150,7 +152,7 @@ def test_it_forgets_what_lies_behind():
 def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
     rng = np.random.default_rng(5)
     local_map = LocalMap(GRID, squares=shipped_squares())
-    cloud = PointCloud(np.concatenate([ground(rng), trunk(0.75, 0.0, rng)]), "odom")
+    cloud = np.concatenate([ground(rng), trunk(0.75, 0.0, rng)])
     first = view_of(cloud)
     for _ in range(10):
         local_map.guide(first)
@@ -166,3 +168,20 @@ def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
 def test_squares_of_another_size_are_refused():
     with pytest.raises(ValueError, match=r"local_map.cell: expected 0.2 m.* got 0.25 m"):
         LocalMap(GRID, LocalMapConfig(cell=0.25), squares=shipped_squares())
+
+
+def test_only_what_was_measured_when_asked_for_is_judged_and_as_in_the_whole_cloud():
+    """Half of the ground was measured a second before the other half."""
+    rng = np.random.default_rng(6)
+    points = np.concatenate([ground(rng), trunk(2.1, 0.1, rng), trunk(-2.1, 0.1, rng)])
+    ages = np.where(points[:, 0] < 0.4, np.float32(1.5), np.float32(0.5))
+    tiles = Tiles()
+    tiles.describe(points, ORIGIN, ages)
+    whole, parts = (SquareMap(256, shipped_squares(), SquareMapConfig()) for _ in range(2))
+    whole.take(tiles, ORIGIN)
+    parts.take(tiles, ORIGIN, (1.0, 2.0))
+    middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1
+    assert not parts.odds[middles > 0.4].any()
+    assert parts.odds[middles < 0.4].any()
+    parts.take(tiles, ORIGIN, (0.0, 1.0))
+    assert np.array_equal(parts.odds, whole.odds)

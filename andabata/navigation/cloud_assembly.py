@@ -123,7 +123,8 @@ class CloudAssembler:
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
         part = PointCloud(points, "odom", times, classes)
         self._parts.append(part)
-        self._keep(part, float(sweeps.head_angles[-1]))
+        if len(part):
+            self._keep(part, float(sweeps.head_angles[-1]))
 
     def _keep(self, part: PointCloud, angle: float) -> None:
         """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
@@ -131,7 +132,7 @@ class CloudAssembler:
         while abs(angle - self._recent[0][1]) > self._config.turn:
             self._recent.popleft()
         for past, before in reversed(self._recent):
-            if len(past) and abs(angle - before) >= self._config.settle:
+            if abs(angle - before) >= self._config.settle:
                 assert past.stamps is not None
                 self._settled = float(past.stamps.max())
                 break

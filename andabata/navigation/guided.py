@@ -9,6 +9,7 @@ class GuidedController:
     """A controller that heads for the sub-goals of a local map and steers where that leads on.
 
     Attributes:
+        local_map: What it remembers and plans.
         pace: What the rollouts say, else 1.
         hold: The rollouts', else the controller's.
     """
@@ -24,14 +25,14 @@ class GuidedController:
             rollouts: Where does that lead; None lets the controller have its way.
         """
         self._controller = controller
-        self._map = local_map
+        self.local_map = local_map
         self._rollouts = rollouts
         self.hold = controller.hold if rollouts is None else rollouts.config.hold
         self.reset()
 
     def reset(self) -> None:
         """Forget the last drive."""
-        self._map.reset()
+        self.local_map.reset()
         self._controller.reset()
         if self._rollouts is not None:
             self._rollouts.reset()
@@ -39,9 +40,9 @@ class GuidedController:
 
     def steer(self, view: View) -> float:
         """Return the controller's yaw rate for the sub-goal, or a better one [rad/s]."""
-        wish = self._controller.steer(self._map.guide(view))
+        wish = self._controller.steer(self.local_map.guide(view))
         if self._rollouts is None:
             return wish
         there = view.odometry
-        rate, self.pace = self._rollouts.choose(self._map, there.position[:2], there.yaw, wish)
+        rate, self.pace = self._rollouts.choose(self.local_map, there.position[:2], there.yaw, wish)
         return rate

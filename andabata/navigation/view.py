@@ -20,7 +20,7 @@ class Recent:
     """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
 
     Attributes:
-        parts: Placed points with stamps, in ``odom``, oldest first.
+        parts: Placed points with stamps, in ``odom``, oldest first; none is empty.
         settled: Up to this stamp [s] places were measured with what lies beside them: the head has
             turned on since.
     """
@@ -31,22 +31,36 @@ class Recent:
     def since(
         self, stamp: float
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], tuple[float, float]]:
-        """Return the points, their ages and between which ages what has settled since a stamp lies.
+        """Return what was measured around the places that have settled since a stamp.
+
+        That is one swath of the head, as far before these places as it has turned past them: what
+        was measured half a turn earlier lies centimetres off, and would be a step beside them.
 
         Args:
             stamp: An earlier ``settled`` [s], so that everything is told of once.
 
         Returns:
             Points [m], shape (n, 3), how long before the newest of them each was measured [s],
-            float32, shape (n,), and the ages of what has settled since, from the first on, less
-            than the second.
+            float32, shape (n,), and the ages of what has settled, from the first on, less than the
+            second.
         """
-        cloud = joined(self.parts)
-        if cloud.stamps is None:
-            raise ValueError("stamps: expected parts that have them, got none")
-        newest = float(cloud.stamps.max(initial=self.settled))
-        ages = (newest - cloud.stamps).astype(np.float32)
-        return cloud.points, ages, (newest - self.settled, newest - stamp)
+        lag = _newest(self.parts[-1]) - self.settled
+        swath = joined([part for part in self.parts if _newest(part) > stamp - lag])
+        assert swath.stamps is not None
+        newest = float(swath.stamps.max())
+        ages = (newest - swath.stamps).astype(np.float32)
+        return swath.points, ages, (newest - self.settled, newest - stamp)
+
+
+def _newest(part: PointCloud) -> float:
+    """Return the stamp of a part's newest point [s].
+
+    Raises:
+        ValueError: If it has no points, or they have no stamps.
+    """
+    if part.stamps is None or not len(part):
+        raise ValueError("parts: expected points with stamps, got none")
+    return float(part.stamps.max())
 
 
 @dataclass(frozen=True)

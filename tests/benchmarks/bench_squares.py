@@ -1,12 +1,13 @@
 """Squares against the true map along drives, beside the polar cell that each of them lies in.
 
 Run with ``python tests/benchmarks/bench_squares.py [WORLD] [FIRST] [COUNT] [SQUARES]``: drives of
-``learned`` to one goal each in so many worlds from that seed on, kinematic plant. Each new cloud's
-squares are judged where they lie; a square is red when the true map forbids a quarter of it. The
-polar cell's odds are those of the scan at the same instant, where the forest looked at all. With
-SQUARES, a file, these trees watch the same drives instead of the shipped ones.
+``learned`` to one goal each in so many worlds from that seed on, kinematic plant. What has settled
+since the last look is judged where it lies; a square is red when the true map forbids a quarter of
+it. The polar cell's odds are those of the scan at the same instant, where the forest looked at all.
+With SQUARES, a file, these trees watch the same drives instead of the shipped ones.
 
-The last lines are the map's, which remembers several clouds: which squares are walls to the plan.
+The last lines are the map's, which remembers several passes of the laser: which squares are walls
+to the plan.
 """
 
 import sys
@@ -25,7 +26,6 @@ from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
-from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE_FEATURES, SquareFeatures
@@ -39,6 +39,9 @@ CONFIG = LocalMapConfig()
 WALL = CONFIG.wall / CONFIG.certain * CONFIG.squares.most
 """Log odds from which a square is a wall."""
 
+EVERY = 5
+"""Control steps between two looks: as often as a robot with a map decides."""
+
 
 class Watcher:
     """Gathers, for each square of each cloud, what was said of it and what is true."""
@@ -47,22 +50,28 @@ class Watcher:
         self._truth, self._grid, self._forest = world.truth, grid, forest
         self._tiles, self._features = Tiles(), SquareFeatures()
         self._map = SquareMap(CONFIG.cells, forest, CONFIG.squares)
-        self._cloud: PointCloud | None = None
+        self._settled = -np.inf
+        self._steps = 0
         self.rows: list[NDArray[np.float64]] = []
         self.walls: list[NDArray[np.float64]] = []
 
     def __call__(self, step: Step) -> None:
         """Take in a control step."""
         view = step.view
-        if view is None or view.truth is None or view.cloud is None or view.cloud is self._cloud:
+        self._steps += 1
+        if view is None or view.truth is None or view.recent is None or self._steps % EVERY:
             return
-        self._cloud = view.cloud
+        if view.recent.settled <= self._settled:
+            return
+        points, ages, span = view.recent.since(self._settled)
+        self._settled = view.recent.settled
         here, yaw, true = view.odometry.position[:2], view.odometry.yaw, view.truth.pose
-        self._tiles.describe(view.cloud.points, here)
-        self._features.describe(self._tiles, here)
-        values = self._features.values
-        squares = self._forest.odds(values, self._features.places)
-        x, y = (0.2 * self._features.places + 0.1 - here).T
+        self._tiles.describe(points, here, ages)
+        self._features.describe(self._tiles, here, span)
+        due = self._features.due
+        values = self._features.values[due]
+        squares = self._forest.odds(self._features.values, self._features.places)[due]
+        x, y = (0.2 * self._features.places[due] + 0.1 - here).T
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
         ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
@@ -71,7 +80,7 @@ class Watcher:
         red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
         far = values[:, SQUARE_FEATURES.index("range")]
         self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
-        self._map.take(self._tiles, here)
+        self._map.take(self._tiles, here, span)
         reach = int(MAP_BANDS[-1][1] / 0.2) + 1
         around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
         places = around + self._map.centre

@@ -143,17 +143,24 @@ class SquareForest:
         if not self.cell > 0:
             raise ValueError(f"tiles of {self.cell} m")
 
-    def odds(self, features: NDArray[np.float32], places: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the log odds of a cloud's squares for being non-traversable, shape (n,).
+    def odds(
+        self,
+        features: NDArray[np.float32],
+        places: NDArray[np.int64],
+        due: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.float64]:
+        """Return the log odds of a cloud's squares for being non-traversable, shape (k,).
 
         Args:
             features: Of all squares of the cloud, as ``SQUARE_FEATURES``, float32, shape (n, f).
             places: The squares, int64, shape (n, 2).
+            due: The k squares that are asked for, bool, shape (n,); None for all.
 
         Raises:
             ValueError: If the features have another shape.
         """
-        return self.second.odds(in_context(features, self.first.odds(features), places))
+        rows = in_context(features, self.first.odds(features), places)
+        return self.second.odds(rows if due is None else rows[due])
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""

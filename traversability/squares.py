@@ -187,17 +187,20 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
     half = int(REACH / edge) + 1
     columns = np.empty((8, 2 * wide + SQUARE))
     own = np.empty((SQUARE, SQUARE, 2))
+    # Rims of one square more, so that each has eight neighbours.
     asked = np.zeros((2 * half + 3, 2 * half + 3), dtype=np.bool_)
+    beside = asked.copy()
     for a in range(2 * half + 1):
         for b in range(2 * half + 1):
             age = _age(ages, SQUARE * (first0 - half + a), SQUARE * (first1 - half + b))
-            asked[a + 1, b + 1] = span[0] <= age < span[1]
+            if span[0] <= age < span[1]:
+                asked[a + 1, b + 1] = True
+                beside[a : a + 3, b : b + 3] = True
     count = 0
     for i in range(first0 - half, first0 + half + 1):
         for j in range(first1 - half, first1 + half + 1):
-            a, b = i - first0 + half, j - first1 + half
-            wanted = asked[a + 1, b + 1]
-            if not asked[a : a + 3, b : b + 3].any():
+            k, m = i - first0 + half + 1, j - first1 + half + 1
+            if not beside[k, m]:
                 continue
             far = np.hypot((i + 0.5) * edge - here[0], (j + 0.5) * edge - here[1])
             u, v = SQUARE * i - centre[0], SQUARE * j - centre[1]
@@ -223,7 +226,7 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
             row[_SHARED:] = _UNKNOWN
             _fit(flat, u + n // 2, v + n // 2, cell, own, columns, row[_SHARED:])
             places[count, 0], places[count, 1] = i, j
-            due[count] = wanted
+            due[count] = asked[k, m]
             count += 1
     return count
 

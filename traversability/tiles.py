@@ -28,6 +28,10 @@ _ASIDE = 8
 """A tile that lies further than that above another one, so many tiles aside, is of a crown."""
 
 
+_HALVES = (1, 2, 4, 8, 1)
+"""Windows grow by so many tiles at a time, from one to twice ``_ASIDE`` and itself."""
+
+
 def _wrapping(cells: int) -> int:
     """Return a number of cells in which places wrap around by their lowest bits."""
     if cells & (cells - 1):
@@ -62,7 +66,7 @@ class Tiles:
         self.table = np.zeros((cells, cells, 4), dtype=np.float32)
         self.ages = np.full((cells, cells), np.inf, dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
-        self._floors = np.zeros((2, cells, cells), dtype=np.float32)
+        self._floors = np.zeros((cells + 2 * _ASIDE, cells), dtype=np.float32)
 
     def describe(
         self,
@@ -103,7 +107,7 @@ def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore
             if not above:
                 own[LOWEST] = min(own[LOWEST], z)
                 continue
-            if own[LOWEST] > floors[1, i, j] + np.float32(TALL):
+            if own[LOWEST] > floors[i, j] + np.float32(TALL):
                 continue
             if z < own[LOWEST] + np.float32(LAYER):
                 own[POINTS] += np.float32(1.0)
@@ -117,16 +121,23 @@ def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lower(table, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the lowest height around each tile, one axis after the other."""
+    """Write the lowest height around each tile, one axis after the other.
+
+    The least of a window is that of two windows of half the length. Rows and columns begin and end
+    as they wrap around.
+    """
     n = len(table)
-    along, around = floors
+    row = np.empty(n + 2 * _ASIDE, dtype=np.float32)
     for i in range(n):
-        for j in range(n):
-            along[i, j] = table[i, j, LOWEST]
-            for k in range(j - _ASIDE, j + _ASIDE + 1):
-                along[i, j] = min(along[i, j], table[i, k & (n - 1), LOWEST])
-    for i in range(n):
-        around[i] = along[i]
-        for k in range(i - _ASIDE, i + _ASIDE + 1):
+        for j in range(len(row)):
+            row[j] = table[i, (j - _ASIDE) & (n - 1), LOWEST]
+        for step in _HALVES:
+            for j in range(len(row) - step):
+                row[j] = min(row[j], row[j + step])
+        floors[i + _ASIDE] = row[:n]
+    floors[:_ASIDE], floors[n + _ASIDE :] = floors[n : n + _ASIDE], floors[_ASIDE : 2 * _ASIDE]
+    for step in _HALVES:
+        for i in range(len(floors) - step):
+            own, other = floors[i], floors[i + step]
             for j in range(n):
-                around[i, j] = min(around[i, j], along[k & (n - 1), j])
+                own[j] = min(own[j], other[j])

@@ -76,7 +76,7 @@ class SquareMap:
         config = self._config
         self._features.describe(tiles, here, span)
         due = self._features.due
-        now = self._forest.odds(self._features.values, self._features.places)[due]
+        now = self._forest.odds(self._features.values, self._features.places, due)
         places, values = self._features.places[due], self._features.values[due]
         i, j = (places & (len(self.odds) - 1)).T
         now[values[:, _RANGE] < config.near] += math.log(config.miss)

@@ -70,7 +70,7 @@ class Watcher:
         self._features.describe(self._tiles, here, span)
         due = self._features.due
         values = self._features.values[due]
-        squares = self._forest.odds(self._features.values, self._features.places)[due]
+        squares = self._forest.odds(self._features.values, self._features.places, due)
         x, y = (0.2 * self._features.places[due] + 0.1 - here).T
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)

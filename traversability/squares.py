@@ -67,7 +67,7 @@ class SquareFeatures:
     Attributes:
         places: Squares of the last cloud, int64, shape (k, 2).
         values: In the order of ``SQUARE_FEATURES``, float32, shape (k, f).
-        due: Whether they were asked for, or lie beside one that was, bool, shape (k,).
+        due: Whether they were asked for, bool, shape (k,); the others lie beside one that was.
     """
 
     def __init__(self) -> None:

@@ -24,7 +24,7 @@ class CloudAssemblyConfig(BaseModel):
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
         settle: What the head has turned past by this much was measured with what lies beside it
-            [rad].
+            [rad]; 0 for a head that turns faster than anybody looks.
         span: A 3D laser's clouds are gathered for so long before they replace the last one [s]; 0
             takes each by itself, as for a laser that sends whole turns.
         max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives

@@ -164,18 +164,18 @@ class BulletVehicle:
             physicsClientId=self._client,
         )
         self._collided = False
-        rows = np.empty((ticks, 9))
-        for row in rows:
+        rows, upright = [], math.cos(self._config.tipped)
+        for _ in range(ticks):
             for _ in range(round(TICK / self._config.step)):
                 pybullet.stepSimulation(physicsClientId=self._client)
             self._collided |= self._touches()
-            row[:7], turn = self._footprint()
+            pose, turn = self._footprint()
             speeds, power = self._wheels_now()
-            row[7:] = speeds
+            rows.append(pose + speeds)
             self._work += power * TICK
-            self._tipped |= bool(turn[2, 2] < math.cos(self._config.tipped))
+            self._tipped |= turn[8] < upright
         self._stamp += ticks * TICK
-        return rows
+        return np.array(rows).reshape(ticks, 9)
 
     def _touches(self) -> bool:
         """Return whether the body touches something solid, or a wheel does above its climb."""
@@ -193,15 +193,15 @@ class BulletVehicle:
                     return True
         return False
 
-    def _footprint(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the pose of ``base_footprint``, shape (7,), and its rotation, shape (3, 3)."""
-        position, orientation = pybullet.getBasePositionAndOrientation(
+    def _footprint(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the pose of ``base_footprint``, 7 numbers, and its rotation, row by row."""
+        (x, y, z), orientation = pybullet.getBasePositionAndOrientation(
             self._body, physicsClientId=self._client
         )
-        turn = np.array(pybullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        turn = pybullet.getMatrixFromQuaternion(orientation)
         # pybullet's base is the centre of mass; base_footprint lies under it on the base's own z.
-        footprint = np.array(position) - turn[:, 2] * self._robot.centre_of_mass
-        return np.concatenate([footprint, orientation]), turn
+        up = self._robot.centre_of_mass
+        return (x - turn[2] * up, y - turn[5] * up, z - turn[8] * up, *orientation), turn
 
     def _wheels_now(self) -> tuple[tuple[float, float], float]:
         """Return the mean speed of the wheels of each side [rad/s], and the motors' power [W].
@@ -216,13 +216,14 @@ class BulletVehicle:
     @property
     def state(self) -> VehicleState:
         """The true state."""
-        pose, turn = self._footprint()
+        pose, rows = self._footprint()
+        turn = np.array(rows).reshape(3, 3)
         linear, angular = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
         spin = turn.T @ np.array(angular)
         lever = np.array([0.0, 0.0, -self._robot.centre_of_mass])
         return VehicleState(
             stamp=self._stamp,
-            pose=Pose(pose[:3], pose[3:]),
+            pose=Pose(np.array(pose[:3]), np.array(pose[3:])),
             linear=turn.T @ np.array(linear) + np.cross(spin, lever),
             angular=spin,
             wheels=WheelSpeeds(*self._wheels_now()[0]),

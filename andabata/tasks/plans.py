@@ -26,8 +26,8 @@ class StagePlan(Stage):
 
     @property
     def unseen(self) -> OffroadConfig:
-        """The same in the worlds that are kept for validation, with a look at each step."""
-        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS, "look_every": 1})
+        """The same in the worlds that are kept for validation."""
+        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
 
 
 class TrainingPlan(BaseModel):

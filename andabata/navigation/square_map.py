@@ -29,7 +29,7 @@ class SquareMapConfig(BaseModel):
 
     memory: float = Field(default=0.5, ge=0, lt=1)
     most: float = Field(default=4.0, gt=0)
-    miss: float = Field(default=8.0, gt=0)
+    miss: float = Field(default=4.0, gt=0)
     near: float = Field(default=5.0, ge=0)
 
 

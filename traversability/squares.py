@@ -33,14 +33,8 @@ _FLAT = 0.1
 _FEW = 5
 """Tiles that make a plane."""
 
-_SHARED = 7
+_SHARED = 5
 """Features that do not belong to a window."""
-
-_ASIDE = np.array([[3, 0], [0, 3], [2, 2], [2, -2]])
-"""A tile is compared with those so many tiles away on either side."""
-
-_NOISE = (0.015, 0.003)
-"""How far noise alone moves one point, and the mean of ever so many [m]."""
 
 _OF_WINDOW = 7
 """Features of each window."""
@@ -48,17 +42,12 @@ _OF_WINDOW = 7
 _UNKNOWN = -1.0
 """Value of what cannot be told."""
 
-_UNSURE = -10.0
-"""Least significance: that of a tile with nothing on either side, or deep in a hole."""
-
 SQUARE_FEATURES = (
     "points",
     "tiles",
     "spread",
     "height",
     "range",
-    "bump",
-    "significance",
     *(
         f"{name}_{window}"
         for window in ("near", "around", "wide")
@@ -66,11 +55,10 @@ SQUARE_FEATURES = (
     ),
 )
 """What is known of a square, in order: its points and tiles, the largest difference of height [m]
-within one of its tiles and within it, its distance from the robot [m], how far the tile that stands
-out of the ground on either side most surely does [m], and how many times further than noise alone
-would move it, and of the planes through the flat tiles around it the share of tiles that are seen,
-the slope, the mean and the range of what lies beside the plane [m], how far the highest and the
-lowest of its own tiles do, and the highest point in them [m]."""
+within one of its tiles and within it, its distance from the robot [m], and of the planes through
+the flat tiles around it the share of tiles that are seen, the slope, the mean and the range of what
+lies beside the plane [m], how far the highest and the lowest of its own tiles do, and the highest
+point in them [m]."""
 
 
 class SquareFeatures:
@@ -222,7 +210,6 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
                 continue
             points, seen, spread = 0.0, 0, 0.0
             low, high = np.inf, -np.inf
-            bump, sure = _UNKNOWN, -np.inf
             for a in range(SQUARE):
                 for b in range(SQUARE):
                     tile = table[(SQUARE * i + a) & (n - 1), (SQUARE * j + b) & (n - 1)]
@@ -232,43 +219,16 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
                         spread = max(spread, tile[HIGHEST] - tile[LOWEST])
                         low, high = min(low, tile[LOWEST]), max(high, tile[HIGHEST])
                         own[a, b, 0], own[a, b, 1] = tile[MEAN], tile[HIGHEST]
-                        rise = _rise(table, SQUARE * i + a, SQUARE * j + b)
-                        noise = np.sqrt(_NOISE[0] ** 2 / tile[POINTS] + _NOISE[1] ** 2)
-                        if rise / noise > sure:
-                            bump, sure = rise, rise / noise
             if seen == 0:
                 continue
             row = values[count]
             row[0], row[1], row[2], row[3], row[4] = points, seen, spread, high - low, far
-            row[5], row[6] = bump, max(sure, _UNSURE)
             row[_SHARED:] = _UNKNOWN
             _fit(flat, u + n // 2, v + n // 2, cell, own, columns, row[_SHARED:])
             places[count, 0], places[count, 1] = i, j
             due[count] = asked[k, m]
             count += 1
     return count
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _rise(table, i, j):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return how far a tile stands out of those on either side, NaN where there are none.
-
-    The mean of two tiles on either side is the ground's height between them, on slopes too; of the
-    four pairs those in the middle count, so that the next rock does no harm.
-    """
-    last, known, total = len(table) - 1, 0, np.float32(0.0)
-    least, most = np.float32(np.inf), np.float32(-np.inf)
-    for k in range(len(_ASIDE)):
-        u, v = _ASIDE[k, 0], _ASIDE[k, 1]
-        a, b = table[(i + u) & last, (j + v) & last], table[(i - u) & last, (j - v) & last]
-        if a[POINTS] > 0 and b[POINTS] > 0:
-            level = (a[MEAN] + b[MEAN]) / np.float32(2.0)
-            known, total = known + 1, total + level
-            least, most = min(least, level), max(most, level)
-    if known == 0:
-        return np.nan
-    middle = (total - least - most) / (known - 2) if known > 2 else total / known
-    return table[i & last, j & last, MEAN] - middle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""Evidence for walls around the robot: what scans, squares and driving say of each cell."""
+"""Evidence for walls around the robot: what scans, squares, bumps and driving say of each cell."""
 
 import math
 
@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.square_map import SquareMap, SquareMapConfig, follow
+from andabata.navigation.bumps import Bumps, BumpsConfig, follow
+from andabata.navigation.square_map import SquareMap, SquareMapConfig
 from andabata.navigation.view import Recent
 from traversability.grid import PolarGrid
 from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE
-from traversability.tiles import Wrapping
+from traversability.tiles import Tiles, Wrapping
 
 _BEYOND = -1
 _RIM = 0.02
@@ -50,6 +51,7 @@ class EvidenceConfig(BaseModel):
             reckoning has drifted by then, the edges of the trail sooner than its middle.
         wall: Evidence above which a cell is a wall.
         squares: Numbers of what clouds say of each cell.
+        bumps: Numbers of what stands out of the ground by centimetres.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -69,6 +71,7 @@ class EvidenceConfig(BaseModel):
     trail: int = Field(default=600, ge=1)
     wall: float = Field(default=1.0, gt=0)
     squares: SquareMapConfig = Field(default_factory=SquareMapConfig)
+    bumps: BumpsConfig = Field(default_factory=BumpsConfig)
 
 
 class Evidence:
@@ -107,7 +110,10 @@ class Evidence:
         self.values = np.zeros((n, n), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self.under = robot.width / 2 - _RIM
+        self._tiles = Tiles(cell / 2, config.bumps.cells)
+        self._bumps = Bumps(cell / 2, config.bumps)
         self._squares: SquareMap | None = None
+        self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
             edge = SQUARE * squares.cell
             if not math.isclose(cell, edge):
@@ -135,22 +141,26 @@ class Evidence:
     def reset(self) -> None:
         """Forget everything."""
         self.values[:] = 0.0
+        self._bumps.reset()
         if self._squares is not None:
             self._squares.reset()
         self._settled = -np.inf
         self.centre[:] = 0
 
     def look_down(self, recent: Recent | None, here: NDArray[np.float64]) -> None:
-        """Remember the squares that were measured since the last time, each once.
+        """Remember the squares and the bumps that were measured since the last time, each once.
 
         Args:
             recent: What was measured last; None has none.
             here: Position of the robot in ``odom`` [m], shape (2,).
         """
-        if recent is None or self._squares is None or recent.settled <= self._settled:
+        if recent is None or recent.settled <= self._settled:
             return
         points, ages, span = recent.since(self._settled)
-        self._squares.take(points, here, ages, span)
+        self._tiles.describe(points, here, ages)
+        self._bumps.take(self._tiles, here, span)
+        if self._squares is not None:
+            self._squares.take(self._tiles, here, span)
         self._settled = recent.settled
 
     def mark(self, odds: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
@@ -174,12 +184,17 @@ class Evidence:
             self._weights,
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
-            self._settled > -np.inf,
+            self._squares is not None and self._settled > -np.inf,
         )
+        squares = self._unjudged
         if self._squares is not None:
             self._squares.follow(here)
+            squares = self._squares.odds
             scale = config.certain / config.squares.most
-            _take_over(self.values, self._squares.odds, scale, config.certain)
+            _take_over(self.values, squares, scale, config.certain)
+        half, doubt = len(self._rings) // 2, config.bumps.doubt
+        bumps = (self._bumps.rises, self._bumps.centre, config.wall / config.bumps.rise)
+        _raise(self.values, self.centre, half, bumps, squares, config.certain, doubt)
 
     def shortened(
         self, ranges: NDArray[np.float32], here: NDArray[np.float64], yaw: float, reach: float
@@ -264,6 +279,28 @@ def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def] 
         for j in range(n):
             if odds[i, j] != 0.0 and evidence[i, j] > -certain:
                 evidence[i, j] = min(max(scale * odds[i, j], least), certain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _raise(evidence, centre, half, bumps, squares, certain, doubt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Raise the evidence where the ground has bumps, or beside them, and nobody has driven.
+
+    Beside them, because bumps and the gaps between walls are told by the middles of cells. Squares
+    that are surely free have no bumps.
+    """
+    rises, middle, steepness = bumps
+    n, m, k = len(evidence), len(rises), len(squares)
+    half = min(half, m // 4 - 1)
+    for a in range(centre[0] - half, centre[0] + half + 1):
+        for b in range(centre[1] - half, centre[1] + half + 1):
+            i, j = a & (n - 1), b & (n - 1)
+            if evidence[i, j] <= -certain or squares[i & (k - 1), j & (k - 1)] < -doubt:
+                continue
+            for u in range(2 * a - 1, 2 * a + 3):
+                for v in range(2 * b - 1, 2 * b + 3):
+                    rise = rises[u & (m - 1), v & (m - 1)]
+                    if rise > 0 and max(abs(u - middle[0]), abs(v - middle[1])) < m // 2:
+                        evidence[i, j] = max(evidence[i, j], min(steepness * rise, certain))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -83,7 +83,7 @@ class RolloutConfig(BaseModel):
     turns: int = Field(default=6, ge=1)
     pause: float = Field(default=3.0, ge=0)
     trust: float = Field(default=0.3, ge=0)
-    haste: float = Field(default=3.0, ge=1, le=3)
+    haste: float = Field(default=2.0, ge=1, le=3)
     close: float = Field(default=0.9, gt=0)
 
 

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.navigation.bumps import follow
 from traversability.square_forest import SquareForest
 from traversability.squares import SQUARE, SQUARE_FEATURES, SquareFeatures
 from traversability.tiles import EVER, Tiles
@@ -52,7 +52,6 @@ class SquareMap:
         """
         self._config = config
         self._forest = forest
-        self._tiles = Tiles(forest.cell)
         self._features = SquareFeatures()
         self._edge = SQUARE * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
@@ -64,25 +63,18 @@ class SquareMap:
         self.centre[:] = 0
 
     def take(
-        self,
-        points: NDArray[np.float32],
-        here: NDArray[np.float64],
-        ages: NDArray[np.float32] | None = None,
-        span: tuple[float, float] = EVER,
+        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
     ) -> None:
         """Take in a cloud.
 
         Args:
-            points: Cloud in ``odom`` [m], shape (n, 3).
+            tiles: The cloud in ``odom``.
             here: Position of the robot there [m], shape (2,).
-            ages: How long before the newest each point was measured [s], float32, shape (n,); None
-                is at the same time.
             span: Squares that were last measured so long ago [s]; see ``SquareFeatures.describe``.
         """
         self.follow(here)
         config = self._config
-        self._tiles.describe(points, here, ages)
-        self._features.describe(self._tiles, here, span)
+        self._features.describe(tiles, here, span)
         due = self._features.due
         now = self._forest.odds(self._features.values, self._features.places, due)
         places, values = self._features.places[due], self._features.values[due]
@@ -98,19 +90,3 @@ class SquareMap:
             here: Its position in ``odom`` [m], shape (2,).
         """
         follow(self.odds, self.centre, here, self._edge)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Move a square to the robot and forget what it leaves behind; indices wrap around."""
-    n = len(square)
-    for axis in range(2):
-        now = int(np.floor(here[axis] / cell))
-        shift = now - centre[axis]
-        for k in range(min(abs(shift), n)):
-            line = (now + n // 2 - 1 - k if shift > 0 else now - n // 2 + k) & (n - 1)
-            if axis == 0:
-                square[line, :] = 0.0
-            else:
-                square[:, line] = 0.0
-        centre[axis] = now

@@ -10,6 +10,7 @@ from andabata.navigation.square_map import SquareMap, SquareMapConfig
 from andabata.navigation.view import Recent, View
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.tiles import Tiles
 from traversability.virtual_scan import VirtualScan
 
 GRID = PolarGrid()
@@ -29,16 +30,10 @@ def trunk(x, y, rng):
     return np.stack([x + 0.1 * np.cos(turn), y + 0.1 * np.sin(turn), z], 1).astype(np.float32)
 
 
-def with_rock(points, x, y, width=0.15, height=0.08):
-    """Return the points with those over a block raised by its height."""
-    on = (np.abs(points[:, :2] - [x, y]) < width / 2).all(axis=1)
-    return points + np.outer(on, [0, 0, height]).astype(np.float32)
-
-
-def view_of(points, red=(), stamp=0.0):
+def view_of(points, red=()):
     """Return the view of a robot at the origin whose scan calls some (sector, ring) red."""
-    cloud = None if points is None else PointCloud(points, "odom", np.full(len(points), stamp))
-    recent = None if cloud is None else Recent((cloud,), stamp)
+    cloud = None if points is None else PointCloud(points, "odom", np.zeros(len(points)))
+    recent = None if cloud is None else Recent((cloud,), 0.0)
     odds = np.full((GRID.n_sectors, GRID.n_rings), -6.0, dtype=np.float32)
     for cell in red:
         odds[cell] = 6.0
@@ -82,32 +77,6 @@ def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
     assert rooms[1] < 0.3
 
 
-def test_the_map_goes_round_a_low_rock_that_scans_call_free():
-    rng, gaps = np.random.default_rng(7), []
-    for height in (0.0, 0.08):
-        local_map = LocalMap(GRID, squares=shipped_squares())
-        for look in range(10):
-            cloud = with_rock(ground(rng), 2.05, 0.05, height=height)
-            local_map.guide(view_of(cloud, stamp=look))
-        i, j = np.floor((np.array([2.05, 0.05]) - local_map.plan.corner) / 0.2).astype(int)
-        gaps.append(float(local_map.plan.gaps[i, j]))
-        assert (local_map.subgoal(ORIGIN, GOAL) is None) == (height == 0.0)
-    assert gaps[0] > 1
-    assert gaps[1] == 0
-
-
-def test_a_cloud_counts_once():
-    rng = np.random.default_rng(8)
-    cloud = with_rock(ground(rng, noise=0.01), 2.05, 0.05)
-    local_map = LocalMap(GRID, squares=shipped_squares())
-    local_map.guide(view_of(cloud))
-    local_map.evidence.mark(view_of(cloud).scan.odds_of(GRID), ORIGIN, 0.0)
-    once = evidence_at(local_map, 2.05, 0.05)
-    for _ in range(10):
-        local_map.guide(view_of(cloud))
-    assert evidence_at(local_map, 2.05, 0.05) == once
-
-
 def test_where_no_cloud_has_points_the_scan_decides():
     rng = np.random.default_rng(1)
     points = ground(rng)
@@ -118,28 +87,35 @@ def test_where_no_cloud_has_points_the_scan_decides():
     assert evidence_at(local_map, 3.1, 0.05) > local_map.config.wall
 
 
+def tiles_of(points):
+    """Return the tiles of a cloud around the origin."""
+    tiles = Tiles()
+    tiles.describe(points, ORIGIN)
+    return tiles
+
+
 def test_squares_are_remembered_up_to_a_limit_and_what_is_sure_overrides_them():
     rng, config = np.random.default_rng(2), SquareMapConfig()
     plain, blocked = ground(rng), np.concatenate([ground(rng), trunk(2.1, 0.1, rng)])
     squares = SquareMap(256, shipped_squares(), config)
     for _ in range(6):
-        squares.take(plain, ORIGIN)
+        squares.take(tiles_of(plain), ORIGIN)
     assert np.abs(squares.odds).max() <= config.most
     assert squares.odds[10, 0] == -config.most
-    squares.take(blocked, ORIGIN)
+    squares.take(tiles_of(blocked), ORIGIN)
     assert squares.odds[10, 0] > 2.0
-    squares.take(blocked[:0], ORIGIN)
+    squares.take(tiles_of(np.empty((0, 3), dtype=np.float32)), ORIGIN)
     assert squares.odds[10, 0] > 2.0  # Nothing seen, nothing forgotten.
 
 
 def test_what_a_miss_costs_moves_the_odds_by_its_logarithm_as_far_as_the_robot_meets_things():
     rng = np.random.default_rng(3)
-    points = ground(rng, noise=0.02)
+    tiles = tiles_of(ground(rng, noise=0.02))
     odds = []
     for miss in (1.0, 5.0):
         config = SquareMapConfig(miss=miss, near=3.0, most=50.0)
         squares = SquareMap(256, shipped_squares(), config)
-        squares.take(points, ORIGIN)
+        squares.take(tiles, ORIGIN)
         odds.append(squares.odds.copy())
     middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1
     ranges = np.hypot(middles[:, None], middles[None, :])
@@ -165,7 +141,7 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
 
 def test_it_forgets_what_lies_behind():
     squares = SquareMap(256, shipped_squares(), SquareMapConfig())
-    squares.take(ground(np.random.default_rng(4)), ORIGIN)
+    squares.take(tiles_of(ground(np.random.default_rng(4))), ORIGIN)
     assert squares.odds.any()
     squares.follow(np.array([20.0, 0.0]))
     assert squares.odds.any()
@@ -199,11 +175,13 @@ def test_only_what_was_measured_when_asked_for_is_judged_and_as_in_the_whole_clo
     rng = np.random.default_rng(6)
     points = np.concatenate([ground(rng), trunk(2.1, 0.1, rng), trunk(-2.1, 0.1, rng)])
     ages = np.where(points[:, 0] < 0.4, np.float32(1.5), np.float32(0.5))
+    tiles = Tiles()
+    tiles.describe(points, ORIGIN, ages)
     whole, parts = (SquareMap(256, shipped_squares(), SquareMapConfig()) for _ in range(2))
-    whole.take(points, ORIGIN, ages)
-    parts.take(points, ORIGIN, ages, (1.0, 2.0))
+    whole.take(tiles, ORIGIN)
+    parts.take(tiles, ORIGIN, (1.0, 2.0))
     middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1
     assert not parts.odds[middles > 0.4].any()
     assert parts.odds[middles < 0.4].any()
-    parts.take(points, ORIGIN, ages, (0.0, 1.0))
+    parts.take(tiles, ORIGIN, (0.0, 1.0))
     assert np.array_equal(parts.odds, whole.odds)

@@ -80,7 +80,7 @@ class Watcher:
         red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
         far = values[:, SQUARE_FEATURES.index("range")]
         self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
-        self._map.take(points, here, ages, span)
+        self._map.take(self._tiles, here, span)
         reach = int(MAP_BANDS[-1][1] / 0.2) + 1
         around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
         places = around + self._map.centre

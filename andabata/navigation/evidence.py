@@ -83,6 +83,7 @@ class Evidence:
             shape (n, n).
         centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
         under: Ground nearer to the middle of the robot than this is driven [m].
+        squares: What clouds say of each cell; None leaves that to the scans' own cells.
     """
 
     def __init__(
@@ -112,7 +113,7 @@ class Evidence:
         self.under = robot.width / 2 - _RIM
         self._tiles = Tiles(cell / 2, config.bumps.cells)
         self._bumps = Bumps(cell / 2, config.bumps)
-        self._squares: SquareMap | None = None
+        self.squares: SquareMap | None = None
         self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
             edge = SQUARE * squares.cell
@@ -121,7 +122,7 @@ class Evidence:
                     f"local_map.cell: expected {edge:g} m, as large as the squares "
                     f"that the classifier knows, got {cell:g} m; train one for these"
                 )
-            self._squares = SquareMap(n, squares, config.squares)
+            self.squares = SquareMap(n, squares, config.squares)
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.
@@ -142,8 +143,8 @@ class Evidence:
         """Forget everything."""
         self.values[:] = 0.0
         self._bumps.reset()
-        if self._squares is not None:
-            self._squares.reset()
+        if self.squares is not None:
+            self.squares.reset()
         self._settled = -np.inf
         self.centre[:] = 0
 
@@ -159,8 +160,8 @@ class Evidence:
         points, ages, span = recent.since(self._settled)
         self._tiles.describe(points, here, ages)
         self._bumps.take(self._tiles, here, span)
-        if self._squares is not None:
-            self._squares.take(self._tiles, here, span)
+        if self.squares is not None:
+            self.squares.take(self._tiles, here, span)
         self._settled = recent.settled
 
     def mark(self, odds: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
@@ -184,12 +185,12 @@ class Evidence:
             self._weights,
             (config.blocked, config.free, config.void, config.certain),
             (config.surely_red, config.surely_green),
-            self._squares is not None and self._settled > -np.inf,
+            self.squares is not None and self._settled > -np.inf,
         )
         squares = self._unjudged
-        if self._squares is not None:
-            self._squares.follow(here)
-            squares = self._squares.odds
+        if self.squares is not None:
+            self.squares.follow(here)
+            squares = self.squares.odds
             scale = config.certain / config.squares.most
             _take_over(self.values, squares, scale, config.certain)
         half, doubt = len(self._rings) // 2, config.bumps.doubt

@@ -1,119 +1,113 @@
-"""What limits driving: the world, the filter, what the cloud shows, or what the forest makes of it?
+"""What limits driving: the filter, what clouds show, what squares make of it, or the world?
 
-Run with ``python tests/benchmarks/bench_sight.py [TRIALS] [CONTROLLER] [WORLD]``. The worlds are
-those of ``andabata evaluate --world WORLD --seed 0``, in bullet; sensors draw their noise from the
-same seeds. They are driven five times over: as the robot does, with its true pose, by true cells of
-the same clouds, by the true map as far as cells reach, seen or not, and by the oracle.
+Run with ``python -m tests.benchmarks.bench_sight [WORLD] [FIRST] [COUNT] [SIGHT ...]``: drives of
+``learned`` to three goals in so many worlds from that seed on, in bullet, whole chain; sensors draw
+their noise from the same seeds. They are driven as the robot does and, one thing at a time, with
+its true pose, with true squares wherever a cloud shows one, with the true map as far as squares
+reach, seen or not, and by the oracle. A square is red where the true map forbids a quarter of it.
 """
 
 import sys
 from collections import Counter
-from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.evaluation import EvaluationConfig
-from andabata.localization.localizer import Localizer
+from andabata.app.workers import run_tasks
 from andabata.localization.noisy_truth import NoisyTruthConfig
 from andabata.models import shipped_forest
-from andabata.navigation.perception import CloudPerception
+from andabata.navigation.guided import GuidedController
+from andabata.navigation.square_map import SquareMap
 from andabata.tasks.controllers import make_controller
-from andabata.tasks.judge import Outcome
+from andabata.tasks.hazard_met import hazard_met
+from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
 from rl.metrics import wilson_interval
-from traversability.grid import PolarGrid
-from traversability.labels import CellState, label_cells
-from traversability.virtual_scan import VirtualScan, virtual_scan
-from worlds.truth import TraversabilityMap
-from worlds.world import choose_task
+from traversability.squares import NEAREST, REACH, SQUARE, SquareFeatures
+from traversability.tiles import EVER, Tiles
+from worlds.truth import Reason
 
+GOALS = 3
+SIGHTS = ("as it is", "true pose", "true squares", "true map", "oracle")
 KNOWN_POSE = RigConfig(
     localizer="truth", errors=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
 )
-Cells = NDArray[np.uint8]
-Sight = Callable[[CloudPerception, Localizer, TraversabilityMap, PolarGrid], Cells]
 
 
-def labelled_cells(
-    perception: CloudPerception, localizer: Localizer, truth: TraversabilityMap, grid: PolarGrid
-) -> Cells:
-    """Return the true cells of the robot's own cloud."""
-    cloud = perception.assembler.cloud
-    assert cloud is not None
-    assert cloud.classes is not None
-    severity = truth.severity_of(cloud.points, cloud.classes)
-    points = perception.assembler.relative(localizer.pose).points
-    return label_cells(points, severity > 0, grid, things=np.isposinf(severity))
+def know(rig: Rig, squares: SquareMap, unseen: bool) -> None:
+    """Write the truth where squares are judged, or within their reach, seen or not."""
+    features, config = SquareFeatures(), rig.config.local_map.squares
+    reach = int(REACH / rig.config.local_map.cell) + 1
+    around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
+
+    def take(tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER) -> None:
+        squares.follow(here)
+        places, edge = around + squares.centre, SQUARE * tiles.cell
+        if not unseen:
+            features.describe(tiles, here, span)
+            places = features.places[features.due]
+        middles = (places + 0.5) * edge - here
+        far = np.hypot(*middles.T)
+        near = (far >= NEAREST) & (far <= REACH)
+        red = forbidden(rig, middles[near], edge)
+        i, j = (places[near] & (len(squares.odds) - 1)).T
+        squares.odds[i, j] = np.where(red, config.most, -config.most)
+
+    squares.take = take  # type: ignore[method-assign]
 
 
-def map_cells(
-    perception: CloudPerception, localizer: Localizer, truth: TraversabilityMap, grid: PolarGrid
-) -> Cells:
-    """Return the true map at the middle of each cell, seen or not."""
-    edges, pose = grid.ring_edges, localizer.pose
-    bearings, rings = np.meshgrid(grid.bearings, (edges[1:] + edges[:-1]) / 2, indexing="ij")
-    x = pose.position[0] + rings * np.cos(bearings + pose.yaw)
-    y = pose.position[1] + rings * np.sin(bearings + pose.yaw)
-    red = truth.clearance_at(x, y) < 0.1
-    return np.where(red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE).astype(np.uint8)
+def forbidden(rig: Rig, middles: NDArray[np.float64], edge: float) -> NDArray[np.bool_]:
+    """Return which squares have a forbidden quarter; middles seen from the robot, in ``odom``."""
+    there, true = rig.localizer.odometry, rig.simulator.vehicle.state.pose
+    truth = rig.scene.world.truth
+    c, s = np.cos(true.yaw - there.yaw), np.sin(true.yaw - there.yaw)
+    red = np.zeros(len(middles), dtype=bool)
+    for u in (-edge / 4, edge / 4):
+        for v in (-edge / 4, edge / 4):
+            dx, dy = (middles + np.array([u, v])).T
+            x, y = true.position[0] + c * dx - s * dy, true.position[1] + s * dx + c * dy
+            red |= truth.reason_at(x, y) != Reason.FREE
+    return red
 
 
-def give_sight(rig: Rig, sight: Sight, truth: TraversabilityMap) -> None:
-    """Replace what the forest makes of the clouds."""
-    perception = rig.perception
-    assert isinstance(perception, CloudPerception)
-    plain, grid = perception.look, rig.config.grid
-
-    def look(stamp: float, localizer: Localizer) -> VirtualScan | None:
-        if plain(stamp, localizer) is None:
-            return None
-        return virtual_scan(sight(perception, localizer, truth, grid), grid)
-
-    perception.look = look  # type: ignore[method-assign]
-
-
-def drive(name: str, config: EvaluationConfig, sight: Sight | None) -> None:
-    """Drive all worlds by one sight and print how many reached each goal in a row."""
-    (law,) = config.controllers
-    ends = Counter[str]()
-    reached = np.zeros(3, dtype=int)
-    for trial, course in enumerate(config.courses):
-        scene = SceneShelf().get(course.world, course.seed, course.difficulty)
-        task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
-        rig = Rig(
-            scene, config.rig, shipped_forest(), make_controller(law, scene.world, config.rig)
-        )
-        if sight is not None:
-            give_sight(rig, sight, scene.world.truth)
-        rng = np.random.default_rng([config.seed, trial, 1])
-        legs = run_trial(rig, task, config.judge, rng)
-        rig.close()
-        for leg in legs:
-            reached[leg.goal - 1] += leg.outcome is Outcome.GOAL
-        ends[str(legs[-1].outcome)] += 1
-    rates = [
-        "{} [{:.2f}, {:.2f}]".format(n, *wilson_interval(n, config.trials))
-        for n in reached.tolist()
-    ]
-    sys.stdout.write(f"{name}: of {config.trials}: {', '.join(rates)}; {dict(ends)}\n")
-    sys.stdout.flush()
+def drive(sight: str, place: tuple[str, int]) -> tuple[list[float], str]:
+    """Return the SPL of each goal that a drive reached in a row, and what ended it."""
+    config = KNOWN_POSE if sight == "true pose" else RigConfig()
+    scene = SceneShelf().get(*place)
+    law = "oracle" if sight == "oracle" else "learned"
+    controller = make_controller(law, scene.world, config)
+    rig = Rig(scene, config, shipped_forest(), controller)
+    if sight in ("true squares", "true map"):
+        assert isinstance(controller, GuidedController)
+        squares = controller.local_map.evidence.squares
+        assert squares is not None
+        know(rig, squares, sight == "true map")
+    rng = np.random.default_rng([place[1], 1])
+    legs = run_trial(rig, scene.world.tasks[0], JudgeConfig(), rng)
+    rig.close()
+    met = hazard_met(scene.world, legs[-1].path[-1], legs[-1].outcome)
+    return [leg.spl for leg in legs if leg.outcome is Outcome.GOAL], str(met or legs[-1].outcome)
 
 
 def main() -> None:
-    """Drive by each sight."""
-    trials = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    law = sys.argv[2] if len(sys.argv) > 2 else "straight+map"
-    world = sys.argv[3] if len(sys.argv) > 3 else "natural-test"
-    config = EvaluationConfig(world=world, trials=trials, goals=3, controllers=(law,))
-    knowing = config.model_copy(update={"rig": KNOWN_POSE})
-    drive("as it is", config, None)
-    drive("true pose", knowing, None)
-    drive("true cells of the cloud", knowing, labelled_cells)
-    drive("true map within reach", knowing, map_cells)
-    drive("oracle", knowing.model_copy(update={"controllers": ("oracle",)}), None)
+    """Drive by each sight and print how many reached each goal in a row."""
+    preset = sys.argv[1] if len(sys.argv) > 1 else "natural-test"
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 7200
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else 30
+    places = [(preset, seed) for seed in range(first, first + count)]
+    for sight in sys.argv[4:] or SIGHTS:
+        found = [end for _, end in run_tasks(partial(drive, sight), places, 2)]
+        rates = [
+            "{} [{:.2f}, {:.2f}]".format(n, *wilson_interval(n, count))
+            for n in (sum(len(goals) > k for goals, _ in found) for k in range(GOALS))
+        ]
+        ends = Counter(end for goals, end in found if len(goals) < GOALS)
+        ways = np.mean(np.concatenate([goals for goals, _ in found]))
+        sys.stdout.write(f"{sight}: {', '.join(rates)} of {count}, SPL {ways:.3f}; {dict(ends)}\n")
+        sys.stdout.flush()
 
 
 if __name__ == "__main__":

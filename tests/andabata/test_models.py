@@ -48,4 +48,4 @@ def test_they_come_back_from_bytes_and_hashes_tell_them_apart(others):
 def test_a_controller_drives_with_the_squares_that_it_is_given(others):
     driver = make_controller("learned", None, RigConfig(), replace(Models(), squares=others))
     assert isinstance(driver, GuidedController)
-    assert driver.local_map.evidence._squares._forest is others
+    assert driver.local_map.evidence.squares._forest is others

@@ -160,11 +160,11 @@ def _judge(floors, centre, limits, ground, steep):  # type: ignore[no-untyped-de
                         s, sa, sb, sz = s + 1.0, sa + a, sb + b, sz + z
                         saa, sab, sbb = saa + a * a, sab + a * b, sbb + b * b
                         saz, sbz = saz + a * z, sbz + b * z
-            a, b, z = sa / s, sb / s, sz / s
-            aa, ab, bb = saa / s - a * a, sab / s - a * b, sbb / s - b * b
+            ma, mb, mz = sa / s, sb / s, sz / s
+            aa, ab, bb = saa / s - ma * ma, sab / s - ma * mb, sbb / s - mb * mb
             spanned = aa * bb - ab * ab
             if s < _FEW or spanned < _SPANNED:
                 continue
-            az, bz = saz / s - a * z, sbz / s - b * z
+            az, bz = saz / s - ma * mz, sbz / s - mb * mz
             along, across = (az * bb - bz * ab) / spanned, (bz * aa - az * ab) / spanned
             steep[p & last, q & last] = np.hypot(along, across) > rise

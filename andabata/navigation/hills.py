@@ -72,7 +72,7 @@ class Hills:
         n = config.patches
         self._floors = np.zeros((n, n, 2), dtype=np.float32)
         self._now = np.zeros((n, n), dtype=np.float32)
-        self._ground = np.zeros((n, n), dtype=np.bool_)
+        self._lows = np.zeros((2, n, n), dtype=np.float32)
         self.steep = np.zeros((n, n), dtype=np.bool_)
         self.centre = np.zeros(2, dtype=np.int64)
 
@@ -99,7 +99,7 @@ class Hills:
         _lower(points, here, edge, config.nearest, self.centre, self._now)
         _remember(self._now, config.creep, self._floors)
         limits = (config.jut * edge, math.tan(config.slope) * edge)
-        _judge(self._floors, self.centre, limits, self._ground, self.steep)
+        _judge(self._floors, self.centre, limits, self._lows, self.steep)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -130,33 +130,36 @@ def _remember(now, creep, floors):  # type: ignore[no-untyped-def]  # noqa: ANN0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _judge(floors, centre, limits, ground, steep):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write where a plane through the floors of a patch and those beside it is too steep."""
-    n, half = len(steep), len(steep) // 2 - 2
+def _judge(floors, centre, limits, lows, steep):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Write where a plane through the floors of a patch and those beside it is too steep.
+
+    Floors are laid out in the square's own order, so that neighbours lie beside each other.
+    """
+    n, last = len(steep), len(steep) - 1
     jut, rise = limits
-    last = n - 1
+    floor, ground = lows
+    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    for i in range(n):
+        for j in range(n):
+            there = floors[(low0 + i) & last, (low1 + j) & last]
+            floor[i, j] = there[0] if there[1] > 0 else np.inf
+    ground[:] = np.inf
+    for i in range(1, n - 1):
+        for j in range(1, n - 1):
+            own = floor[i, j]
+            if own < np.inf and own <= floor[i - 1 : i + 2, j - 1 : j + 2].min() + jut:
+                ground[i, j] = own
     steep[:] = False
-    for p in range(centre[0] - half - 1, centre[0] + half + 2):
-        for q in range(centre[1] - half - 1, centre[1] + half + 2):
-            floor = floors[p & last, q & last]
-            lowest = np.inf
-            for a in range(-1, 2):
-                for b in range(-1, 2):
-                    beside = floors[(p + a) & last, (q + b) & last]
-                    if beside[1] > 0:
-                        lowest = min(lowest, beside[0])
-            ground[p & last, q & last] = floor[1] > 0 and floor[0] <= lowest + jut
-    for p in range(centre[0] - half, centre[0] + half + 1):
-        for q in range(centre[1] - half, centre[1] + half + 1):
-            if not ground[p & last, q & last]:
+    for i in range(2, n - 2):
+        for j in range(2, n - 2):
+            own = ground[i, j]
+            if not own < np.inf:
                 continue
-            own = floors[p & last, q & last, 0]
             s = sa = sb = sz = saa = sab = sbb = saz = sbz = 0.0
             for a in range(-1, 2):
                 for b in range(-1, 2):
-                    i, j = (p + a) & last, (q + b) & last
-                    if ground[i, j]:
-                        z = floors[i, j, 0] - own
+                    z = ground[i + a, j + b] - own
+                    if z < np.inf:
                         s, sa, sb, sz = s + 1.0, sa + a, sb + b, sz + z
                         saa, sab, sbb = saa + a * a, sab + a * b, sbb + b * b
                         saz, sbz = saz + a * z, sbz + b * z
@@ -167,4 +170,4 @@ def _judge(floors, centre, limits, ground, steep):  # type: ignore[no-untyped-de
                 continue
             az, bz = saz / s - ma * mz, sbz / s - mb * mz
             along, across = (az * bb - bz * ab) / spanned, (bz * aa - az * ab) / spanned
-            steep[p & last, q & last] = np.hypot(along, across) > rise
+            steep[(low0 + i) & last, (low1 + j) & last] = np.hypot(along, across) > rise

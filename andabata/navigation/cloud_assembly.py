@@ -27,10 +27,8 @@ class CloudAssemblyConfig(BaseModel):
             [rad]; 0 for a head that turns faster than anybody looks.
         span: A 3D laser's clouds are gathered for so long before they replace the last one [s]; 0
             takes each by itself, as for a laser that sends whole turns.
-        max_range: Returns further away are no part of the cloud [m]: the 10 m grid and what the
-            robot drives until the next cloud.
-        horizon: Nor of what was measured last [m]: hills are seen from so far, half of the square
-            that a local map remembers.
+        max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
+            until the next cloud.
         dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
             beam in ``dense_stride`` is kept [m].
         dense_stride: See ``dense_range``. 1 keeps every beam: low rocks are seen by few; 3 brings
@@ -46,7 +44,6 @@ class CloudAssemblyConfig(BaseModel):
     settle: float = Field(default=0.5, ge=0)
     span: float = Field(default=0.0, ge=0, le=60)
     max_range: float = Field(default=11.5, gt=0)
-    horizon: float = Field(default=27.0, ge=0)
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=1, ge=1)
     body_radius: float = Field(default=0.4, ge=0)
@@ -54,13 +51,8 @@ class CloudAssemblyConfig(BaseModel):
 
     @property
     def sight(self) -> float:
-        """How far a simulation has to look [m]: noise moves returns across the last limit."""
-        return self.farthest + 0.5
-
-    @property
-    def farthest(self) -> float:
-        """Returns further away are dropped [m]."""
-        return max(self.max_range, self.horizon)
+        """How far a simulation has to look [m]: noise moves returns across ``max_range``."""
+        return self.max_range + 0.5
 
 
 class CloudAssembler:
@@ -92,7 +84,6 @@ class CloudAssembler:
         self.refused = 0
         self._newest = -np.inf
         self._parts: list[PointCloud] = []
-        self._wholes: list[PointCloud] = []
         self._recent: deque[tuple[PointCloud, float]] = deque()
         self._settled = -np.inf
         self._turn: int | None = None
@@ -125,15 +116,15 @@ class CloudAssembler:
         rows = _worth_keeping(
             sweeps.ranges,
             self._tables.of(sweeps)[1],
-            np.array([config.farthest, config.body_radius, config.dense_range]),
+            np.array([config.max_range, config.body_radius, config.dense_range]),
             config.dense_stride,
         )
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
-        whole = PointCloud(points, "odom", times, classes)
-        self._parts.append(whole.select(sweeps.ranges.ravel()[rows] < config.max_range))
-        if len(whole):
-            self._keep(whole, float(sweeps.head_angles[-1]))
+        part = PointCloud(points, "odom", times, classes)
+        self._parts.append(part)
+        if len(part):
+            self._keep(part, float(sweeps.head_angles[-1]))
 
     def _keep(self, part: PointCloud, angle: float) -> None:
         """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
@@ -161,20 +152,16 @@ class CloudAssembler:
         x, y, z = frame.points.T
         outward = np.hypot(x, y)
         distance = np.hypot(outward, z + np.float32(above - self._height))
-        worth = (distance < config.farthest) & (outward > config.body_radius)
-        kept, near = frame.select(worth), distance[worth] < config.max_range
+        kept = frame.select((distance < config.max_range) & (outward > config.body_radius))
         points = place_points(kept, track, self._height)
         if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
             return
         first, last = float(kept.stamps.min()), float(kept.stamps.max())
         if not self._parts or first - self._begin > config.span + config.stale:
-            self._parts, self._wholes, self._begin = [], [], first
-        whole = PointCloud(points, "odom", kept.stamps)
-        self._parts.append(whole.select(near))
-        self._wholes.append(whole)
+            self._parts, self._begin = [], first
+        self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
-            self._recent = deque((part, 0.0) for part in self._wholes)
-            self._wholes = []
+            self._recent = deque((part, 0.0) for part in self._parts)
             self._settled = last
             self._replace()
 

@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
 from andabata.navigation.bumps import Bumps, BumpsConfig, follow
-from andabata.navigation.hills import Hills, HillsConfig
 from andabata.navigation.square_map import SquareMap, SquareMapConfig
 from andabata.navigation.view import Recent
 from traversability.grid import PolarGrid
@@ -53,7 +52,6 @@ class EvidenceConfig(BaseModel):
         wall: Evidence above which a cell is a wall.
         squares: Numbers of what clouds say of each cell.
         bumps: Numbers of what stands out of the ground by centimetres.
-        hills: Numbers of what looks too steep from afar.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -74,7 +72,6 @@ class EvidenceConfig(BaseModel):
     wall: float = Field(default=1.0, gt=0)
     squares: SquareMapConfig = Field(default_factory=SquareMapConfig)
     bumps: BumpsConfig = Field(default_factory=BumpsConfig)
-    hills: HillsConfig = Field(default_factory=HillsConfig)
 
 
 class Evidence:
@@ -87,7 +84,6 @@ class Evidence:
         centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
         under: Ground nearer to the middle of the robot than this is driven [m].
         squares: What clouds say of each cell; None leaves that to the scans' own cells.
-        hills: What they say of ground that is too far away for that.
     """
 
     def __init__(
@@ -117,7 +113,6 @@ class Evidence:
         self.under = robot.width / 2 - _RIM
         self._tiles = Tiles(cell / 2, config.bumps.cells)
         self._bumps = Bumps(cell / 2, config.bumps)
-        self.hills = Hills(cell, config.hills)
         self.squares: SquareMap | None = None
         self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
@@ -148,14 +143,13 @@ class Evidence:
         """Forget everything."""
         self.values[:] = 0.0
         self._bumps.reset()
-        self.hills.reset()
         if self.squares is not None:
             self.squares.reset()
         self._settled = -np.inf
         self.centre[:] = 0
 
     def look_down(self, recent: Recent | None, here: NDArray[np.float64]) -> None:
-        """Remember squares, bumps and hills that were measured since the last time, each once.
+        """Remember the squares and the bumps that were measured since the last time, each once.
 
         Args:
             recent: What was measured last; None has none.
@@ -164,7 +158,6 @@ class Evidence:
         if recent is None or recent.settled <= self._settled:
             return
         points, ages, span = recent.since(self._settled)
-        self.hills.take(points, here)
         self._tiles.describe(points, here, ages)
         self._bumps.take(self._tiles, here, span)
         if self.squares is not None:

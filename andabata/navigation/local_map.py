@@ -36,7 +36,6 @@ class LocalMapConfig(EvidenceConfig):
     Attributes:
         plan_every: Looks between two plans.
         unseen: Extra cost of a metre where no scan has seen anything.
-        steep: The same where it looks too steep from afar, beside ``unseen``.
         doubt: Extra cost of a metre with almost enough evidence for a wall.
         sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
             not tried twice.
@@ -50,7 +49,6 @@ class LocalMapConfig(EvidenceConfig):
 
     plan_every: int = Field(default=5, ge=1)
     unseen: float = Field(default=0.5, ge=0)
-    steep: float = Field(default=6.0, ge=0)
     doubt: float = Field(default=3.0, ge=0)
     sure: float = Field(default=50.0, ge=0)
     room: float = Field(default=0.5, ge=0)
@@ -198,5 +196,4 @@ class LocalMap:
         if not (np.isfinite(here).all() and np.isfinite(goal).all()):
             raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
         evidence = self.evidence
-        hills = evidence.hills.side
-        return self.plan.make(evidence.values, evidence.centre, self._fence, here, goal, hills)
+        return self.plan.make(evidence.values, evidence.centre, self._fence, here, goal)

@@ -7,8 +7,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from andabata.navigation.hills import LEVEL, Hillside
-
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
 
@@ -25,7 +23,6 @@ class Prices(NamedTuple):
     tight: float
     crowd: float
     unseen: float
-    steep: float
     doubt: float
     sure: float
     certain: float
@@ -34,7 +31,7 @@ class Prices(NamedTuple):
     def most(self) -> float:
         """The highest cost of a cell's length."""
         walled = self.doubt + self.sure * max(self.certain / self.wall - 1.0, 0.0)
-        return 1.0 + max(self.unseen + self.steep, walled) + 2.0 * self.tight + self.crowd
+        return 1.0 + max(self.unseen, walled) + 2.0 * self.tight + self.crowd
 
 
 class LocalPlan:
@@ -103,7 +100,6 @@ class LocalPlan:
         fence: NDArray[np.float64],
         here: NDArray[np.float64],
         goal: NDArray[np.float64],
-        hills: Hillside = LEVEL,
     ) -> NDArray[np.float64] | None:
         """Return where to head for in ``odom`` [m]; None is the goal itself, straight and free.
 
@@ -113,11 +109,10 @@ class LocalPlan:
             fence: Turn and shift from ``odom`` to the map, and bounds there, shape (8,).
             here: Position of the robot in ``odom`` [m], shape (2,).
             goal: Goal in ``odom`` [m], shape (2,).
-            hills: Ground that looks too steep from afar.
         """
         n, cell = len(self.costs), self._cell
         _keep_inside(centre, cell, fence, self.gaps)
-        _price(evidence, centre, cell, self.prices, hills, self.gaps, self.costs)
+        _price(evidence, centre, cell, self.prices, self.gaps, self.costs)
         _open(evidence, centre, self.prices.certain, self._passage, self.gaps, self.rooms)
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         start = (here - self.corner) / cell
@@ -148,16 +143,14 @@ def _keep_inside(centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _price(evidence, centre, cell, prices, hills, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the cost of a cell's length in each cell of the square, in its own order.
 
     Where ``gaps`` is zero there is a wall already. Where the robot has driven it can drive, however
     narrow it is there.
     """
     n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, steep, doubt, sure, certain = prices
-    hillside, patch = hills
-    rest = len(hillside) - 1
+    wall, room, shy, tight, crowd, unseen, doubt, sure, certain = prices
     driven = -np.float32(certain)
     far = np.float32(shy / cell)
     aslant = np.float32(np.sqrt(2.0))
@@ -197,8 +190,6 @@ def _price(evidence, centre, cell, prices, hills, gaps, costs):  # type: ignore[
             known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
             if known == 0.0:
                 cost += unseen
-                if hillside[((low0 + i) // patch) & rest, ((low1 + j) // patch) & rest]:
-                    cost += steep
             elif known > 0.0:
                 cost += doubt * min(known / wall, 1.0) + sure * max(known / wall - 1.0, 0.0)
             if metres < room:

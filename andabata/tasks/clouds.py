@@ -138,14 +138,15 @@ def take_cloud(
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
-    assembly = config.assembly.model_copy(update={"horizon": 0.0})  # Nobody looks beyond clouds.
     robot, kept = config.robot, 1.0
     if rng.random() < config.varied:
         robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
         kept = rng.uniform(*config.kept)
-    simulator = Simulator(scene.world, scene.rays, robot, "kinematic", sensing, rng, assembly.sight)
+    simulator = Simulator(
+        scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
+    )
     localizers = [NoisyTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
-    assemblers = [CloudAssembler(assembly, robot.lidar_height) for _ in localizers]
+    assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
     speed = 0.0 if rng.random() < config.still else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
     wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
@@ -154,7 +155,7 @@ def take_cloud(
         raise ValueError("truth: expected the simulator's true state, got none")
     for localizer in localizers:
         localizer.reset(senses.truth.pose, senses.stamp)
-    half_turn = assembly.turn / lidar.head_rate
+    half_turn = config.assembly.turn / lidar.head_rate
     carried = rng.uniform(0, config.carry_time)
     while senses.stamp < half_turn + 2 / lidar.sweep_hz + carried:
         senses = simulator.step(wheels, blind=True)

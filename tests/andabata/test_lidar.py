@@ -106,23 +106,6 @@ def test_what_the_head_has_turned_past_is_known_before_the_turn_ends_and_told_of
     assert sum(spans) > 6.0 / HALF_TURN * whole
 
 
-def test_what_is_beyond_the_cloud_is_measured_up_to_the_horizon(make_scene):
-    walls = [box(SemanticClass.WALL, (x, 0.0, 1.0), (0.4, 30.0, 2.0)) for x in (-20.0, 25.0, 32.0)]
-    lidar = RotatingLidar(make_scene(objects=walls).rays, EXACT, ROBOT, np.random.default_rng(0))
-    track, clouds = moving_track(), []
-    for horizon in (27.0, 22.0, 0.0):
-        config = CloudAssemblyConfig(horizon=horizon)
-        assembler = CloudAssembler(config, ROBOT.lidar_height)
-        for step in range(72):
-            assembler.add(lidar.sweeps(step / 10, (step + 1) / 10, track), track)
-        away = np.concatenate([np.abs(part.points[:, 0]) for part in assembler.recent.parts])
-        assert away.max() < max(horizon, 11.5)
-        assert [bool((away > x).any()) for x in (12.0, 24.0)] == [horizon > 20, horizon > 25]
-        clouds.append(assembler.cloud.points)
-    assert np.hypot(*clouds[0].T[:2]).max() < 11.5
-    assert all(np.array_equal(clouds[0], other) for other in clouds[1:])
-
-
 def test_the_cloud_travels_with_the_robot(make_scene):
     post = box(SemanticClass.POST, (4.0, 1.0, 0.8), (0.2, 0.2, 1.6))
     assembler = assembled(make_scene(objects=[post]), moving_track())

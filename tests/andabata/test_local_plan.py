@@ -15,7 +15,6 @@ PRICES = Prices(
     tight=15.0,
     crowd=2.0,
     unseen=0.5,
-    steep=6.0,
     doubt=3.0,
     sure=50.0,
     certain=3.0,

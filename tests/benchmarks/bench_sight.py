@@ -26,9 +26,9 @@ from andabata.tasks.rig import Rig, RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.trial import run_trial
 from rl.metrics import wilson_interval
+from tests.benchmarks.bench_squares import forbidden, moved
 from traversability.squares import NEAREST, REACH, SQUARE, SquareFeatures
 from traversability.tiles import EVER, Tiles
-from worlds.truth import Reason
 
 GOALS = 3
 SIGHTS = ("as it is", "true pose", "true squares", "true map", "oracle")
@@ -52,25 +52,13 @@ def know(rig: Rig, squares: SquareMap, unseen: bool) -> None:
         middles = (places + 0.5) * edge - here
         far = np.hypot(*middles.T)
         near = (far >= NEAREST) & (far <= REACH)
-        red = forbidden(rig, middles[near], edge)
+        there, true = rig.localizer.odometry, rig.simulator.vehicle.state.pose
+        spots = moved(*middles[near].T, true.yaw - there.yaw) + true.position[:2]
+        red, _ = forbidden(rig.scene.world.truth, spots)
         i, j = (places[near] & (len(squares.odds) - 1)).T
         squares.odds[i, j] = np.where(red, config.most, -config.most)
 
     squares.take = take  # type: ignore[method-assign]
-
-
-def forbidden(rig: Rig, middles: NDArray[np.float64], edge: float) -> NDArray[np.bool_]:
-    """Return which squares have a forbidden quarter; middles seen from the robot, in ``odom``."""
-    there, true = rig.localizer.odometry, rig.simulator.vehicle.state.pose
-    truth = rig.scene.world.truth
-    c, s = np.cos(true.yaw - there.yaw), np.sin(true.yaw - there.yaw)
-    red = np.zeros(len(middles), dtype=bool)
-    for u in (-edge / 4, edge / 4):
-        for v in (-edge / 4, edge / 4):
-            dx, dy = (middles + np.array([u, v])).T
-            x, y = true.position[0] + c * dx - s * dy, true.position[1] + s * dx + c * dy
-            red |= truth.reason_at(x, y) != Reason.FREE
-    return red
 
 
 def drive(sight: str, place: tuple[str, int]) -> tuple[list[float], str]:

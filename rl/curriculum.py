@@ -136,6 +136,7 @@ class Generation:
         recent_success: Of the latest episodes of the stage, ``Stage.window`` at most.
         difficulty: Of the stage's worlds, None for the stage's own.
         outcomes: Count of each outcome in the stage.
+        mean_steps: Mean control steps of an episode in the stage.
         mean_return: Mean sum of rewards in the stage.
         terms: Mean sum of each term of the reward.
         circling: Share of the episodes in which the robot went round and round.
@@ -155,6 +156,7 @@ class Generation:
     recent_success: float
     difficulty: float | None
     outcomes: dict[str, int]
+    mean_steps: float
     mean_return: float
     terms: dict[str, float]
     circling: float
@@ -343,6 +345,7 @@ class Curriculum:
             recent_success=float(np.mean(at.recent)),
             difficulty=level,
             outcomes=dict(Counter(episode.outcome for episode in own)),
+            mean_steps=float(np.mean([episode.steps for episode in own])),
             mean_return=float(np.mean([episode.rewards.sum() for episode in own])),
             terms={name: float(np.mean([e.terms[name] for e in own])) for name in names},
             circling=float(np.mean([episode.turns > CIRCLING for episode in own])),

@@ -17,6 +17,7 @@ from andabata.app.verbs import (
     drive,
     evaluate,
     policy,
+    report,
     ros,
     scan,
     train,
@@ -41,6 +42,7 @@ app.add_typer(clouds.app, name="clouds")
 app.add_typer(classifier.app, name="classifier")
 app.command()(scan.scan)
 app.command()(train.train)
+app.command()(report.report)
 app.add_typer(policy.app, name="policy")
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from andabata.app.scanning import Scanned
 from andabata.machine.pose import Pose
+from andabata.tasks.judge import Outcome
+from andabata.tasks.trial import Leg
 from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 from traversability.virtual_scan import VirtualScan
 from worlds.truth import Reason
-from worlds.world import World
+from worlds.world import Task, World
 
 _STATE_COLOURS = {
     CellState.EMPTY: "#f4f4f0",
@@ -37,6 +39,9 @@ _REASON_COLOURS = {
     Reason.WATER: "#3f7fc4",
     Reason.LOW: "#7a5a48",
 }
+_TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
+"""Of the parts of the reward; ``whole`` is no term, but their sum."""
+
 _CLASS_COLOURS = {
     SemanticClass.TRUNK: "#6b4a2b",
     SemanticClass.FOLIAGE: "#4f8f46",
@@ -51,21 +56,12 @@ _CLASS_COLOURS = {
 }
 
 
-def world_picture(world: World, paths: Mapping[str, NDArray[np.float64]] | None = None) -> bytes:
-    """Return a world from above and in 3D.
-
-    Args:
-        world: What to draw.
-        paths: Driven paths by name [m], shape (k, 2) or more columns.
-    """
+def world_picture(world: World) -> bytes:
+    """Return a world from above and in 3D."""
     figure = Figure(figsize=(14, 7), layout="constrained")
     above = figure.add_subplot(1, 2, 1)
     _draw_ground(above, world)
-    _draw_tasks(above, world)
-    for name, path in (paths or {}).items():
-        above.plot(path[:, 0], path[:, 1], linewidth=1.6, label=name)
-    if paths:
-        above.legend(loc="upper right")
+    _draw_tasks(above, world.tasks)
     above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
     solid = figure.add_subplot(1, 2, 2, projection="3d")
     _draw_solid(solid, world)
@@ -108,6 +104,48 @@ def drive_picture(
     return _png(figure)
 
 
+def tests_picture(world: World, drives: Mapping[str, Sequence[Leg]], title: str) -> bytes:
+    """Return drives in one world from above, on the true map; a cross where one came to grief.
+
+    Args:
+        world: Where.
+        drives: By who drove, one for each of the world's first tasks.
+        title: Above the picture.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    for name, legs in drives.items():
+        (line,) = axes.plot([], [], linewidth=1.8, label=name)
+        for leg in legs:
+            axes.plot(*leg.path[:, :2].T, color=line.get_color(), linewidth=1.8)
+            if leg.outcome is not Outcome.GOAL:
+                axes.plot(*leg.path[-1, :2], "x", color=line.get_color(), markersize=11)
+        _draw_tasks(axes, world.tasks[: len(legs)])
+    axes.legend(loc="upper right")
+    axes.set_title(title)
+    return _png(figure)
+
+
+def sights_picture(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: PolarGrid) -> bytes:
+    """Return virtual scans side by side, each on the true map around its robot.
+
+    Args:
+        sights: Where, the true pose and the scan, by name.
+        grid: Of the scans.
+    """
+    figure = Figure(figsize=(7 * len(sights), 7.4), layout="constrained")
+    reach = 1.1 * grid.outer_radius
+    places = np.atleast_1d(figure.subplots(1, len(sights)))
+    for axes, (name, (world, pose, scan)) in zip(places, sights.items(), strict=True):
+        _draw_ground(axes, world)
+        _draw_sight(axes, pose, scan, grid)
+        axes.set_xlim(pose.position[0] - reach, pose.position[0] + reach)
+        axes.set_ylim(pose.position[1] - reach, pose.position[1] + reach)
+        axes.set_title(name)
+    return _png(figure)
+
+
 def failure_picture(
     world: World,
     path: NDArray[np.float64],
@@ -137,12 +175,7 @@ def failure_picture(
         axes.plot(*goal, "*", color="#0047c8", markersize=14)
         axes.set_xlim(here[0] - reach, here[0] + reach)
         axes.set_ylim(here[1] - reach, here[1] + reach)
-    half = np.pi / grid.n_sectors
-    for bearing, range_ in zip(grid.bearings, scan.finite(), strict=True):
-        angles = pose.yaw + np.linspace(bearing - half, bearing + half, 6)
-        arc = here[:, None] + range_ * np.array([np.cos(angles), np.sin(angles)])
-        right.plot(*arc, color="#1540c4", linewidth=2)
-    right.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)
+    _draw_sight(right, pose, scan, grid)
     left.set_title(title)
     right.set_title("the last 6 m: forbidden ground in colours, the virtual scan in blue")
     return _png(figure)
@@ -224,6 +257,33 @@ def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
     return _png(figure)
 
 
+def rewards_picture(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> bytes:
+    """Return the mean reward of a control step over each stage, whole and by term.
+
+    Args:
+        histories: Of runs of the same stages, by name: rows with ``name``, ``episodes``,
+            ``mean_steps``, ``mean_return`` and ``terms``.
+    """
+    stages = list(dict.fromkeys(row["name"] for rows in histories.values() for row in rows))
+    figure = Figure(figsize=(4.6 * len(stages), 4.2), layout="constrained")
+    places = np.atleast_1d(figure.subplots(1, len(stages), sharey=True))
+    for axes, stage in zip(places, stages, strict=True):
+        for number, history in enumerate(histories.values()):
+            rows = [row for row in history if row["name"] == stage]
+            episodes = [row["episodes"] for row in rows]
+            for term, colour in _TERM_COLOURS.items():
+                sums = [row["terms"].get(term, row["mean_return"]) for row in rows]
+                means = [sum_ / row["mean_steps"] for sum_, row in zip(sums, rows, strict=True)]
+                label = None if number else term
+                axes.plot(episodes, means, color=colour, alpha=0.7, linewidth=1.2, label=label)
+        axes.axhline(0, color="black", linewidth=0.5)
+        axes.set_title(stage)
+        axes.set_xlabel("episodes")
+    places[0].set_ylabel("mean reward of a control step")
+    places[0].legend()
+    return _png(figure)
+
+
 def vehicle_picture(found: Mapping[str, Any]) -> bytes:
     """Return a body's turning and its behaviour on slopes.
 
@@ -298,9 +358,9 @@ def _draw_ground(axes: Axes, world: World) -> None:
     axes.set_ylabel("y, north [m]")
 
 
-def _draw_tasks(axes: Axes, world: World) -> None:
+def _draw_tasks(axes: Axes, tasks: Sequence[Task]) -> None:
     """Draw starts and goals."""
-    for task in world.tasks:
+    for task in tasks:
         places = np.array([(task.start.x, task.start.y), *task.goals])
         axes.plot(places[:, 0], places[:, 1], ":", color="#0047c8", linewidth=0.6)
         axes.plot(*places[0], "o", color="black", markersize=4)
@@ -350,6 +410,16 @@ def _draw_ranges(axes: Axes, ranges: NDArray[np.float32], grid: PolarGrid) -> No
     for bearing, range_ in zip(grid.bearings, ranges, strict=True):
         angles = np.linspace(bearing - half, bearing + half, 6)
         axes.plot(range_ * np.cos(angles), range_ * np.sin(angles), color="#1540c4", linewidth=2)
+
+
+def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:
+    """Draw a robot and its virtual scan on a map."""
+    half, here = np.pi / grid.n_sectors, pose.position[:2]
+    for bearing, range_ in zip(grid.bearings, scan.finite(), strict=True):
+        angles = pose.yaw + np.linspace(bearing - half, bearing + half, 6)
+        arc = here[:, None] + range_ * np.array([np.cos(angles), np.sin(angles)])
+        axes.plot(*arc, color="#1540c4", linewidth=2)
+    axes.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)
 
 
 def _png(figure: Figure) -> bytes:

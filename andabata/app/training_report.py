@@ -1,0 +1,345 @@
+"""What training runs came to, in the figures of the paper (Sanchez et al. 2023, section 5)."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from andabata.app.learning import HISTORY, read_history
+from andabata.app.pictures import (
+    learning_picture,
+    rewards_picture,
+    sights_picture,
+    tests_picture,
+    world_picture,
+)
+from andabata.app.report import Report
+from andabata.app.workers import run_tasks
+from andabata.machine.pose import Pose
+from andabata.models import Models
+from andabata.navigation.navigator import Step
+from andabata.tasks.controllers import make_controller
+from andabata.tasks.offroad import OffroadConfig
+from andabata.tasks.plans import StagePlan, TrainingPlan
+from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.trial import Leg, run_trial
+from rl.policy import Policy
+from traversability.virtual_scan import VirtualScan
+from worlds.catalogue import make_world
+from worlds.world import World, choose_task
+
+Row = dict[str, Any]
+Test = tuple[int, str, int]
+"""Number of a run, name of a stage and number of a drive."""
+
+_FEW = 40
+"""Episodes at the beginning and at the end of a stage that are counted."""
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """A run's folder, read.
+
+    Attributes:
+        folder: Where.
+        seed: Of the run.
+        plan: What was run.
+        models: Hashes of the classifiers that it learnt with.
+        history: Its generations.
+    """
+
+    folder: Path
+    seed: int
+    plan: TrainingPlan
+    models: dict[str, str]
+    history: list[Row]
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Return the run of a folder.
+
+        Raises:
+            FileNotFoundError: If there is none.
+            ValueError: If it is another command's or version's, or no stage of it is over.
+        """
+        about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        if about.get("verb") != "train":
+            raise ValueError(
+                f"{folder}: expected a run of train, got one of {about.get('verb')}; "
+                "name the folder that train --out was given"
+            )
+        history = read_history(folder / HISTORY)
+        if not any(row["is_last"] for row in history):
+            raise ValueError(f"{folder}: expected a stage that is over, got none; train --resume")
+        if "mean_steps" not in history[0]:
+            raise ValueError(
+                f"{folder}: expected mean_steps in {HISTORY}, got none: an earlier version's run; "
+                "train again"
+            )
+        hashes = {name: about[name] for name in ("forest", "squares")}
+        plan = TrainingPlan.model_validate(about["config"])
+        return cls(folder, about["seed"], plan, hashes, history)
+
+    @property
+    def name(self) -> str:
+        """What the figures call it."""
+        return f"seed {self.seed}"
+
+    @property
+    def stages(self) -> tuple[StagePlan, ...]:
+        """The stages that are over."""
+        return tuple(self.plan.stages[row["name"]] for row in self.history if row["is_last"])
+
+    def policy(self, stage: str) -> Policy:
+        """Return the policy that a stage ended with."""
+        return Policy.load(self.folder / f"policy_{stage}.safetensors")
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a robot saw first, and where it truly was."""
+
+    pose: Pose
+    scan: VirtualScan
+
+
+def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
+    """Return runs that can stand in the same figures.
+
+    Args:
+        folders: Of the runs.
+        models: The classifiers that they learnt with.
+
+    Raises:
+        FileNotFoundError: If a folder holds no run.
+        ValueError: If one holds another command's run, or their plans or classifiers differ, or
+            their seeds do not.
+    """
+    runs = [TrainingRun.read(folder) for folder in folders]
+    seeds = [run.seed for run in runs]
+    if len(set(seeds)) < len(seeds):
+        raise ValueError(f"runs: expected another seed in each, got {seeds}")
+    for run in runs:
+        if run.plan != runs[0].plan:
+            raise ValueError(
+                f"{run.folder}: expected the settings of {runs[0].folder}, got others; "
+                "give each plan a report of its own"
+            )
+        for name, digest in run.models.items():
+            if models.hashes[name] != digest:
+                raise ValueError(
+                    f"{run.folder}: expected the {name} that it learnt with, {digest[:12]}, got "
+                    f"{models.hashes[name][:12]}; give it with --{name}"
+                )
+    return runs
+
+
+def common_stages(runs: Sequence[TrainingRun]) -> tuple[StagePlan, ...]:
+    """Return the stages that are over in every run.
+
+    Raises:
+        ValueError: If there is none.
+    """
+    stages = tuple(s for s in runs[0].stages if all(s in run.stages for run in runs))
+    if not stages:
+        told = "; ".join(f"{run.folder}: {[s.name for s in run.stages]}" for run in runs)
+        raise ValueError(f"runs: expected a stage that is over in all of them, got {told}")
+    return stages
+
+
+def report_runs(
+    runs: Sequence[TrainingRun],
+    models: Models,
+    *,
+    tests: int = 3,
+    workers: int = 2,
+    on_test: Callable[[], None] | None = None,
+) -> tuple[bytes, dict[str, Any]]:
+    """Return an HTML page about runs of one plan, and its figures.
+
+    Each stage's policy drives in the first world that is kept for validation, in bullet and with
+    the whole chain.
+
+    Args:
+        runs: Of ``read_runs``.
+        models: The classifiers that they learnt with.
+        tests: Drives of each policy, each to another goal.
+        workers: Processes.
+        on_test: Called after each drive.
+    """
+    stages = common_stages(runs)
+    jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
+    driven: dict[Test, tuple[Leg, Sight | None]] = {}
+    for job, result in run_tasks(partial(_drive, runs, models.to_bytes()), jobs, workers):
+        driven[job] = result
+        if on_test is not None:
+            on_test()
+    data: dict[str, Any] = {
+        "stages": [_stage_row(run, stage) for run in runs for stage in stages],
+        "tests": [
+            _test_row(runs[k].name, name, n, leg) for (k, name, n), (leg, _) in driven.items()
+        ],
+    }
+    page = Report(f"Learning to drive: {runs[0].plan.learner.algorithm}")
+    worlds = {stage.name: _world(stage) for stage in stages}
+    _rewards(page, runs, data)
+    _places(page, worlds)
+    _scans(page, stages, worlds, driven)
+    _tests(page, runs, worlds, driven)
+    page.table(data["tests"])
+    return page.to_bytes(), data
+
+
+def _world(stage: StagePlan) -> World:
+    """Return the world of a stage's test drives."""
+    one = stage.unseen
+    return make_world(one.preset, one.seeds[0], one.difficulty)
+
+
+def _judged(environment: OffroadConfig) -> RigConfig:
+    """Return a stage's robot as it is judged: in bullet, with the senses of the real one."""
+    rig, judged = environment.rig, RigConfig()
+    senses = judged.sensing.proprioception
+    sensing = rig.sensing.model_copy(update={"proprioception": senses})
+    parts = {"robot": rig.robot, "sensing": sensing, "assembly": rig.assembly, "grid": rig.grid}
+    return judged.model_copy(update=parts)
+
+
+def _drive(
+    runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
+) -> tuple[Leg, Sight | None]:
+    """Return a test drive of a run's stage, and what the robot saw first."""
+    number, stage, test = job
+    run, environment = runs[number], runs[number].plan.stages[stage].unseen
+    models = replace(Models.from_bytes(files), policy=run.policy(stage))
+    scene = SceneShelf().get(environment.preset, environment.seeds[0], environment.difficulty)
+    config = _judged(environment)
+    name = "learned" if environment.heading == "subgoal" else "learned-map"
+    controller = make_controller(name, scene.world, config, models)
+    rig = Rig(scene, config, models.forest, controller)
+    first: list[Sight] = []
+
+    def watch(step: Step) -> None:
+        if step.view is not None and step.senses.truth is not None:
+            first.append(Sight(step.senses.truth.pose, step.view.scan))
+            rig.navigator.watch(None)
+
+    rig.navigator.watch(watch)
+    task = choose_task(scene.world.tasks, test)
+    # The same starts and noises for every run.
+    (leg, *_) = run_trial(
+        rig,
+        replace(task, goals=task.goals[:1]),
+        environment.judge,
+        np.random.default_rng([environment.seeds[0], test]),
+    )
+    rig.close()
+    return leg, first[0] if first else None
+
+
+def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
+    """Return a stage of a run in numbers."""
+    rows = [row for row in run.history if row["name"] == stage.name]
+    episodes = rows[-1]["episodes"]
+    ends = {
+        "first": [row for row in rows if row["episodes"] <= _FEW],
+        "last": [row for row in rows if row["episodes"] > episodes - _FEW],
+    }
+    return {
+        "run": run.name,
+        "stage": stage.name,
+        "episodes": episodes,
+        "mean_time_s": 0.1 * sum(row["played"] * row["mean_steps"] for row in rows) / episodes,
+        **{
+            f"{outcome}_{end}_{_FEW}": sum(row["outcomes"].get(outcome, 0) for row in part)
+            for end, part in ends.items()
+            for outcome in ("goal", "collision", "tipover", "timeout")
+        },
+        "most_circling": max(row["circling"] for row in rows),
+        "validation": rows[-1]["validation"],
+    }
+
+
+def _test_row(run: str, stage: str, test: int, leg: Leg) -> Row:
+    """Return a test drive in numbers."""
+    return {
+        "run": run,
+        "stage": stage,
+        "test": test + 1,
+        "outcome": str(leg.outcome),
+        "time_s": leg.time,
+        "distance_m": leg.distance,
+        "shortest_m": leg.shortest,
+        "spl": leg.spl,
+    }
+
+
+def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) -> None:
+    """Show how it went while learning (Figure 17)."""
+    page.section(
+        "Reward",
+        "Mean over the episodes of an update, exploring, one line a run: where the paper takes the "
+        "latest 1000 steps of one robot, several robots drive here between two updates.",
+    )
+    histories = {run.name: run.history for run in runs}
+    page.picture(rewards_picture(histories), "Reward of a control step, whole and by term")
+    for run in runs:
+        page.picture(learning_picture(run.history), f"{run.name}: goals reached while exploring")
+    page.section("Stages", "Validation: success in worlds kept for it, not exploring.")
+    shown = [
+        row | {"validation": ", ".join(f"{k} {v:.2f}" for k, v in row["validation"].items())}
+        for row in data["stages"]
+    ]
+    page.table(shown)
+
+
+def _places(page: Report, worlds: Mapping[str, World]) -> None:
+    """Show a world of each family, with its starts and goals (Figures 12 and 15)."""
+    page.section("Worlds", "The first world of each family that is kept for validation.")
+    for world in {world.name: world for world in worlds.values()}.values():
+        page.picture(world_picture(world), f"{world.name}: starts and goals")
+
+
+def _scans(
+    page: Report,
+    stages: Sequence[StagePlan],
+    worlds: Mapping[str, World],
+    driven: Mapping[Test, tuple[Leg, Sight | None]],
+) -> None:
+    """Show what the robot saw first in each stage (Figure 13)."""
+    page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
+    sights = {}
+    for stage in stages:
+        _, sight = driven[0, stage.name, 0]
+        if sight is not None:
+            name = f"{stage.name}: {stage.environment.rig.sensing.scanner} laser"
+            sights[name] = (worlds[stage.name], sight.pose, sight.scan)
+    if sights:
+        grid = stages[0].environment.rig.grid
+        page.picture(sights_picture(sights, grid), ", ".join(sights))
+
+
+def _tests(
+    page: Report,
+    runs: Sequence[TrainingRun],
+    worlds: Mapping[str, World],
+    driven: Mapping[Test, tuple[Leg, Sight | None]],
+) -> None:
+    """Show the test drives after each stage (Figures 14 and 16)."""
+    page.section(
+        "Tests",
+        "The policy that each stage ended with, in bullet with the whole chain, not exploring. "
+        "Dots are starts, stars goals; a cross is where a drive failed.",
+    )
+    for stage, world in worlds.items():
+        drives: dict[str, list[Leg]] = {run.name: [] for run in runs}
+        for (k, name, _), (leg, _) in driven.items():
+            if name == stage:
+                drives[runs[k].name].append(leg)
+        title = f"after {stage}: {world.name} {world.seed}"
+        page.picture(tests_picture(world, drives, title), title)

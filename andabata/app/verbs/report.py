@@ -1,0 +1,43 @@
+"""``andabata report``: what training runs came to."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from andabata.app.options import ForestFile, Json, Quiet, SquaresFile, Workers
+
+
+def report(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Folders of training runs of one plan, a seed each.")
+    ],
+    tests: Annotated[
+        int, typer.Option(min=1, max=4, help="Drives of each stage's policy, a goal each.")
+    ] = 3,
+    out: Annotated[
+        Path | None, typer.Option(help="HTML file; report.html in the first run by default.")
+    ] = None,
+    forest: ForestFile = None,
+    squares: SquaresFile = None,
+    workers: Workers = 2,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the rewards, worlds, scans and test drives of training runs on one HTML page."""
+    from andabata.app.console import Voice, table_of
+    from andabata.app.training_report import common_stages, read_runs, report_runs
+    from andabata.models import Models
+    from andabata.records.storage import write_atomically
+
+    voice = Voice(quiet, as_json)
+    models = Models.load(forest, squares)
+    found = read_runs(runs, models)
+    drives = len(found) * len(common_stages(found)) * tests
+    with voice.progress("test drives", drives) as step:
+        page, data = report_runs(
+            found, models, tests=tests, workers=workers, on_test=lambda: step(1)
+        )
+    path = out or runs[0] / "report.html"
+    write_atomically(path, page)
+    voice.result(data | {"report": str(path)}, table_of(data["tests"], f"report: {path}"))

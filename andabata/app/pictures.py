@@ -404,21 +404,25 @@ def _draw_cells(axes: Axes, cells: NDArray[np.uint8], grid: PolarGrid, alpha: fl
         )
 
 
-def _draw_ranges(axes: Axes, ranges: NDArray[np.float32], grid: PolarGrid) -> None:
-    """Draw the virtual scan as arcs."""
+def _draw_ranges(
+    axes: Axes,
+    ranges: NDArray[np.float32],
+    grid: PolarGrid,
+    here: Sequence[float] | NDArray[np.float64] = (0.0, 0.0),
+    yaw: float = 0.0,
+) -> None:
+    """Draw the virtual scan of a robot that stands somewhere [m] and looks along ``yaw`` [rad]."""
     half = np.pi / grid.n_sectors
     for bearing, range_ in zip(grid.bearings, ranges, strict=True):
-        angles = np.linspace(bearing - half, bearing + half, 6)
-        axes.plot(range_ * np.cos(angles), range_ * np.sin(angles), color="#1540c4", linewidth=2)
+        angles = yaw + np.linspace(bearing - half, bearing + half, 6)
+        x, y = here[0] + range_ * np.cos(angles), here[1] + range_ * np.sin(angles)
+        axes.plot(x, y, color="#1540c4", linewidth=2)
 
 
 def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:
     """Draw a robot and its virtual scan on a map."""
-    half, here = np.pi / grid.n_sectors, pose.position[:2]
-    for bearing, range_ in zip(grid.bearings, scan.finite(), strict=True):
-        angles = pose.yaw + np.linspace(bearing - half, bearing + half, 6)
-        arc = here[:, None] + range_ * np.array([np.cos(angles), np.sin(angles)])
-        axes.plot(*arc, color="#1540c4", linewidth=2)
+    here = pose.position[:2]
+    _draw_ranges(axes, scan.finite(), grid, here, pose.yaw)
     axes.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)
 
 

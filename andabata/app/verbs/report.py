@@ -26,6 +26,7 @@ def report(
 ) -> None:
     """Draw the rewards, worlds, scans and test drives of training runs on one HTML page."""
     from andabata.app.console import Voice, table_of
+    from andabata.app.runs import make_folder
     from andabata.app.training_report import common_stages, read_runs, report_runs
     from andabata.models import Models
     from andabata.records.storage import write_atomically
@@ -33,11 +34,12 @@ def report(
     voice = Voice(quiet, as_json)
     models = Models.load(forest, squares)
     found = read_runs(runs, models)
+    path = out or runs[0] / "report.html"
+    make_folder(path.parent)
     drives = len(found) * len(common_stages(found)) * tests
     with voice.progress("test drives", drives) as step:
         page, data = report_runs(
             found, models, tests=tests, workers=workers, on_test=lambda: step(1)
         )
-    path = out or runs[0] / "report.html"
     write_atomically(path, page)
     voice.result(data | {"report": str(path)}, table_of(data["tests"], f"report: {path}"))

@@ -88,7 +88,7 @@ def _code(error: Exception) -> int:
     """Return 2 for what the user typed, 1 for everything else."""
     from andabata.app.settings import SettingsError
     from andabata.app.usage import UsageError
-    from andabata.machine.sensors import UnknownSensorError
+    from andabata.machine.lidar_models import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
 
     usage = SettingsError | UsageError | UnknownWorldError | UnknownSensorError

@@ -59,7 +59,7 @@ def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model
         ValueError: If there is no such body.
     """
     from andabata.machine.robot import RobotModel
-    from andabata.machine.sensors import sensor_settings
+    from andabata.machine.lidar_models import sensor_settings
 
     return kind.model_validate({**sensor_settings(sensor), "robot": RobotModel.load(robot)})
 

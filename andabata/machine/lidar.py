@@ -1,9 +1,12 @@
 """The rotating 2D laser and stage 1's horizontal scanner, cast against a world's ray scene."""
 
+from itertools import pairwise
+from typing import Self
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.beams import BeamTables, beam_rays
 from andabata.machine.draws import normal, uniform
@@ -30,6 +33,8 @@ class LidarConfig(BaseModel):
         beams: Beams of a sweep (paper's sensor: 1081).
         span_deg: Lowest and highest beam over the horizon [deg], all on one side, all at the same
             time, for a laser of several beams; None for a 2D laser that sees both sides.
+        elevations_deg: Elevation of each beam over the horizon [deg], growing, instead of
+            ``span_deg``, for a laser whose beams are unevenly spaced.
         weave: For a rosette: cycles down and up through ``span_deg`` from shot to shot; the shots
             of a sweep then leave one after the other. 0 for fixed rows.
         field_of_view: Angle that a sweep covers; the gap faces down [rad].
@@ -49,6 +54,7 @@ class LidarConfig(BaseModel):
 
     beams: int = Field(default=1081, ge=11, le=10_000)
     span_deg: tuple[float, float] | None = None
+    elevations_deg: tuple[float, ...] | None = None
     weave: float = Field(default=0.0, ge=0, lt=0.5)
     field_of_view: float = Field(default=np.deg2rad(270.0), gt=0, le=2 * np.pi)
     sweep_hz: float = Field(default=40.0, gt=0, le=100_000)
@@ -60,10 +66,31 @@ class LidarConfig(BaseModel):
     edge_step: float = Field(default=0.3, gt=0)
     mixed: float = Field(default=0.1, ge=0, le=1)
 
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        """Refuse a table that is not one elevation a beam, in order."""
+        table = self.elevations_deg
+        if table is None:
+            return self
+        if self.span_deg is not None or self.weave:
+            raise ValueError("elevations_deg: expected no span_deg and no weave beside it, got one")
+        growing = all(low < high for low, high in pairwise(table))
+        if len(table) != self.beams or not growing or table[0] < -90 or table[-1] > 90:
+            raise ValueError(
+                f"elevations_deg: expected {self.beams} growing angles from -90 to 90 degrees, one "
+                f"for each of the beams, got {len(table)}"
+            )
+        return self
+
+    @property
+    def is_multibeam(self) -> bool:
+        """Whether a sweep is a column of beams on one side, as of a spinning 3D laser."""
+        return self.span_deg is not None or self.elevations_deg is not None
+
     @property
     def beam_period(self) -> float:
         """Time from beam to beam [s]: a turn of a 2D laser's mirror is a sweep period."""
-        if self.span_deg is not None:
+        if self.is_multibeam:
             return 1 / (self.sweep_hz * self.beams) if self.weave else 0.0
         return _as_recorded(self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1))
 
@@ -83,6 +110,8 @@ class LidarConfig(BaseModel):
             share = np.abs(2 * (shots * self.weave % 1) - 1)
             angles = np.deg2rad(90.0 - (low + share * (high - low)))
             return angles.reshape(-1, self.beams).astype(np.float32)
+        if self.elevations_deg is not None:
+            return np.deg2rad(90.0 - np.array(self.elevations_deg)).astype(np.float32)
         if self.span_deg is not None:
             return np.deg2rad(90.0 - np.linspace(*self.span_deg, self.beams)).astype(np.float32)
         half = _as_recorded(self.field_of_view / 2)

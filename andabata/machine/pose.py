@@ -115,6 +115,20 @@ class PoseTrack:
         _turn_near(self._poses, self._count, self._count + count)
         self._count += count
 
+    def turned(self, rotation: Rotation) -> "PoseTrack":
+        """Return the track of something on the body, whose orientation is turned against it.
+
+        Args:
+            rotation: Rotation ``R_body_thing``.
+        """
+        track = PoseTrack(max(self._count, 1))
+        track.extend(
+            self._stamps[: self._count],
+            self._poses[: self._count, :3],
+            (Rotation.from_quat(self._poses[: self._count, 3:]) * rotation).as_quat(),
+        )
+        return track
+
     @property
     def earliest(self) -> float:
         """Stamp of the oldest pose [s]; infinity when there is none."""

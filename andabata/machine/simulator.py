@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import BeamTables, cloud_of_sweeps
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
@@ -93,7 +94,7 @@ class Simulator:
         if sensing.proprioception is not None:
             self.feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
         self._tables = BeamTables()
-        self._many_beams = sensing.lidar.span_deg is not None
+        self._many_beams = sensing.lidar.is_multibeam
         self.lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
@@ -163,15 +164,21 @@ class Simulator:
             true_track=rows[:, :8],
         )
 
-    def sweeps(self, begin: float, end: float) -> Sweeps:
+    def sweeps(self, begin: float, end: float, tilt: Rotation | None = None) -> Sweeps:
         """Return what the rotating laser saw in a past span [s], up to eight seconds back.
+
+        Args:
+            begin: Begin of the span [s].
+            end: End of it [s].
+            tilt: Rotation ``R_base_laser`` of a laser that is not mounted level.
 
         Raises:
             ValueError: If the robot has no rotating laser.
         """
         if self.lidar is None:
             raise ValueError("scanner: expected the rotating laser, got the horizontal one")
-        return self.lidar.sweeps(begin, end, self._track)
+        track = self._track if tilt is None else self._track.turned(tilt)
+        return self.lidar.sweeps(begin, end, track)
 
     def close(self) -> None:
         """Free the plant."""

@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
+from scipy.spatial.transform import Rotation
 
 from andabata.localization.noisy_truth import NoisyTruthConfig, NoisyTruthLocalizer
 from andabata.machine.kinematics import SkidSteer
@@ -39,10 +41,14 @@ class CloudsConfig(BaseModel):
         drift_sigma: Span of the standard deviation of the estimated position [m], which wanders
             with a correlation time of a minute.
         still: Share of clouds that are taken at a standstill.
-        varied: Share of clouds that another sensor might have taken: mounted at another height and
-            with fewer points. A classifier that learns from them does not lean on either.
+        varied: Share of clouds that another robot might have taken: its laser mounted at another
+            height and tilted, with fewer points, and parts of its view hidden. A classifier that
+            learns from them does not lean on any of these.
         heights: Span of the optical centre's height in varied clouds [m].
+        tilts: Span of the laser's tilt in varied clouds [rad], towards any side.
         kept: Span of the share of points kept in varied clouds.
+        hidden: Most directions in which part of the view of a varied cloud is hidden, as by parts
+            of the robot or by ground too dark to return a beam.
         room: Clouds are taken where the nearest forbidden ground is this far at least [m].
         reach: And this far at most, so that there is something to see [m].
         close: Share of the clouds that are taken closer than ``close_reach``, where misses hurt.
@@ -68,14 +74,16 @@ class CloudsConfig(BaseModel):
     still: float = Field(default=0.25, ge=0, le=1)
     varied: float = Field(default=0.0, ge=0, le=1)
     heights: Span = (0.45, 1.0)
+    tilts: Span = (0.0, 0.0)
     kept: Span = (0.25, 1.0)
+    hidden: int = Field(default=0, ge=0, le=64)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     close: float = Field(default=0.4, ge=0, le=1)
     close_reach: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
-    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "kept")
+    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept")
     @classmethod
     def _check_span(cls, span: Span) -> Span:
         if not 0 <= span[0] <= span[1] <= 1:
@@ -138,10 +146,14 @@ def take_cloud(
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
-    robot, kept = config.robot, 1.0
+    robot, kept, hidden, tilt = config.robot, 1.0, 0, None
     if rng.random() < config.varied:
         robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
         kept = rng.uniform(*config.kept)
+        if config.tilts[1] > 0:
+            tilt = _tilt(rng.uniform(*config.tilts), rng.uniform(-np.pi, np.pi))
+        if config.hidden:
+            hidden = int(rng.integers(config.hidden + 1))
     simulator = Simulator(
         scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
     )
@@ -163,9 +175,11 @@ def take_cloud(
             wheels = WheelSpeeds(0.0, 0.0)
         for localizer in localizers:
             localizer.update(senses)
-    sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz)  # One more ends the half turn.
+    # One sweep more ends the half turn.
+    sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, tilt)
     for localizer, assembler in zip(localizers, assemblers, strict=True):
-        assembler.add(sweeps, localizer.track)
+        track = localizer.track
+        assembler.add(sweeps, track if tilt is None else track.turned(tilt))
     simulator.close()
     surveyed = assemblers[1].cloud
     if surveyed is None or surveyed.classes is None:
@@ -176,7 +190,44 @@ def take_cloud(
     pose = localizers[0].pose
     cloud = assemblers[0].relative(pose)
     cloud = replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
-    return (cloud if kept == 1.0 else cloud.select(rng.random(len(cloud)) < kept)), pose
+    seen = np.ones(len(cloud), dtype=np.bool_)
+    if kept < 1.0:
+        seen &= rng.random(len(cloud)) < kept
+    if hidden:
+        seen &= ~_hidden(cloud.points, hidden, rng)
+    return (cloud if seen.all() else cloud.select(seen)), pose
+
+
+def _tilt(angle: float, direction: float) -> Rotation:
+    """Return the rotation of a laser that leans by ``angle`` [rad] towards a bearing [rad]."""
+    return Rotation.from_rotvec([-angle * np.sin(direction), angle * np.cos(direction), 0.0])
+
+
+_WEDGES = (0.02, 0.25)
+"""Span of the width of a direction in which something is hidden [rad]."""
+
+
+def _hidden(points: NDArray[np.float32], most: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Return which points something hides, shape (n,).
+
+    In each direction either a stretch of the ground is hidden or all of it but a stretch.
+
+    Args:
+        points: Points in ``base_footprint`` [m], shape (n, 3).
+        most: Number of directions.
+        rng: Directions, widths and stretches.
+    """
+    bearing = np.arctan2(points[:, 1], points[:, 0])
+    distance = np.hypot(points[:, 0], points[:, 1])
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    for _ in range(most):
+        middle, width = rng.uniform(-np.pi, np.pi), rng.uniform(*_WEDGES)
+        begin = rng.uniform(0.0, 8.0)
+        end = begin + rng.exponential(3.0) + 0.3
+        wedge = np.abs((bearing - middle + np.pi) % (2 * np.pi) - np.pi) < width / 2
+        stretch = (distance >= begin) & (distance < end)
+        hidden |= wedge & (stretch if rng.random() < 0.5 else ~stretch)
+    return hidden
 
 
 # The beams' true places: labels come from them, whatever the robot believes.

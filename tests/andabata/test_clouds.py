@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from andabata.app.datasets import plan
+from andabata.app.settings import with_parts
 from andabata.tasks.clouds import CloudsConfig, cloud_scene, labelled_cloud
 from terrain.classes import SemanticClass
+from worlds.world import Start
 
 SMALL = CloudsConfig(patch_size=40.0, patch_cell=0.25)
 
@@ -45,6 +47,31 @@ def test_varied_clouds_are_thinner_and_from_other_heights(scene):
     assert 0.2 * len(plain) < len(varied) < 0.45 * len(plain)
     nearest = [np.hypot(*cloud.points[:, :2].T).min() for cloud in (plain, varied)]
     assert nearest[1] > nearest[0]  # The blind cone grows with the height.
+
+
+def test_a_tilted_laser_sees_the_same_ground(make_scene):
+    scene = make_scene(size=40.0)
+    start = Start(0.0, 0.0, 0.3)
+    exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "still": 1.0}
+    config = with_parts(CloudsConfig, "vlp-16").model_copy(
+        update={"varied": 1.0, "heights": (1.0, 1.0), "kept": (1.0, 1.0), **exact}
+    )
+    nearest = {}
+    for tilt in (0.0, 0.1):
+        leaning = config.model_copy(update={"tilts": (tilt, tilt)})
+        cloud = labelled_cloud(scene, leaning, np.random.default_rng(1), start)
+        assert np.abs(cloud.points[:, 2]).max() < 0.15  # Level, whatever way the laser leans.
+        bearing = np.arctan2(cloud.points[:, 1], cloud.points[:, 0])
+        distance = np.hypot(cloud.points[:, 0], cloud.points[:, 1])
+        nearest[tilt] = [distance[np.abs(bearing - b) < 0.2].min() for b in np.arange(-3, 3.1, 0.5)]
+    assert np.ptp(nearest[0.0]) < 0.3  # A level cone meets level ground in a circle.
+    assert np.ptp(nearest[0.1]) > 1.0  # A leaning one does not.
+
+
+def test_what_is_hidden_is_hidden_by_direction(scene):
+    whole = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0))
+    part = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0), hidden=64)
+    assert 0.2 * len(whole) < len(part) < len(whole)
 
 
 def test_water_sends_few_beams_back():

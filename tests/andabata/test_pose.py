@@ -52,3 +52,16 @@ def test_track_refuses_a_stamp_that_does_not_grow():
     track.append(1.0, np.zeros(3), np.array([0, 0, 0, 1.0]))
     with pytest.raises(ValueError, match=r"expected later than 1\.0 s"):
         track.append(1.0, np.zeros(3), np.array([0, 0, 0, 1.0]))
+
+
+def test_a_turned_track_is_that_of_something_mounted_on_the_body():
+    track = PoseTrack()
+    for k in range(3):
+        pose = Pose.from_euler(np.array([0.1 * k, 0.0, 0.0]), 0.0, 0.1, 0.2 * k)
+        track.append(k / 10, pose.position, pose.quaternion)
+    mount = Rotation.from_euler("ZYX", [0.5, 0.2, -0.1])
+    turned = track.turned(mount).at(np.array([0.0, 0.1, 0.2]))
+    poses = track.at(np.array([0.0, 0.1, 0.2]))
+    np.testing.assert_allclose(turned[:, :3], poses[:, :3])
+    expected = Rotation.from_quat(poses[:, 3:]) * mount
+    assert (Rotation.from_quat(turned[:, 3:]) * expected.inv()).magnitude().max() < 1e-9

@@ -17,6 +17,7 @@ NAMES = (
     "natural-far",
     "natural-test",
     "park",
+    "plain",
     "stony",
 )
 

@@ -7,7 +7,8 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.settings import with_parts
-from andabata.machine.sensors import UnknownSensorError, sensor_names, sensor_settings
+from andabata.machine.lidar import LidarConfig
+from andabata.machine.lidar_models import UnknownSensorError, sensor_names, sensor_settings
 from andabata.models import shipped_forest
 from andabata.tasks.clouds import CloudsConfig, labelled_cloud
 from andabata.tasks.plans import load_plan
@@ -16,13 +17,55 @@ from terrain.objects import frustum
 from traversability.scanner import TraversabilityScanner
 from worlds.world import Start
 
-BEAMS = {"utm-30lx": 1081, "os1-64": 64, "os0-128": 128, "vlp-16": 16, "livox-rosette": 100}
+BEAMS = {
+    "hdl-32e": 32,
+    "hdl-64e": 64,
+    "livox-rosette": 100,
+    "os0-128": 128,
+    "os0-32": 32,
+    "os1-64": 64,
+    "pandar-40p": 40,
+    "rs-32": 32,
+    "utm-30lx": 1081,
+    "vlp-16": 16,
+    "vlp-32c": 32,
+    "xt-32": 32,
+}
 
 
 def test_the_known_lasers():
     assert set(sensor_names()) == set(BEAMS)
-    with pytest.raises(UnknownSensorError, match="expected one of livox-rosette, os0-128, os1-64"):
+    with pytest.raises(UnknownSensorError, match="expected one of hdl-32e, hdl-64e, livox-rosette"):
         sensor_settings("mid-999")
+
+
+def test_a_table_of_elevations_is_kept_beam_by_beam():
+    table = (-25.0, -15.639, -4.0, 0.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0)
+    lidar = LidarConfig(elevations_deg=table, beams=11, sweep_hz=18000.0)
+    assert lidar.is_multibeam
+    assert lidar.beam_period == 0.0
+    found = 90.0 - np.rad2deg(lidar.elevations(0, 1).astype(np.float64))
+    np.testing.assert_allclose(found, table, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"elevations_deg": (0.0, 1.0), "beams": 11},
+        {"elevations_deg": tuple(range(10, -1, -1)), "beams": 11},
+        {"elevations_deg": tuple(range(85, 96)), "beams": 11},
+        {"elevations_deg": tuple(range(11)), "beams": 11, "span_deg": (0.0, 10.0)},
+    ],
+)
+def test_a_table_that_is_none_is_refused(fields):
+    with pytest.raises(ValueError, match="elevations_deg: expected"):
+        LidarConfig(**fields)
+
+
+def test_the_widely_spaced_lasers_have_their_published_beams():
+    for name, lowest in (("vlp-32c", (-25.0, -15.639, -11.31)), ("rs-32", (-25.0, -14.638))):
+        table = sensor_settings(name)["sensing"]["lidar"]["elevations_deg"]
+        assert tuple(table[: len(lowest)]) == lowest
 
 
 @pytest.mark.parametrize("name", BEAMS)

@@ -46,7 +46,9 @@ class LidarConfig(BaseModel):
         noise: Standard deviation of the range [m].
         dropout: Probability that a return is lost (assumption).
         edge_step: Neighbouring beams whose ranges differ by more than this meet an edge [m]
-            (assumption).
+            (assumption). Neighbours are so close that their spots touch: the next beam of a 2D
+            laser, the same beam in the next column of a laser of several beams, whose rows lie
+            degrees apart. A rosette's shots have none.
         mixed: Probability that the far beam at an edge falls between the two ranges (assumption).
     """
 
@@ -86,6 +88,13 @@ class LidarConfig(BaseModel):
     def is_multibeam(self) -> bool:
         """Whether a sweep is a column of beams on one side, as of a spinning 3D laser."""
         return self.span_deg is not None or self.elevations_deg is not None
+
+    @property
+    def neighbour_stride(self) -> int:
+        """Number of beams from one to the next beside it, counted through all sweeps; 0 is none."""
+        if self.weave:
+            return 0
+        return self.beams if self.is_multibeam else 1
 
     @property
     def beam_period(self) -> float:
@@ -184,6 +193,7 @@ class RotatingLidar:
             _RETURNS,
             np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
             np.array([config.min_range, config.max_range]),
+            config.neighbour_stride,
         )
         return Sweeps(
             stamps=stamps,
@@ -208,8 +218,10 @@ class RotatingLidar:
         budgets = self._budgets[: len(rays)]
         self._rng.standard_exponential(dtype=np.float32, out=budgets)
         ranges, classes = self._scene.cast(rays, budgets, self._reach)
-        if np.isfinite(self._reach):
-            beside = _maybe_mixed(ranges, self._config.beams, key, self._config.mixed)
+        stride = self._config.neighbour_stride
+        if np.isfinite(self._reach) and stride:
+            row = self._config.beams if stride == 1 else len(ranges)
+            beside = _maybe_mixed(ranges, row, stride, key, self._config.mixed)
             if len(beside):
                 far = self._scene.cast(rays[beside], budgets[beside])
                 ranges[beside], classes[beside] = far
@@ -223,20 +235,20 @@ def _mix(key, beam):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _maybe_mixed(ranges, beams, key, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _maybe_mixed(ranges, row, stride, key, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the beams that met nothing, draw a mixed pixel and have a neighbour that did not.
 
-    Neighbours are those of the same sweep.
+    Neighbours lie ``stride`` beams apart in the same row, which is a 2D laser's sweep.
     """
     found = np.empty(len(ranges), dtype=np.int64)
     count = 0
-    for first in range(0, len(ranges), beams):
-        last = first + beams - 1
+    for first in range(0, len(ranges), row):
+        last = first + row - 1
         for k in range(first, last + 1):
             if np.isfinite(ranges[k]):
                 continue
-            before = k > first and np.isfinite(ranges[k - 1])
-            after = k < last and np.isfinite(ranges[k + 1])
+            before = k - stride >= first and np.isfinite(ranges[k - stride])
+            after = k + stride <= last and np.isfinite(ranges[k + stride])
             if (before or after) and _mix(key, k) < mixed:
                 found[count] = k
                 count += 1
@@ -244,7 +256,7 @@ def _maybe_mixed(ranges, beams, key, mixed):  # type: ignore[no-untyped-def]  # 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _measured(true, classes, key, returns, faults, bounds):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _measured(true, classes, key, returns, faults, bounds, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return what the laser reads: noise, dropouts and mixed pixels; ``inf`` is no return.
 
     A lost return loses its class; a mixed pixel keeps that of the surface behind. Each beam has its
@@ -253,15 +265,20 @@ def _measured(true, classes, key, returns, faults, bounds):  # type: ignore[no-u
     noise, dropout, edge, mixed = faults
     ranges = np.empty(true.shape, dtype=np.float32)
     last = true.shape[1] - 1
+    sweeps, beams = true.shape[0] - 1, true.shape[1]
     for i in range(true.shape[0]):
         for j in range(true.shape[1]):
             here = true[i, j]
             if not np.isfinite(here):
                 ranges[i, j], classes[i, j] = np.inf, NO_CLASS
                 continue
-            beam = i * true.shape[1] + j
+            beam = i * beams + j
             number = np.uint64(3) * np.uint64(beam)
-            near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
+            near = here
+            if stride == 1:
+                near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
+            elif stride == beams:
+                near = min(true[max(i - 1, 0), j], true[min(i + 1, sweeps), j])
             measured = np.float64(here)
             if here - near > edge:
                 mix = _mix(key, beam)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from andabata.machine.beams import BeamTables, place_beams
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
@@ -185,3 +186,37 @@ def test_the_horizontal_scanner_sees_a_wall_at_its_bearing(make_scene):
     expected = 3.8 / np.cos(PolarGrid().bearings[ahead])
     np.testing.assert_allclose(ranges[ahead], expected, rtol=1e-4)
     assert np.isinf(ranges[np.abs(PolarGrid().bearings) > 1.6]).all()
+
+
+def spinning(scene, **fields):
+    """Return the cloud of one turn of a level laser of 16 beams at rest, with classes."""
+    config = LidarConfig(
+        span_deg=(-15.0, 15.0), beams=16, sweep_hz=18000.0, head_rate=20 * np.pi,
+        noise=0.0, dropout=0.0, mixed=1.0, **fields,
+    )  # fmt: skip
+    lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
+    sweeps = lidar.sweeps(0.0, 0.1, moving_track())
+    points, _ = place_beams(sweeps, moving_track(), ROBOT.lidar_height, BeamTables())
+    return points, sweeps.classes.ravel()[np.isfinite(sweeps.ranges.ravel())]
+
+
+def test_rows_of_beams_that_lie_degrees_apart_do_not_mix(make_scene):
+    points, _ = spinning(make_scene(size=40.0))
+    near = np.hypot(points[:, 0], points[:, 1]) < 15
+    np.testing.assert_allclose(points[near, 2], 0.0, atol=1e-3)
+
+
+def test_columns_of_a_spinning_laser_mix_at_the_side_of_a_wall(make_scene):
+    wall = box(SemanticClass.WALL, (4.0, 0.0, 1.0), (0.4, 2.0, 2.0))
+    points, classes = spinning(make_scene(objects=[wall], size=40.0))
+    ground = points[classes == SemanticClass.GROUND]
+    floating = ground[ground[:, 2] > 0.02]
+    assert len(floating) > 0
+    beside = np.abs(np.abs(np.arctan2(floating[:, 1], floating[:, 0])) - np.arctan(1 / 3.8))
+    assert beside.max() < 0.02
+
+
+def test_a_rosette_has_no_neighbours():
+    assert LidarConfig(span_deg=(-52.0, 7.0), beams=100, weave=0.0137).neighbour_stride == 0
+    assert LidarConfig().neighbour_stride == 1
+    assert LidarConfig(span_deg=(-15.0, 15.0), beams=16).neighbour_stride == 16

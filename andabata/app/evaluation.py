@@ -20,6 +20,7 @@ from andabata.tasks.courses import Course, courses
 from andabata.tasks.hazard_met import hazard_met
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.seeds import EVALUATIONS
 from andabata.tasks.trial import Leg
 from worlds.world import World, choose_task
 
@@ -45,9 +46,9 @@ class EvaluationConfig(BaseModel):
     suite: str | None = None
     world: str = "natural-test"
     controllers: tuple[str, ...] = ("learned", "reactive")
-    trials: int = Field(default=20, ge=1)
+    trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
-    seed: int = Field(default=0, ge=0)
+    seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
     rig: RigConfig = Field(default_factory=RigConfig)
     judge: JudgeConfig = Field(default_factory=JudgeConfig)
 

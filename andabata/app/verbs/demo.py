@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import Json, Quiet, Seed, Sensor, Workers
+from andabata.app.options import EvaluationSeed, Json, Quiet, Sensor, Workers
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
     sensor: Sensor = "utm-30lx",
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     workers: Workers = 2,
     as_json: Json = False,
     quiet: Quiet = False,

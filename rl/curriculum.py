@@ -252,7 +252,7 @@ class Curriculum:
         """Return the next generation's episodes: some of them in the stages before."""
         config, at = self._config, self._at
         count = config.learner.batch
-        # One at least is the stage's own, however large the share: without it nothing would move on.
+        # One at least is the stage's own, however large the share: else nothing would move on.
         old = min(round(count * stage.rehearsal), count - 1) if at.stage else 0
         own = min(count - old, stage.episodes - at.episodes)
         found = [

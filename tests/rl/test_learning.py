@@ -265,9 +265,7 @@ def test_however_much_is_rehearsed_the_stage_itself_is_played(batch, rehearsal):
     recorder, plan = Recorder(), config()
     stages = (Stage(name="turn", episodes=2), Stage(name="again", episodes=2, rehearsal=rehearsal))
     learner = plan.learner.model_copy(update={"batch": batch})
-    told = run(
-        Curriculum(plan.model_copy(update={"stages": stages, "learner": learner}), recorder)
-    )
+    told = run(Curriculum(plan.model_copy(update={"stages": stages, "learner": learner}), recorder))
     assert sum(generation.played for generation in told if generation.name == "again") == 2
     for generation in recorder.assigned:
         assert len(generation) <= batch

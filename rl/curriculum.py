@@ -65,7 +65,7 @@ class Stage(BaseModel):
             its budget is spent; None never does (paper).
         window: See ``promote_at``.
         rehearsal: Share of the episodes that are played in the stages before, so that nothing is
-            forgotten.
+            forgotten; one episode of each generation at least is the stage's own.
         difficulty: Of its worlds, None for its environment's own.
     """
 
@@ -252,7 +252,8 @@ class Curriculum:
         """Return the next generation's episodes: some of them in the stages before."""
         config, at = self._config, self._at
         count = config.learner.batch
-        old = round(count * stage.rehearsal) if at.stage else 0
+        # One at least is the stage's own, however large the share: else nothing would move on.
+        old = min(round(count * stage.rehearsal), count - 1) if at.stage else 0
         own = min(count - old, stage.episodes - at.episodes)
         found = [
             Assignment(at.stage, (config.seed, at.stage, at.episodes + k), at.levels[at.stage])

@@ -20,7 +20,7 @@ def has_tools() -> bool:
     return all(shutil.which(tool, path="/usr/bin") for tool in _TOOLS)
 
 
-def _heed_interrupts() -> None:
+def heed_interrupts() -> None:
     """Let Ctrl-C reach a process even where a shell has started us deaf to it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
@@ -52,7 +52,7 @@ class Graph:
                 stdout=out,
                 stderr=err,
                 start_new_session=True,
-                preexec_fn=_heed_interrupts,
+                preexec_fn=heed_interrupts,
             )
         process.output = name.with_suffix(".out")
         self.processes.append(process)

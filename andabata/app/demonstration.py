@@ -4,6 +4,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field
+
 from andabata.app.classifying import judge_forest
 from andabata.app.console import Voice
 from andabata.app.datasets import generate_dataset
@@ -24,30 +26,62 @@ from andabata.app.settings import resolve, with_parts
 from andabata.models import Models, shipped_forest
 from andabata.records.storage import write_atomically
 from andabata.tasks.clouds import CloudsConfig
+from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.plans import TrainingPlan, load_plan
 from andabata.tasks.rig import RigConfig
+from andabata.tasks.seeds import EVALUATIONS
 from traversability.dataset import Split, read_manifest, split_samples
 from traversability.grid import PolarGrid
 from traversability.growing import ForestConfig, grow_forest
 
 _WORLD = "natural-test"
-_EPISODES = 64
-_TRIALS = 2
+
+
+class DemonstrationConfig(BaseModel):
+    """How much of each part is run.
+
+    Attributes:
+        train: Number of labelled clouds for training.
+        validation: Number of labelled clouds for judging.
+        trees: Number of the forest's trees, as many as so few clouds can teach.
+        episodes: Number of episodes in the maze.
+        trials: Number of trials of each controller.
+        time_limit: Longest drive to each goal [s].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    train: int = Field(default=140, ge=1)
+    validation: int = Field(default=42, ge=1)
+    trees: int = Field(default=100, ge=1)
+    episodes: int = Field(default=64, ge=1)
+    trials: int = Field(default=2, ge=1, le=EVALUATIONS)
+    time_limit: float = Field(default=300.0, gt=0)
 
 
 class Demonstration:
     """The demo: each part adds to the figures and to the report."""
 
-    def __init__(self, folder: Path, seed: int, workers: int, voice: Voice, sensor: str) -> None:
+    def __init__(
+        self,
+        config: DemonstrationConfig,
+        folder: Path,
+        seed: int,
+        workers: int,
+        voice: Voice,
+        sensor: str,
+    ) -> None:
         """Say what to run.
 
         Args:
+            config: How much of it.
             folder: Where everything goes; an earlier demo there is replaced.
             seed: Of everything.
             workers: Processes.
             voice: Tells people what happens.
             sensor: The laser's name.
         """
+        self._config = config
         self._folder, self._seed, self._workers = folder, seed, workers
         self._voice, self._sensor = voice, sensor
         self._report = Report("andabata: from nothing to a driven path")
@@ -70,7 +104,10 @@ class Demonstration:
     def _classifier(self) -> None:
         """Make labelled clouds and grow a forest on them."""
         clouds = self._folder / "clouds"
-        counts: dict[Split, int] = {"train": 140, "validation": 42}
+        counts: dict[Split, int] = {
+            "train": self._config.train,
+            "validation": self._config.validation,
+        }
         with self._voice.progress("labelled clouds", sum(counts.values())) as step:
             generate_dataset(
                 clouds,
@@ -82,7 +119,7 @@ class Demonstration:
             )
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
-        few = ForestConfig(trees=100, rate=0.2)  # As many as so few clouds can teach.
+        few = ForestConfig(trees=self._config.trees, rate=0.2)
         forest = grow_forest(samples, PolarGrid(), few, self._seed)
         scores = judge_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
@@ -99,15 +136,15 @@ class Demonstration:
 
     def _learning(self) -> None:
         """Begin the curriculum: enough to see it learn, not enough to drive."""
-        run = self._folder / "run"
+        run, episodes = self._folder / "run", self._config.episodes
         for file in run.glob("*"):
             file.unlink()
         plan = resolve(
             TrainingPlan,
-            overrides=(f"stages.Maze2D.episodes={_EPISODES}", "validation=0"),
+            overrides=(f"stages.Maze2D.episodes={episodes}", "validation=0"),
             base=load_plan(sensor=self._sensor),
         )
-        with self._voice.progress("episodes in the maze", _EPISODES) as step:
+        with self._voice.progress("episodes in the maze", episodes) as step:
             result = learn(
                 run,
                 plan,
@@ -119,7 +156,7 @@ class Demonstration:
         self._figures["learning"] = result
         self._report.section(
             "Learning to steer",
-            f"The first {_EPISODES} episodes of stage 1, {result['steps']} control steps at "
+            f"The first {episodes} episodes of stage 1, {result['steps']} control steps at "
             f"{result['steps_per_s']:.0f} a second. The shipped policy comes from the full budget.",
         )
         self._report.picture(
@@ -128,10 +165,12 @@ class Demonstration:
 
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that nothing was trained on."""
-        config = with_parts(RigConfig, self._sensor)
+        config, limit = with_parts(RigConfig, self._sensor), self._config.time_limit
         with self._voice.progress("simulated seconds", None) as step:
-            driven = drive_once(_WORLD, self._seed, "learned", config, on_second=step)
-        oracle = drive_once(_WORLD, self._seed, "oracle", config)
+            driven = drive_once(
+                _WORLD, self._seed, "learned", config, on_second=step, time_limit=limit
+            )
+        oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
         self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k != "path"}
         self._voice.say(driven.title)
@@ -156,18 +195,23 @@ class Demonstration:
         self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
     def _judgement(self) -> None:
-        """Judge the four controllers in a few trials."""
+        """Judge controllers in a few trials."""
+        trials = self._config.trials
         config = EvaluationConfig(
-            world=_WORLD, trials=_TRIALS, seed=self._seed, rig=with_parts(RigConfig, self._sensor)
+            world=_WORLD,
+            trials=trials,
+            seed=self._seed,
+            rig=with_parts(RigConfig, self._sensor),
+            judge=JudgeConfig(time_limit=self._config.time_limit),
         )
-        with self._voice.progress("trials of four controllers", _TRIALS) as step:
+        with self._voice.progress("trials of the controllers", trials) as step:
             rows = evaluate(
                 config, Models(), workers=self._workers, on_trial=lambda trial, rows: step()
             )
         table = summarise(rows, config)
         self._figures["evaluation"] = table
         self._report.section(
-            "Four controllers side by side",
-            f"{_TRIALS} trials show the form of the table, not the truth: see the intervals.",
+            "Controllers side by side",
+            f"{trials} trials show the form of the table, not the truth: see the intervals.",
         )
         self._report.table(table)

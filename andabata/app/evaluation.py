@@ -15,11 +15,12 @@ from andabata.app.runs import commit
 from andabata.app.workers import run_tasks
 from andabata.machine.senses import Senses
 from andabata.models import Models
-from andabata.records.storage import write_atomically
+from andabata.records.storage import append_line, write_atomically
 from andabata.tasks.courses import Course, courses
 from andabata.tasks.hazard_met import hazard_met
 from andabata.tasks.judge import JudgeConfig, Outcome
 from andabata.tasks.rig import Rig, RigConfig
+from andabata.tasks.seeds import EVALUATIONS
 from andabata.tasks.trial import Leg
 from worlds.world import World, choose_task
 
@@ -45,9 +46,9 @@ class EvaluationConfig(BaseModel):
     suite: str | None = None
     world: str = "natural-test"
     controllers: tuple[str, ...] = ("learned", "reactive")
-    trials: int = Field(default=20, ge=1)
+    trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
-    seed: int = Field(default=0, ge=0)
+    seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
     rig: RigConfig = Field(default_factory=RigConfig)
     judge: JudgeConfig = Field(default_factory=JudgeConfig)
 
@@ -162,8 +163,7 @@ def evaluate(
     ):
         done[trial] = rows
         if journal is not None:
-            with journal.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"trial": trial, "rows": rows}) + "\n")
+            append_line(journal, json.dumps({"trial": trial, "rows": rows}))
         if on_trial is not None:
             on_trial(trial, rows)
     return [row for trial in trials for row in done[trial]]
@@ -179,7 +179,7 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
         return {}
     head = json.dumps(about)
     if not journal.exists() or journal.stat().st_size == 0:
-        journal.write_text(head + "\n", encoding="utf-8")
+        write_atomically(journal, f"{head}\n".encode())
         return {}
     lines = journal.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:

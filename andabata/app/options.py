@@ -5,7 +5,13 @@ from typing import Annotated
 
 import typer
 
+from andabata.tasks.seeds import EVALUATIONS
+
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
+EvaluationSeed = Annotated[
+    int,
+    typer.Option(min=0, max=EVALUATIONS - 1, help="Seed of everything random, and of the worlds."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but the result.")]
 ConfigFile = Annotated[

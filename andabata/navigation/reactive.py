@@ -53,9 +53,8 @@ class ReactiveConfig(BaseModel):
 class ReactiveController:
     """Takes the open sector nearest the goal's bearing, weighing clearance and its own last choice.
 
-    Source: the ruling on the predecessor's reactive navigation; openness widened by the body as in
-        vector field
-    histograms.
+    Source: assumption, since the predecessor's law is not published; obstacles are widened by the
+    body as in vector field histograms (Borenstein and Koren 1991).
     """
 
     pace = 1.0

@@ -40,6 +40,25 @@ def write_atomically(path: Path, data: bytes) -> None:
     _sync_folder(path.parent)
 
 
+def append_line(path: Path, text: str) -> None:
+    """Add a line to a file and put it onto the disk before anybody counts on it.
+
+    A kill in between can leave a part of the line, the last of the file, and no other damage.
+
+    Args:
+        path: Where; it has to exist.
+        text: The line, without its end.
+
+    Raises:
+        OSError: If the file cannot be written, or the disk is full.
+    """
+    with path.open("r+b") as file:
+        file.seek(0, os.SEEK_END)
+        file.write(text.encode() + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
 def _sync_folder(folder: Path) -> None:
     """Put a folder's new names onto the disk, where the system can."""
     if os.name != "posix":

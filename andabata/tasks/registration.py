@@ -1,4 +1,4 @@
-"""The environments' Gymnasium ids; the environments are imported when one is made."""
+"""Gymnasium ids of the environments, whose own modules are imported when one is made."""
 
 import gymnasium as gym
 
@@ -8,8 +8,8 @@ STAGES = ("Maze2D", "Maze3D", "Natural")
 def register_environments() -> None:
     """Register ``andabata/Maze2D-v0``, ``andabata/Maze3D-v0`` and ``andabata/Natural-v0``, once.
 
-    An installed andabata is found by Gymnasium as a plug-in, so that ``gymnasium.make`` knows the
-    ids by itself.
+    ``import andabata`` does it, as Gymnasium asks of third-party packages: it loads no plug-ins by
+    itself. ``gymnasium.make("andabata:andabata/Natural-v0")`` imports the package first.
     """
     for stage in STAGES:
         name = f"andabata/{stage}-v0"

@@ -9,6 +9,9 @@ VALIDATION_SEEDS = tuple(range(100, 132))
 EVALUATION_SEED = 1_000_000
 """First world seed of the judges, ten thousand for each seed of an evaluation."""
 
+EVALUATIONS = 10_000
+"""Number of evaluation seeds, and of the trials that each of them has worlds for."""
+
 DATASET_SEED = 1_000_000_000
 """First world seed of labelled clouds, a hundred thousand for each seed of a data set."""
 
@@ -19,9 +22,9 @@ def evaluation_world(seed: int, trial: int) -> int:
     Raises:
         ValueError: If seed or trial would reach the worlds of others.
     """
-    if not (0 <= seed < 10_000 and 0 <= trial < 10_000):
+    if not (0 <= seed < EVALUATIONS and 0 <= trial < EVALUATIONS):
         raise ValueError(f"seed, trial: expected 0 to 9999, got {seed}, {trial}")
-    return EVALUATION_SEED + seed * 10_000 + trial
+    return EVALUATION_SEED + seed * EVALUATIONS + trial
 
 
 def dataset_world(seed: int, number: int) -> int:

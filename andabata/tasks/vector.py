@@ -1,6 +1,7 @@
 """Many robots at once, over as many processes as there are cores."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import pairwise
 from multiprocessing import get_context
@@ -18,6 +19,11 @@ from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, st
 from andabata.tasks.scenes import SceneShelf
 
 State = NDArray[np.float32]
+
+_ENDED = (
+    "worker: expected a running process, got one that has ended; a script that makes environments "
+    'with workers does so under `if __name__ == "__main__":`, and the errors above say more'
+)
 
 
 def make_vector(
@@ -85,6 +91,9 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
             num_envs: Robots.
             workers: Processes.
             models: As for ``OffroadEnv``.
+
+        Raises:
+            ValueError: If a process ends before it has begun.
         """
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
@@ -102,12 +111,16 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
         for share in self._shares:
             ours, theirs = context.Pipe()
             count = share.stop - share.start
-            process = context.Process(target=_serve, args=(theirs, config, count, files))
+            process = context.Process(target=_serve, args=(theirs, config, count))
             process.daemon = True
             process.start()
             theirs.close()
             self._pipes.append(ours)
             self._processes.append(process)
+        # Not among the arguments: they fill the pipe of a process that ends at once, and starting
+        # it would wait for ever.
+        for pipe in self._pipes:
+            _ask(pipe, files)
 
     def reset(
         self,
@@ -119,7 +132,7 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
         if seed is None or isinstance(seed, int):
             seed = [None if seed is None else seed + k for k in range(self.num_envs)]
         for pipe, share in zip(self._pipes, self._shares, strict=True):
-            pipe.send(("reset", list(seed[share]), options))
+            _ask(pipe, ("reset", list(seed[share]), options))
         answers = [_answer(pipe) for pipe in self._pipes]
         return np.concatenate([states for states, _ in answers]), self._merged(
             [info for _, info in answers]
@@ -130,7 +143,7 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
     ) -> tuple[State, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Steer every robot for one control period of 0.1 s."""
         for pipe, share in zip(self._pipes, self._shares, strict=True):
-            pipe.send(("step", actions[share]))
+            _ask(pipe, ("step", actions[share]))
         answers = [_answer(pipe) for pipe in self._pipes]
         states, rewards, terminated, truncated = (
             np.concatenate([answer[n] for answer in answers]) for n in range(4)
@@ -156,12 +169,24 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
     def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
         """End the processes."""
         for pipe, process in zip(self._pipes, self._processes, strict=True):
-            if process.is_alive():
-                pipe.send(("close",))
+            with suppress(ValueError):  # It may have ended already.
+                _ask(pipe, ("close",))
             process.join(timeout=5)
             if process.is_alive():
                 process.terminate()
             pipe.close()
+
+
+def _ask(pipe: Connection, message: object) -> None:
+    """Send a message to a process.
+
+    Raises:
+        ValueError: If the process has ended.
+    """
+    try:
+        pipe.send(message)
+    except OSError as error:
+        raise ValueError(_ENDED) from error
 
 
 def _answer(pipe: Connection) -> Any:  # noqa: ANN401 - what the environment returns.
@@ -172,21 +197,26 @@ def _answer(pipe: Connection) -> Any:  # noqa: ANN401 - what the environment ret
     """
     try:
         answer = pipe.recv()
-    except EOFError as error:
-        raise ValueError("worker: expected an answer, got none: it has ended") from error
+    except (EOFError, OSError) as error:
+        raise ValueError(_ENDED) from error
     if isinstance(answer, str):
         raise ValueError(answer)
     return answer
 
 
-def _serve(
-    pipe: Connection, config: OffroadConfig, count: int, files: tuple[bytes, bytes, bytes]
-) -> None:
-    """Drive a share of the robots until told to stop; Ctrl-C is for the parent."""
+def _serve(pipe: Connection, config: OffroadConfig, count: int) -> None:
+    """Drive a share of the robots until told to stop; Ctrl-C is for the parent.
+
+    The first message holds the files of the models.
+    """
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    robots = robots_in_one_process(config, count, Models.from_bytes(files))
+    try:
+        models = Models.from_bytes(pipe.recv())
+    except EOFError:
+        return  # The parent is gone.
+    robots = robots_in_one_process(config, count, models)
     try:
         while True:
             kind, *rest = pipe.recv()

@@ -32,7 +32,7 @@ def cloud_file(tmp_path):
 def test_help_is_a_tour_and_imports_nothing_heavy():
     code = (
         "import sys; from andabata.app.cli import main; main(['--help']);"
-        "heavy = {'torch', 'open3d', 'sklearn', 'pybullet', 'numba', 'numpy', 'gymnasium'};"
+        "heavy = {'torch', 'open3d', 'sklearn', 'pybullet', 'numba', 'scipy', 'matplotlib'};"
         "sys.exit(len(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
@@ -79,6 +79,15 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
         (["world", "show", "moon"], 2, "expected one of forest, hill, hollow, lake, maze"),
         (["evaluate", "--world", "moon"], 2, "--world: expected one of forest"),
         (["evaluate", "--controllers", "learned,psychic"], 2, "got 'psychic'"),
+        (["evaluate", "--seed", "10000"], 2, "Invalid value for '--seed'"),
+        (["evaluate", "--set", "seed=10000"], 2, "seed: input should be less than 10000"),
+        (["evaluate", "--trials", "10001"], 2, "Invalid value for '--trials'"),
+        (["drive", "--seed", "10000"], 2, "Invalid value for '--seed'"),
+        (["demo", "--seed", "-1"], 2, "Invalid value for '--seed'"),
+        (["ros", "robot", "--seed", "10000"], 2, "Invalid value for '--seed'"),
+        (["bench", "--seed", "10000"], 2, "Invalid value for '--seed'"),
+        (["bench", "chain", "--seed", "10000"], 2, "Invalid value for '--seed'"),
+        (["bench", "localization", "--drives", "10001"], 2, "Invalid value for '--drives'"),
         (["drive", "--controller", ""], 2, "--controller: expected some of"),
         (["train", "--stages", "3-1"], 2, "--stages: expected 1, 2, 3 or a span"),
         (["drive", "--set", "robot.mass=-4"], 2, "robot.mass: input should be greater than 0"),

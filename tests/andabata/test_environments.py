@@ -11,14 +11,13 @@ from stable_baselines3.common.env_checker import check_env as check_sb3
 
 from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.offroad import make_offroad, stage_config
-from andabata.tasks.registration import STAGES, register_environments
+from andabata.tasks.registration import STAGES
 
 IDS = [f"andabata/{stage}-v0" for stage in STAGES]
 
 
 @pytest.fixture(scope="module", params=IDS)
 def env(request, shelf):
-    register_environments()
     config = stage_config(request.param.split("/")[1].split("-")[0])
     small = config.model_copy(update={"seeds": (0,)})
     made = gym.make(request.param, config=small, shelf=shelf)
@@ -28,7 +27,6 @@ def env(request, shelf):
 
 @pytest.mark.parametrize("name", IDS)
 def test_gymnasium_and_stable_baselines_accept_them(name):
-    register_environments()
     env = gym.make(name).unwrapped
     check_gymnasium(env, skip_render_check=True)
     check_sb3(env, skip_render_check=True)

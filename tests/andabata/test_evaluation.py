@@ -1,6 +1,7 @@
 """The evaluation's table: known answers, goals in a row, and a journal that is taken up again."""
 
 import json
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +96,29 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     assert evaluate(CONFIG, Models(), workers=1, journal=journal) == first
     assert ran == [2, 3]
     assert json.loads(journal.read_text().splitlines()[-1])["trial"] == 3
+
+
+def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
+    """A head that is cut short would be taken for another evaluation's."""
+
+    def fail(descriptor):
+        raise OSError("power cut")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OSError, match="power cut"):
+        evaluate(CONFIG, Models(), workers=1, journal=tmp_path / "trials.jsonl")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_trial_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
+    """Head and lines: each is synced before the next trial begins."""
+    journal, seen = tmp_path / "trials.jsonl", []
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    append = evaluation.append_line
+    monkeypatch.setattr(evaluation, "append_line", lambda *line: (append(*line), seen.append(line)))
+    evaluate(CONFIG, Models(), workers=1, journal=journal)
+    assert [path for path, _ in seen] == [journal] * CONFIG.trials
+    assert journal.read_text().splitlines()[1:] == [text for _, text in seen]
 
 
 def test_a_journal_of_another_evaluation_is_refused(tmp_path):

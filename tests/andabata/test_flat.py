@@ -8,7 +8,6 @@ from gymnasium.vector import AutoresetMode
 from andabata.tasks.flat import FlatVectorEnv
 from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from andabata.tasks.registration import register_environments
 from rl.policy import Policy
 from rl.training import Assignment, play, play_together
 
@@ -94,7 +93,6 @@ def test_a_robot_that_is_begun_again_leaves_the_others_alone(shelf):
 
 
 def test_gymnasium_makes_it():
-    register_environments()
     env = gym.make_vec("andabata/Maze2D-v0", num_envs=2, config=SMALL)
     assert isinstance(env.unwrapped, FlatVectorEnv)
     env.reset(seed=0)

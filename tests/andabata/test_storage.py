@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from andabata.records.storage import write_atomically
+from andabata.records.storage import append_line, write_atomically
 
 
 def test_a_file_is_written_and_replaced(tmp_path):
@@ -42,3 +42,16 @@ def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, mon
         write_atomically(path, b"two")
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
     assert path.read_bytes() == b"one"
+
+
+def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
+    path, synced = tmp_path / "lines.txt", []
+    write_atomically(path, b"one\n")
+    monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.read_bytes()))
+    append_line(path, "zwölf")
+    assert synced == ["one\nzwölf\n".encode()]
+
+
+def test_a_line_goes_to_no_file_that_is_not_there(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        append_line(tmp_path / "missing.txt", "one")

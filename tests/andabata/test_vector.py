@@ -7,7 +7,6 @@ from gymnasium.vector import AutoresetMode
 
 from andabata.tasks.judge import JudgeConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from andabata.tasks.registration import register_environments
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 
 SMALL = stage_config("Maze3D").model_copy(
@@ -55,7 +54,6 @@ def test_robots_together_do_what_each_does_alone(shelf, workers):
 
 
 def test_gymnasium_makes_robots_in_processes():
-    register_environments()
     env = gym.make_vec("andabata/Maze3D-v0", num_envs=2, config=SMALL, workers=2)
     assert isinstance(env.unwrapped, OffroadVectorEnv)
     states, _ = env.reset(seed=3)

@@ -260,6 +260,18 @@ def test_old_stages_are_rehearsed_and_all_are_tried():
     assert not {one.seed for played in recorder.tried for one in played} & set(seeds)
 
 
+@pytest.mark.parametrize(("batch", "rehearsal"), [(1, 0.5), (1, 0.9), (2, 0.9), (4, 0.9)])
+def test_however_much_is_rehearsed_the_stage_itself_is_played(batch, rehearsal):
+    recorder, plan = Recorder(), config()
+    stages = (Stage(name="turn", episodes=2), Stage(name="again", episodes=2, rehearsal=rehearsal))
+    learner = plan.learner.model_copy(update={"batch": batch})
+    told = run(Curriculum(plan.model_copy(update={"stages": stages, "learner": learner}), recorder))
+    assert sum(generation.played for generation in told if generation.name == "again") == 2
+    for generation in recorder.assigned:
+        assert len(generation) <= batch
+        assert generation[0].stage == max(one.stage for one in generation)
+
+
 def test_a_stage_that_is_learnt_ends_early():
     easy = Stage(name="turn", episodes=100, promote_at=0.01, window=8)
     plan = config().model_copy(update={"stages": (easy, Stage(name="again", episodes=4))})

@@ -5,7 +5,18 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, Quiet, Robot, Seed, Set, Workers
+from andabata.app.options import (
+    ConfigFile,
+    EvaluationSeed,
+    ForestFile,
+    Json,
+    Quiet,
+    Robot,
+    Seed,
+    Set,
+    Workers,
+)
+from andabata.tasks.seeds import EVALUATIONS
 
 app = typer.Typer(help="Accuracy and speed, ours and the peers'.", invoke_without_command=True)
 
@@ -20,7 +31,7 @@ def speed(
     ] = 0.3,
     only: Annotated[str, typer.Option(help="Kinds of work whose name holds this.")] = "",
     out: Annotated[Path | None, typer.Option(help="Picture to write, PNG.")] = None,
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -140,11 +151,13 @@ def perception(
 @app.command()
 def localization(
     world: Annotated[str, typer.Option(help="World preset of the drives.")] = "natural-test",
-    drives: Annotated[int, typer.Option(min=1, help="Drives, each in a world of its own.")] = 20,
+    drives: Annotated[
+        int, typer.Option(min=1, max=EVALUATIONS, help="Drives, each in a world of its own.")
+    ] = 20,
     rides: Annotated[
         int, typer.Option(min=0, help="Rides of each row of the error-against-speed curve.")
     ] = 4,
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
     settings: Set = None,
@@ -272,7 +285,7 @@ def chain(
     beams: Annotated[str, typer.Option(help="Beams of a sweep.")] = "1081,541",
     steps: Annotated[int, typer.Option(min=10, help="Control steps of a run.")] = 300,
     runs: Annotated[int, typer.Option(min=1, help="Runs, whose median counts.")] = 3,
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     config: ConfigFile = None,
     settings: Set = None,
     as_json: Json = False,

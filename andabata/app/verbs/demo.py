@@ -5,21 +5,25 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import Json, Quiet, Seed, Sensor, Workers
+from andabata.app.options import ConfigFile, EvaluationSeed, Json, Quiet, Sensor, Set, Workers
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
     sensor: Sensor = "utm-30lx",
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     workers: Workers = 2,
+    config: ConfigFile = None,
+    settings: Set = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Make clouds, grow a forest, learn a little, drive a natural world, and report it."""
     from andabata.app.console import Voice
-    from andabata.app.demonstration import Demonstration
+    from andabata.app.demonstration import Demonstration, DemonstrationConfig
+    from andabata.app.settings import resolve
 
     voice = Voice(quiet, as_json)
-    result = Demonstration(out, seed, workers, voice, sensor).run()
+    resolved = resolve(DemonstrationConfig, config, settings or ())
+    result = Demonstration(resolved, out, seed, workers, voice, sensor).run()
     voice.result(result, f"report: {result['report']}")

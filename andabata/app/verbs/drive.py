@@ -7,12 +7,12 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    EvaluationSeed,
     ForestFile,
     Json,
     PolicyFile,
     Quiet,
     Robot,
-    Seed,
     Sensor,
     Set,
     SquaresFile,
@@ -40,7 +40,7 @@ def drive(
     forest: ForestFile = None,
     squares: SquaresFile = None,
     policy: PolicyFile = None,
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     config: ConfigFile = None,
     settings: Set = None,
     as_json: Json = False,

@@ -7,17 +7,18 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    EvaluationSeed,
     ForestFile,
     Json,
     PolicyFile,
     Quiet,
     Robot,
-    Seed,
     Sensor,
     Set,
     SquaresFile,
     Workers,
 )
+from andabata.tasks.seeds import EVALUATIONS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,7 +33,9 @@ def evaluate(
             "learned-map has no map, reactive+map and straight+map have one."
         ),
     ] = "learned,reactive",
-    trials: Annotated[int, typer.Option(min=1, help="Trials of each controller.")] = 20,
+    trials: Annotated[
+        int, typer.Option(min=1, max=EVALUATIONS, help="Trials of each controller.")
+    ] = 20,
     goals: Annotated[int, typer.Option(min=1, max=10, help="Goals in a row.")] = 3,
     suite: Annotated[
         str | None, typer.Option(help="generalisation: 160 worlds, instead of --world, --trials.")
@@ -45,7 +48,7 @@ def evaluate(
     forest: ForestFile = None,
     squares: SquaresFile = None,
     policy: PolicyFile = None,
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
     settings: Set = None,

@@ -6,12 +6,12 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    EvaluationSeed,
     ForestFile,
     Json,
     PolicyFile,
     Quiet,
     Robot,
-    Seed,
     Sensor,
     Set,
     SquaresFile,
@@ -106,7 +106,7 @@ def robot(
     body: Annotated[
         str, typer.Option("--robot", help="Body: andabata (the paper's), husky or jackal.")
     ] = "andabata",
-    seed: Seed = 0,
+    seed: EvaluationSeed = 0,
     config: ConfigFile = None,
     settings: Set = None,
     as_json: Json = False,

@@ -1,0 +1,23 @@
+"""The demo runs from nothing to its report."""
+
+import json
+
+from andabata.app.cli import main
+
+SMALL = {"train": 4, "validation": 2, "trees": 4, "episodes": 2, "trials": 1, "time_limit": 5}
+
+
+def test_the_demo_runs_from_nothing_to_its_report(capsys, tmp_path):
+    words = [word for name, value in SMALL.items() for word in ("--set", f"{name}={value}")]
+    code = main(["demo", "--out", str(tmp_path / "demo"), "--workers", "1", "--json", *words])
+    captured = capsys.readouterr()
+    assert code == 0, captured.err
+    found = json.loads(captured.out)
+    assert found["learning"]["episodes"] == 2
+    assert {row["trials"] for row in found["evaluation"]} == {1}
+    assert all(leg["time_s"] <= 5.1 for leg in found["drive"]["legs"])
+    page = (tmp_path / "demo/report.html").read_text()
+    titles = ("A classifier of cells", "Learning to steer", "A drive", "Controllers side by side")
+    assert [title for title in titles if title not in page] == []
+    saved = json.loads((tmp_path / "demo/demo.json").read_text())
+    assert saved["classifier"] == found["classifier"]

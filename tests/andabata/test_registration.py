@@ -1,0 +1,102 @@
+"""Gymnasium finds the environments as it documents: the package is imported, or named in the id."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = {"torch", "open3d", "pybullet", "numba", "scipy", "sklearn", "matplotlib", "rosbags"}
+PLAIN, PREFIXED = "andabata/{}-v0", "andabata:andabata/{}-v0"
+
+ASYNC = """
+from functools import partial
+
+import gymnasium as gym
+{first}
+if __name__ == "__main__":
+    for context in ("spawn", "forkserver"):
+        makers = [partial(gym.make, {name!r})] * 2
+        envs = gym.vector.AsyncVectorEnv(makers, context=context)
+        assert [spec.name for spec in envs.get_attr("spec")] == ["Maze2D"] * 2
+        envs.close()
+    way = {{"vectorization_mode": "async", "vector_kwargs": {{"context": "spawn"}}}}
+    envs = gym.make_vec({name!r}, num_envs=2, **way)
+    assert [spec.name for spec in envs.get_attr("spec")] == ["Maze2D"] * 2
+    envs.close()
+"""
+
+
+def fresh(*words, folder):
+    """Run a new interpreter outside the project, in which warnings are errors."""
+    command = [sys.executable, "-W", "error", *map(str, words)]
+    environment = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("first", "pattern"),
+    [
+        ("import gymnasium as gym, andabata", PLAIN),
+        ("import andabata, gymnasium as gym", PLAIN),
+        ("import gymnasium as gym", PREFIXED),
+    ],
+)
+def test_every_id_is_made_in_a_fresh_interpreter(tmp_path, first, pattern):
+    code = f"""
+{first}
+for stage in ("Maze2D", "Maze3D", "Natural"):
+    name = {pattern!r}.format(stage)
+    env = gym.make(name)
+    assert env.spec.id == {PLAIN!r}.format(stage), env.spec
+    assert env.unwrapped.config.preset == ("natural" if stage == "Natural" else "maze")
+    env.close()
+    envs = gym.make_vec(name, num_envs=3)
+    assert envs.num_envs == 3 and envs.unwrapped.spec.id == env.spec.id
+    envs.close()
+"""
+    fresh("-c", code, folder=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("first", "pattern"), [("import andabata\ngym.register_envs(andabata)", PLAIN), ("", PREFIXED)]
+)
+def test_processes_that_inherit_nothing_make_them_too(tmp_path, first, pattern):
+    script = tmp_path / "robots.py"
+    script.write_text(ASYNC.format(first=first, name=pattern.format("Maze2D")))
+    fresh(script, folder=tmp_path)
+
+
+def test_importing_the_package_twice_registers_once_and_imports_nothing_heavy(tmp_path):
+    code = f"""
+import importlib, sys
+import andabata
+importlib.reload(andabata)
+print(sorted({HEAVY!r} & set(sys.modules)))
+"""
+    assert fresh("-c", code, folder=tmp_path).strip() == "[]"
+
+
+def test_a_script_without_its_guard_is_told_and_does_not_hang(tmp_path):
+    """The processes of ``make_vec`` import the script, and one that ends at once takes nothing."""
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "import gymnasium as gym\n"
+        'gym.make_vec("andabata:andabata/Natural-v0", num_envs=2, workers=2)\n'
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 1
+    assert 'under `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]

@@ -1,0 +1,322 @@
+"""Every command and every code block of the documents runs, or is accounted for by name."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from andabata.app.evaluation import EvaluationConfig
+from andabata.app.settings import SettingsError, resolve
+from andabata.tasks.clouds import CloudsConfig
+from andabata.tasks.plans import algorithms, load_plan
+from andabata.tasks.rig import RigConfig
+from tests.documents import (
+    ROOT,
+    Block,
+    blocks,
+    complaint,
+    documents,
+    is_ours,
+    settings,
+    spans,
+    verbs,
+)
+from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
+from traversability.cloud import PointCloud
+from traversability.files import cloud_to_bytes, read_cloud
+from traversability.growing import ForestConfig
+from traversability.square_forest import SquareConfig
+
+BRIEFLY = "".join(
+    f" --set stages.{stage}.episodes=2 --set stages.{stage}.environment.judge.time_limit=5"
+    f" --set 'stages.{stage}.environment.seeds=[0]'"
+    for stage in ("Maze2D", "Maze3D", "Natural")
+)
+# What is added to a command, by its first words, so that it takes seconds; of an option that
+# stands twice the last one counts.
+REDUCED = {
+    "clouds generate": "--train 2 --validation 1 --workers 1",
+    "classifier train": "--set trees=8",
+    "classifier squares": "--set trees=8",
+    "train": "--workers 1 --set validation=0 --set learner.batch=2" + BRIEFLY,
+    "report": "--tests 1 --workers 1",
+    "drive": "--time-limit 3",
+    "evaluate --world": "--trials 1 --workers 1 --set judge.time_limit=3",
+    # A robot that has seen nothing is not drawn, and the first cloud takes 3.4 s.
+    "evaluate --suite": "--workers 1 --set judge.time_limit=5",
+    "bench perception": "--points 2 --tuning 2 --sides 0",
+    "bench": "--runs 1 --seconds 0 --only filter",
+    "ros robot": "--seconds 60 --set plant=kinematic",
+    "ros navigator": "--seconds 15",
+}
+# Targets of make, which set up a virtual environment of their own: what they run is looked at with
+# `make -n`, and is run elsewhere.
+MAKE = {
+    "demo": "tests/andabata/test_demonstration.py runs the verb",
+    "test": "this is it",
+    "check": "`.ci/run` runs it in a fresh clone",
+    "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
+    "peers": "installs packages; the benchmarks name those that are missing",
+    "bench": "takes half an hour; its commands' options are looked at here",
+}
+GONE = ("tests/benchmarks/bench_bumps.py",)  # The text says at which commit it was.
+ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
+DOCUMENTS = documents()
+
+
+def kind(line: str) -> str:
+    """Return who runs a line of a block: ours, make, ros, or nobody."""
+    words = line.rstrip("& ").split()
+    if words[0] == "make" and len(words) == 2 and words[1] in MAKE:
+        return "make"
+    if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
+        return "ros"
+    return "ours" if words[0].split("/")[-1] == "andabata" and is_ours(words) else "nobody"
+
+
+def lines_of_a_graph(document: str) -> list[str]:
+    """Return what is typed beside each other in a ROS graph, each in a terminal of its own."""
+    found = [line for block in blocks(document) for line in block.commands if kind(line) == "ros"]
+    return [line.rstrip("& ") for line in found]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_every_line_of_a_block_is_run_by_a_test(document):
+    for block in blocks(document):
+        assert block.language in ("", "python"), f"{document}: nobody runs {block.language} blocks"
+        if block.language == "python":
+            continue
+        assert block.commands, f"{document}: expected a command in every block"
+        for line in block.commands:
+            assert kind(line) != "nobody", f"{document}: nobody runs {line!r}"
+            assert kind(line) == "ros" or not line.endswith("&"), f"{document}: {line!r} goes on"
+            assert complaint(line.rstrip("& ")) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("andabata scan a.ply --sensor-height 1", None),
+        ("bag replay", None),
+        ("--no-clouds", None),
+        ("drive --no-clouds", None),
+        ("clouds generate --out X && andabata classifier evaluate --clouds X", None),
+        ("make demo", None),
+        ("the robot's own", None),
+        ("--no-such", "expected a known option, got --no-such"),
+        ("drive --no-such", "got --no-such"),
+        ("bag replay --sectors=3", "got --sectors"),
+        (".venv/bin/andabata bag reply", "expected one of info"),
+        ("andabata fly", "got 'fly'"),
+        ("clouds generate --out X && andabata classifier judge", "got 'judge'"),
+    ],
+)
+def test_words_that_the_command_line_does_not_know_are_found(text, wrong):
+    found = complaint(text)
+    assert (found is None) if wrong is None else wrong in found
+
+
+@pytest.mark.parametrize(
+    ("line", "who"),
+    [
+        (".venv/bin/andabata doctor", "ours"),
+        (".venv/bin/andabata ros navigator", "ros"),
+        ("rostopic hz /cmd_vel", "ros"),
+        ("make test", "make"),
+        ("make tea", "nobody"),
+        ("pip install andabata", "nobody"),
+        ("curl https://example.org", "nobody"),
+        ("andabata fly", "ours"),  # Which is found to be no verb.
+    ],
+)
+def test_a_line_that_nobody_runs_is_found(line, who):
+    assert kind(line) == who
+
+
+def test_comments_and_ends_of_lines_are_those_of_a_shell():
+    text = "drive --set 'a=\"#1\"'  # one\n\n# two\nscan a#b.ply \\\n  --level\n"
+    assert Block("x.md", "", text).commands == ["drive --set 'a=\"#1\"'", "scan a#b.ply    --level"]
+
+
+class Sheet:
+    """A working folder like a fresh clone, in which a document's lines are typed in their order."""
+
+    def __init__(self, folder: Path) -> None:
+        assert (Path(sys.prefix) / "bin/andabata").exists(), "expected an installed andabata"
+        self.folder = folder
+        (folder / ".venv").symlink_to(sys.prefix)
+        # Of several checkouts the one that is tested; some documents say `andabata` alone.
+        path = f"{folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
+        self.environment = os.environ | {"PYTHONPATH": str(ROOT), "PATH": path}
+
+    def start(self, line: str) -> "subprocess.Popen[str]":
+        return subprocess.Popen(
+            ["bash", "-c", line],
+            cwd=self.folder,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            preexec_fn=heed_interrupts,
+        )
+
+    def run(self, line: str) -> None:
+        """Run a line to its good end; what it is told to write is there afterwards."""
+        process = self.start(line)
+        out, err = process.communicate()
+        assert process.returncode == 0, f"{line}\n{out}\n{err}"
+        for path in re.findall(r"--(?:out|record) (\S+)", line):
+            assert (self.folder / path).exists(), f"{line}: expected {path}"
+
+
+def reduced(line: str) -> str:
+    """Return a command with what makes it short."""
+    words = line.split("andabata ", 1)[1]
+    found = [start for start in REDUCED if f"{words} ".startswith(f"{start} ")]
+    return f"{line} {REDUCED[max(found, key=len)]}" if found else line
+
+
+def bring_a_cloud(sheet: Sheet, line: str) -> None:
+    """Scan a cloud of the data set, seen from a sensor at the height that the line gives."""
+    cloud = read_cloud(sorted((sheet.folder / "data/clouds").rglob("*.npz"))[0])
+    height = float(line.split("--sensor-height ")[1].split()[0])
+    points = (cloud.points - np.array([0.0, 0.0, height])).astype(np.float32)
+    (sheet.folder / "my_cloud.ply").write_bytes(cloud_to_bytes(PointCloud(points, "sensor"), "ply"))
+    sheet.run(line)
+
+
+def break_off_and_go_on(sheet: Sheet, line: str) -> None:
+    """Break an evaluation off, say that all other trials ended like the first, and go on."""
+    journal = sheet.folder / line.split("--out ")[1].split()[0] / "trials.jsonl"
+    process = sheet.start(line)
+    while process.poll() is None and (not journal.exists() or journal.read_text().count("\n") < 2):
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130, err
+    head, first = journal.read_text().splitlines()[:2]
+    rows = json.loads(first)["rows"]
+    lines = [head, *(json.dumps({"trial": k, "rows": rows}) for k in range(159))]
+    journal.write_text("\n".join(lines) + "\n")
+    sheet.run(line)
+    assert journal.read_text().count("\n") == 1 + 160
+    table = json.loads((journal.parent / "evaluation.json").read_text())["rows"]
+    assert {row["world"] for row in table} == {"natural-far", "natural-test"}
+    assert len(list((journal.parent / "failures").glob("*.png"))) >= 2
+
+
+SPECIAL: dict[str, Callable[[Sheet, str], None]] = {
+    "scan": bring_a_cloud,
+    "evaluate --suite": break_off_and_go_on,
+}
+
+
+def type_in(sheet: Sheet, block: Block) -> None:
+    """Run a block in a fresh process, or each of its lines in one."""
+    if block.language == "python":
+        script = sheet.folder / "block.py"
+        script.write_text(block.text)
+        sheet.run(f".venv/bin/python -W error {script}")
+        return
+    for line in block.commands:
+        if kind(line) == "ours":
+            words = line.split("andabata ", 1)[1]
+            special = [act for start, act in SPECIAL.items() if words.startswith(start)]
+            (special[0] if special else Sheet.run)(sheet, reduced(line))
+
+
+@pytest.mark.parametrize("document", [each for each in DOCUMENTS if blocks(each)])
+def test_the_lines_of_a_document_run_in_their_order(document, tmp_path):
+    sheet = Sheet(tmp_path)
+    for block in blocks(document):
+        type_in(sheet, block)
+
+
+@pytest.mark.parametrize("target", MAKE)
+def test_make_knows_the_targets_and_calls_commands_that_exist(target):
+    command = ["make", "--dry-run", "--directory", str(ROOT), target]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for line in done.stdout.splitlines():
+        assert complaint(line) is None
+        for script in re.findall(r"bin/python (\S+\.py)", line):
+            assert (ROOT / script).is_file()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_commands_and_options_in_the_text_exist(document):
+    named = spans((ROOT / document).read_text(encoding="utf-8"))
+    assert [wrong for wrong in map(complaint, named) if wrong] == []
+    targets = [span.split()[1] for span in named if span.startswith("make ")]
+    assert set(targets) <= set(MAKE)
+    scripts = [word for span in named if span.startswith("python ") for word in span.split()]
+    for word in scripts:
+        assert not word.endswith(".py") or word in GONE or (ROOT / word).is_file(), word
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_settings_in_the_text_exist(document):
+    bases = [RigConfig(), EvaluationConfig(), CloudsConfig(), ForestConfig(), SquareConfig()]
+    bases += [load_plan(name) for name in algorithms()]
+    named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]
+    for text in named:
+        assert text == "a.b=c" or any(knows(base, text) for base in bases), text
+
+
+def knows(base: object, text: str) -> bool:
+    """Return whether a configuration has a field, whatever it says about the value."""
+    try:
+        resolve(type(base), None, [text], base)
+    except SettingsError as error:
+        return "known field" not in str(error) and "group of fields" not in str(error)
+    return True
+
+
+@pytest.mark.parametrize(("name", "command"), verbs())
+def test_what_the_help_names_exists(name, command):
+    texts = [command.help or "", *(getattr(each, "help", None) or "" for each in command.params)]
+    for text in texts:
+        assert [wrong for wrong in map(complaint, spans(text)) if wrong] == [], name
+        assert {span.split()[1] for span in spans(text) if span.startswith("make ")} <= set(MAKE)
+
+
+@pytest.mark.skipif(
+    not (has_tools() and shutil.which("roscore", path="/usr/bin")),
+    reason="ROS 1's tools are not installed (`make ros`)",
+)
+@pytest.mark.parametrize("document", [each for each in DOCUMENTS if lines_of_a_graph(each)])
+def test_the_lines_of_a_graph_run_side_by_side(document, tmp_path):
+    graph, sheet = Graph(tmp_path), Sheet(tmp_path)
+    graph.environment = sheet.environment | graph.environment | {"PYTHONPATH": str(ROOT)}
+    begun = {}
+    try:
+        for line in lines_of_a_graph(document):
+            tool = line.split()[0]
+            more = f"{line} -p {graph.port}" if tool == "roscore" else reduced(line)
+            words = ["bash", "-c", f"cd {tmp_path} && exec {more}"]
+            if tool == "rostopic":
+                graph.wait_for(line.split()[-1], "Publishers:")
+                assert "average rate" in graph.tool(*words, seconds=8), line
+                continue
+            begun[line] = graph.start(*words)
+            if tool == "roscore":
+                graph.wait_for("/rosout", "Publishers:")
+            elif "ros robot" in line:
+                graph.wait_for("/initialpose", "Publishers:")
+        for line, process in begun.items():
+            if "navigator" in line:
+                assert process.wait(60) == 0, process.output.with_suffix(".err").read_text()
+            assert process.poll() in (None, 0), process.output.with_suffix(".err").read_text()
+    finally:
+        for process in reversed(graph.processes):
+            stop(process)

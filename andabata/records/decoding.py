@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 _ENCODINGS: dict[str, Ros] = {"ros1": 1, "cdr": 2}
+_NOTHING = "d41d8cd98f00b204e9800998ecf8427e"
+"""ROS 1's checksum of a definition that is empty and rightly so."""
+
+_FILLER = "structure_needs_at_least_one_member"
+"""Field that rosbags gives to types without any."""
+
 _PAGE = "=" * 80 + "\n"
 
 Decode = Callable[[bytes], RosMessage]
@@ -69,7 +75,7 @@ class Decoders:
         if key not in self._stores:
             from rosbags.typesys import Stores, get_typestore
 
-            if not connection.definition.strip() and not _may_be_empty(connection, ros):
+            if not connection.definition.strip() and not _has_no_fields(connection, ros):
                 raise UnreadableConnectionError("expected a message definition, got an empty one")
             store = get_typestore(Stores.EMPTY)
             try:
@@ -82,10 +88,11 @@ class Decoders:
         return self._stores[key]
 
 
-def _may_be_empty(connection: Connection, ros: Ros) -> bool:
+def _has_no_fields(connection: Connection, ros: Ros) -> bool:
     """Return whether a type is known to have no fields, as ``std_msgs/msg/Empty``."""
     known = message_types(ros).fielddefs.get(connection.kind)
-    return known is not None and not known[1]
+    names = None if known is None else [name for name, _ in known[1]]
+    return connection.digest == _NOTHING or names in ([], [_FILLER])
 
 
 def _types(connection: Connection) -> "Typesdict":

@@ -10,7 +10,7 @@ import typer
 from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set, SquaresFile
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.table import Table
 
     from andabata.records.bags import LeftOut
     from andabata.records.summary import BagSummary
@@ -36,35 +36,28 @@ def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
         found = summarise(file, lambda: step(1))
     rows = [topic.to_json() for topic in found.topics]
     data = {"file": str(file), "duration_s": found.duration_s, "topics": rows}
-    voice.result(
-        data | {"left_out": _left_out(found.left_out), "notes": list(found.notes)},
-        _summary(found, f"{file.name}, {found.duration_s:.1f} s"),
-    )
+    data |= {"left_out": _left_out(found.left_out), "notes": list(found.notes)}
+    voice.result(data, _table(found, f"{file.name}, {found.duration_s:.1f} s"))
+    told = {row["topic"]: row["reason"] for row in rows if not row["readable"]}
+    lines = [f"{topic} can't be read: {reason}" for topic, reason in told.items()]
+    lines += _notes([each for each in found.left_out if each.topic not in told], found.notes)
+    if not as_json:
+        for line in lines:
+            typer.echo(line)
     if found.damaged:
         voice.say(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
         raise typer.Exit(3)
 
 
-def _summary(found: "BagSummary", title: str) -> "RenderableType":
-    """Return a recording's table and what people should know about it."""
-    from rich.console import Group
-    from rich.text import Text
-
+def _table(found: "BagSummary", title: str) -> "Table":
+    """Return a recording's table, with the columns that tell something."""
     from andabata.app.console import table_of
 
     shown = ["topic", "type", "messages", "rate_hz"]
     shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
     shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
     rows = [topic.to_json() for topic in found.topics]
-    table = table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
-    lines = [
-        f"{topic.topic} ({', '.join(topic.kinds)}) can't be read: {topic.reason}"
-        for topic in found.topics
-        if not topic.readable
-    ]
-    told = {topic.topic for topic in found.topics if not topic.readable}
-    left_out = [each for each in found.left_out if each.topic not in told]
-    return Group(table, *map(Text, lines + _notes(left_out, found.notes)))
+    return table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
 
 
 @app.command()

@@ -24,6 +24,7 @@ class Connection:
         publisher: Name of the publishing node; empty where the recording doesn't tell.
         latching: Whether the publisher repeats its last message to who comes later.
         qos: Quality of service of ROS 2 publishers, as the recording holds it.
+        digest: Checksum of ROS 1 of the type; empty where the recording doesn't tell.
     """
 
     topic: str
@@ -34,6 +35,7 @@ class Connection:
     publisher: str = ""
     latching: bool = False
     qos: str = ""
+    digest: str = ""
 
 
 @dataclass(frozen=True)

@@ -253,6 +253,7 @@ class McapFile:
             channel.metadata.get("callerid", ""),
             latching or is_latched(qos),
             qos,
+            channel.metadata.get("md5sum", ""),
         )
 
     def content(self, block: int) -> Buffer:

@@ -247,7 +247,7 @@ class Rosbag1File:
         stated = self._stated()
         missing = sum(max(n - found.get(number, 0), 0) for number, n in stated.items())
         missing += sum(nameless.values())
-        complete = bool(self._index_place) and len(self._chunk_stated) >= self._chunk_count
+        complete = self._index_is_whole()
         self.lost = missing if complete or not self.damage else missing or None
         if not self._index_place:
             self.notes.append("no index: the recorder did not finish; read without it")
@@ -263,13 +263,20 @@ class Rosbag1File:
         self.damage = [each for each in self.damage if each.place < self._index_place]
         if beyond or self._index_place >= len(self.data):
             self.notes.append("the index is damaged or cut off: read without it")
-            if not self.damage:
-                self._chunk_count = 0
+        missing = self._index_place - len(self.data)
+        if missing > 0 and not self.damage:
+            reason = "expected messages up to the index, got the end of the file"
+            self.damage.append(Damage(len(self.data), missing, reason))
+
+    def _index_is_whole(self) -> bool:
+        """Return whether the index at the file's end tells of every chunk."""
+        return bool(self._index_place) and len(self._chunk_stated) >= self._chunk_count > 0
 
     def _stated(self) -> dict[int, int]:
         """Return the number of messages by connection, as the index and its parts tell."""
         total: Counter[int] = Counter()
-        for counts in (self._indexed | self._chunk_stated).values():
+        whole = self._index_is_whole() or not self._indexed
+        for counts in (self._chunk_stated if whole else self._indexed).values():
             total.update(counts)
         return total
 
@@ -316,4 +323,5 @@ def _connection(fields: dict[bytes, bytes], about: dict[bytes, bytes]) -> Connec
         "ros1msg",
         text(b"callerid"),
         text(b"latching") == "1",
+        digest=text(b"md5sum"),
     )

@@ -110,3 +110,36 @@ def test_recordings_are_told_by_their_content(tmp_path):
         assert notes_of(other) == EVERY
     (tmp_path / "cloud.ply").write_bytes(b"ply\n")
     assert not is_recording(tmp_path / "cloud.ply")
+
+
+@pytest.mark.parametrize("name", ["x.bag.active", "x.db3", "x.mcap.zstd", "folder"])
+def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name):
+    import json
+
+    import numpy as np
+
+    from andabata.app.cli import main
+    from andabata.records import topics
+    from andabata.records.bags import open_writer
+    from andabata.records.messages import Composer
+    from traversability.cloud import PointCloud
+
+    monkeypatch.chdir(tmp_path)
+    points = np.random.default_rng(0).uniform(-8, 8, (3000, 3)).astype(np.float32)
+    points[:, 2] = -0.72
+    suffix = {"x.bag.active": ".bag", "x.mcap.zstd": ".mcap"}.get(name, ".db3")
+    ros = 1 if suffix == ".bag" else 2
+    made = tmp_path / f"made{suffix}"
+    writer, compose = open_writer(made), Composer(ros)
+    cloud = compose.cloud(0.0, PointCloud(points, "velodyne"))
+    writer.write(topics.CLOUD, compose.stamp_ns(0.0), cloud)
+    writer.close()
+    path = tmp_path / name
+    if name == "x.mcap.zstd":
+        path.write_bytes(zstandard.compress(made.read_bytes()))
+    else:
+        (next(made.glob("*.db3")) if name == "x.db3" else made).rename(path)
+    if name == "folder":
+        (path / "metadata.yaml").unlink()
+    assert main(["scan", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["points"] == len(points)

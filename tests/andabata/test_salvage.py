@@ -82,7 +82,8 @@ def test_a_salvaged_bag_is_read_by_the_reference_rosbag(tmp_path):
         "import json, rosbag, sys\n"
         "bag = rosbag.Bag(sys.argv[1])\n"
         "rows = [(t, m.data, s.to_nsec()) for t, m, s in bag.read_messages()]\n"
-        "own = [[c.header['callerid'], c.header['latching']] for c in bag._get_connections()]\n"
+        "names = ('callerid', 'latching')\n"
+        "own = [[c.header[name].decode() for name in names] for c in bag._get_connections()]\n"
         "print(json.dumps([rows, own]))"
     )
     words = [DEBIAN_PYTHON, "-c", code, str(tmp_path / "kept.bag")]
@@ -183,6 +184,29 @@ def test_records_of_applications_and_unknown_channels_do_not_stop_a_salvage(tmp_
     assert (found.messages, found.lost, found.lost_messages) == (5, True, 5)
     assert private in (tmp_path / "kept.mcap").read_bytes()
     assert len(by_mcap(tmp_path / "kept.mcap")[2]) == 5
+
+
+def test_a_schema_that_is_lost_costs_its_channels_and_no_reader(tmp_path):
+    path = write_mcap(tmp_path / "x.mcap", 10, repeat_schemas=False, use_chunking=False)
+    data = path.read_bytes()
+    begin, end = next(each[1:] for each in mcap_records(data) if each[0] == 3)
+    path.write_bytes(data[:begin] + data[end:])
+    found = salvage(path, tmp_path / "kept.mcap")
+    assert (found.messages, found.lost) == (10, True)
+    assert "schema of /notes" in found.reason
+    assert len(by_mcap(tmp_path / "kept.mcap")[2]) == 10
+
+
+def test_messages_outside_of_chunks_are_not_hidden_by_chunks(tmp_path):
+    # A damaged chunk's header leaves its messages bare, and readers look into chunks alone.
+    path = write_mcap(tmp_path / "x.mcap", 40, compression="none", chunk=400)
+    data = bytearray(path.read_bytes())
+    begin, _ = [each[1:] for each in mcap_records(data) if each[0] == 6][1]
+    data[begin : begin + 30] = b"\xff" * 30
+    path.write_bytes(data)
+    found = salvage(path, tmp_path / "kept.mcap")
+    assert found.messages >= 39
+    assert len(by_mcap(tmp_path / "kept.mcap")[2]) == found.messages
 
 
 def test_a_damaged_attachment_costs_itself_alone(tmp_path):

@@ -23,9 +23,10 @@ def unpack(compression: str, data: bytes | memoryview, size: int) -> bytes | mem
         return data
     if size > LARGEST:
         raise ValueError(f"expected at most {LARGEST:,} unpacked bytes, got {size:,}")
-    unpacked = unpack_prefix(compression, data, size)
-    if len(unpacked) != size:
-        raise ValueError(f"expected {size:,} {compression} bytes unpacked, got {len(unpacked):,}")
+    unpacked, ended = _unpack(compression, data, size)
+    if len(unpacked) != size or not ended:
+        got = f"{len(unpacked):,}" + ("" if ended else " and no end")
+        raise ValueError(f"expected {size:,} bytes unpacked by {compression}, got {got}")
     return unpacked
 
 
@@ -40,6 +41,11 @@ def unpack_prefix(compression: str, data: bytes | memoryview, limit: int = LARGE
     Raises:
         ValueError: If the compression is unknown.
     """
+    return _unpack(compression, data, limit)[0]
+
+
+def _unpack(compression: str, data: bytes | memoryview, limit: int) -> tuple[bytes, bool]:
+    """Return what a stretch holds up to its first damage, and whether its end was met."""
     parts: list[bytes] = []
     unpacker, room = _unpacker(compression), limit
     view = memoryview(data)
@@ -48,12 +54,12 @@ def unpack_prefix(compression: str, data: bytes | memoryview, limit: int = LARGE
         for place in range(0, len(view), _PIECE):
             parts.append(unpacker.decompress(bytes(view[place : place + _PIECE])))
             room -= len(parts[-1])
-            if room < 0 or getattr(unpacker, "eof", False):
+            if room < 0 or unpacker.eof:
                 break
     except Exception as error:  # Each library has its own error, some of them private.
         if isinstance(error, MemoryError):
             raise
-    return b"".join(parts)
+    return b"".join(parts), bool(unpacker.eof)
 
 
 _PIECE = 1 << 14

@@ -11,6 +11,8 @@ from andabata.records.containers.container import Damage
 from andabata.records.containers.mcap_file import Block, McapFile
 from andabata.records.containers.mcap_records import Buffer, ChunkHead, Record
 
+_CHUNK_BYTES = 1 << 20
+
 if TYPE_CHECKING:
     from mcap.records import AttachmentIndex, ChunkIndex, McapRecord, MetadataIndex
 
@@ -45,6 +47,8 @@ class _Copy:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._damage: list[Damage] = []
+        self._chunked: ChunkHead | None = None
+        self._loose = bytearray()
 
     def run(self) -> tuple[int, list[Damage]]:
         """Copy the records and write the summary."""
@@ -55,10 +59,18 @@ class _Copy:
         if not top or top[0].operation != records.HEADER:
             self._write(_encoded([Header("", "andabata salvage")]))
         blocks = {each.record: each for each in self._source.blocks if each.record is not None}
+        heads = [each.head for each in blocks.values() if each.head is not None]
+        # Readers take messages outside of chunks for none where there are chunks.
+        self._chunked = heads[0] if heads else None
         for place, record in enumerate(top):
             if record.operation == records.HEADER and place:
                 continue  # A second one is damage.
+            if record.operation != records.MESSAGE or len(self._loose) >= _CHUNK_BYTES:
+                self._flush()
             self._copy(record, blocks.get(record))
+            if not place:
+                self._write(_encoded(self._source.lost_schemas))
+        self._flush()
         self._write(_encoded([DataEnd(self._crc)]))
         self._write_summary()
         return sum(self._counts.values()), self._damage
@@ -79,6 +91,9 @@ class _Copy:
         if record.operation == records.MESSAGE:
             head = records.message_head(data, record)
             if head.channel not in self._source.channels:
+                return
+            if self._chunked is not None:
+                self._loose += data[record.place : record.end]
                 return
             self._define([head.channel], frozenset())
             self._count(head.channel, head.log_time)
@@ -116,8 +131,6 @@ class _Copy:
 
     def _copy_chunk(self, record: Record, block: Block) -> None:
         """Copy a chunk and index it; one with messages of unknown channels is packed anew."""
-        from mcap.records import ChunkIndex, MessageIndex
-
         head = block.head
         if head is None:
             return
@@ -135,6 +148,28 @@ class _Copy:
             inner, used = list(_inner(content)), used - unknown
             raw, head = _packed(content, head)
         self._define(sorted(used), block.channels)
+        self._write_chunk(raw, head, content, inner)
+
+    def _flush(self) -> None:
+        """Write the messages that lay outside of chunks as a chunk."""
+        if self._chunked is None or not self._loose:
+            return
+        content = bytes(self._loose)
+        self._loose.clear()
+        inner = list(_inner(content))
+        heads = [records.message_head(content, each) for each in inner]
+        self._define(sorted({head.channel for head in heads}), frozenset())
+        stamps = [head.log_time for head in heads]
+        about = self._chunked._replace(begin_time=min(stamps), end_time=max(stamps))
+        raw, about = _packed(content, about)
+        self._write_chunk(raw, about, content, inner)
+
+    def _write_chunk(
+        self, raw: bytes, head: ChunkHead, content: Buffer, inner: list[Record]
+    ) -> None:
+        """Write a chunk's record and its index."""
+        from mcap.records import ChunkIndex, MessageIndex
+
         entries: dict[int, list[tuple[int, int]]] = {}
         for each in inner:
             self._note(content, each)

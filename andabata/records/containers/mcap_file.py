@@ -55,6 +55,7 @@ class McapFile:
         channels: Channels by their number in the file.
         schemas: Schemas by their number in the file.
         numbers: Each connection's number in the file.
+        lost_schemas: What stands for the schemas that the file lacks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -95,6 +96,8 @@ class McapFile:
                 continue
             if record.operation == records.DATA_END:
                 self._ended, data_end = True, record.end
+            elif record.operation in (records.CHUNK, records.MESSAGE):
+                self._ended = False  # Damage looked like the end of the data.
             if record.operation == records.FOOTER:
                 finished = True
                 break
@@ -168,6 +171,8 @@ class McapFile:
         elif record.operation == records.MESSAGE_INDEX and not self._ended:
             channel, count = records.index_count(self.data, record)
             self._indexed[channel] += count
+        elif record.operation == records.DATA_END:
+            records.check(self.data, record)
         elif record.operation == records.STATISTICS:
             self._statistics = records.parse(Statistics, self.data, record)
         else:
@@ -217,6 +222,7 @@ class McapFile:
 
     def _conclude(self, finished: bool) -> None:
         """Name the channels and compare what was found with the summary."""
+        self._complete()
         found = self.table.counts()
         self.numbers = sorted(self.channels)
         self.connections: list[Connection] = [
@@ -238,6 +244,19 @@ class McapFile:
         elif self._statistics and not self.damage:
             by_place = {place: stated.get(n, 0) for place, n in enumerate(self.numbers)}
             self.notes += count_mismatches(self.connections, self.counts, by_place)
+
+    def _complete(self) -> None:
+        """Give channels whose schema is lost one without a definition, as readers expect one."""
+        from mcap.records import Schema
+
+        self.lost_schemas: list[Schema] = []
+        for channel in self.channels.values():
+            number = channel.schema_id
+            if number and number not in self.schemas:
+                reason = f"expected the schema of {channel.topic}, got none"
+                self.damage.append(Damage(0, 0, reason, 0))
+                self.schemas[number] = Schema(id=number, data=b"", encoding="", name="unknown")
+                self.lost_schemas.append(self.schemas[number])
 
     def _connection(self, channel: "Channel") -> Connection:
         """Return a channel as a connection."""

@@ -185,8 +185,8 @@ def _plausible(data: Buffer, place: int) -> bool:
             chunk_content(data, chunk_head(data, record))
             return True
         for _ in range(3):
-            _check(data, record)
-            if record.operation == DATA_END or record.end == len(data):
+            check(data, record)
+            if record.operation == FOOTER or record.end == len(data):
                 return True
             record = record_at(data, record.end)
     except ValueError:
@@ -194,7 +194,7 @@ def _plausible(data: Buffer, place: int) -> bool:
     return True
 
 
-def _check(data: Buffer, record: Record) -> None:
+def check(data: Buffer, record: Record) -> None:
     """Look into a record that needs no unpacking.
 
     Raises:

@@ -230,7 +230,10 @@ class Rosbag1File:
         except DamagedRecordError as error:
             self.damage.append(Damage(record.place, record.end - record.place, str(error)))
             return
-        self.fields.setdefault(record.number(b"conn"), (dict(record.fields), about))
+        known = self.fields.get(record.number(b"conn"))
+        # A chunk and the index hold a copy each: one may be damaged.
+        if known is None or (_lacking(known[1]) and not _lacking(about)):
+            self.fields[record.number(b"conn")] = (dict(record.fields), about)
 
     def _conclude(self) -> None:
         """Name the connections and compare what was found with the index."""
@@ -238,6 +241,8 @@ class Rosbag1File:
         self._excuse_index()
         found = self.table.counts()
         self.numbers = sorted(self.fields)
+        for number in self.numbers:
+            self._complete(number)
         self.connections = [_connection(*self.fields[number]) for number in self.numbers]
         self.counts = [found.get(number, 0) for number in self.numbers]
         nameless = {number: n for number, n in found.items() if number not in self.fields}
@@ -254,6 +259,15 @@ class Rosbag1File:
         elif not self.damage:
             by_place = {place: stated.get(n, 0) for place, n in enumerate(self.numbers)}
             self.notes += count_mismatches(self.connections, self.counts, by_place)
+
+    def _complete(self, number: int) -> None:
+        """Give a damaged connection the fields that every reader expects."""
+        fields, about = self.fields[number]
+        lacking = _lacking(about)
+        if lacking:
+            names = ", ".join(name.decode() for name in lacking)
+            self.damage.append(Damage(0, 0, f"expected a connection with {names}, got none", 0))
+            self.fields[number] = fields, {**about, **lacking}
 
     def _excuse_index(self) -> None:
         """Turn damage of the index, which is not needed, into notes."""
@@ -309,15 +323,28 @@ def _prefix(compression: str, body: memoryview) -> Buffer:
         return b""
 
 
+_EXPECTED = {
+    b"type": b"unknown/unknown",
+    b"md5sum": b"*",
+    b"message_definition": b"",
+}
+"""Fields of a connection that no reader goes without, and what stands for unknown."""
+
+
+def _lacking(about: dict[bytes, bytes]) -> dict[bytes, bytes]:
+    """Return what a connection's record lacks, with what stands for unknown."""
+    return {name: value for name, value in _EXPECTED.items() if name not in about}
+
+
 def _connection(fields: dict[bytes, bytes], about: dict[bytes, bytes]) -> Connection:
     """Return a connection by the fields of its record."""
 
-    def text(name: bytes, default: bytes = b"") -> str:
-        return about.get(name, default).decode(errors="replace")
+    def text(name: bytes) -> str:
+        return about.get(name, b"").decode(errors="replace")
 
     return Connection(
         fields[b"topic"].decode(errors="replace"),
-        ros_type_name(text(b"type", b"unknown/unknown")),
+        ros_type_name(text(b"type")),
         "ros1",
         text(b"message_definition"),
         "ros1msg",

@@ -161,3 +161,16 @@ def test_what_is_no_bag_is_said(tmp_path, begin, match):
     path.write_bytes(begin)
     with pytest.raises(BagError, match=match), Bag(path):
         pass
+
+
+def test_an_encrypted_bag_is_refused_with_what_to_do(tmp_path):
+    data = write_bag(tmp_path / "x.bag").read_bytes()
+    begin, end = bag_record(data, 3)
+    field = b"encryptor=rosbag/AesCbcEncryptor"
+    (length,) = struct.unpack_from("<I", data, begin)
+    head = data[begin + 4 : begin + 4 + length] + struct.pack("<I", len(field)) + field
+    path = tmp_path / "secret.bag"
+    rest = data[begin + 4 + length : end] + data[end:]
+    path.write_bytes(data[:begin] + struct.pack("<I", len(head)) + head + rest)
+    with pytest.raises(BagError, match="got an encrypted one; decrypt it"), Bag(path):
+        pass

@@ -148,7 +148,7 @@ class Rosbag1File:
 
     def _take_header(self, record: Record) -> None:
         """Look at the file's header."""
-        if record.fields.get(b"encryptor"):
+        if record.fields.get(b"encryptor", b"rosbag/NoEncryptor") != b"rosbag/NoEncryptor":
             raise BagError(
                 f"{self.path}: expected a bag that anybody may read, got an encrypted one; "
                 "decrypt it with ROS first"

@@ -2,26 +2,38 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
+from andabata.records.containers.container import (
+    BagError,
+    Connection,
+    Container,
+    RawMessage,
+)
+from andabata.records.containers.opening import open_container
+from andabata.records.decoding import Decode, Decoders, UnreadableConnectionError, one_line
 from andabata.records.storage import write_atomically
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
-if TYPE_CHECKING:
-    from rosbags.typesys.store import Typestore
+__all__ = [
+    "Bag",
+    "BagError",
+    "LeftOut",
+    "Message",
+    "MessageWriter",
+    "open_writer",
+    "readable",
+    "write_manifest",
+]
 
 _CHUNK = 1 << 20
 """Bytes that a killed recorder may lose."""
 
 _LIBRARY = "andabata"
-
-
-class BagError(ValueError):
-    """A recording that cannot be read or written."""
 
 
 @dataclass(frozen=True)
@@ -158,15 +170,42 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+@dataclass(frozen=True)
+class LeftOut:
+    """Messages of a recording that could not be read.
+
+    Attributes:
+        topic: Their topic; None where damage hides it.
+        messages: Their number; None where nothing tells it.
+        reason: What was expected and what came.
+    """
+
+    topic: str | None
+    messages: int | None
+    reason: str
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        count = "messages" if self.messages is None else f"{self.messages} messages"
+        return f"{self.topic or 'damage'}: {count} left out: {self.reason}"
+
+
 class Bag:
     """A recording to read; use it in a ``with`` statement.
+
+    A connection whose type cannot be read, and a message that cannot be deserialised, are left out
+    and told by ``left_out``.
 
     Attributes:
         path: Where it lies.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, damaged: bool = False) -> None:
         """Name a recording.
+
+        Args:
+            path: A ``.bag``, ``.mcap`` or ``.db3`` file, or a ROS 2 folder.
+            damaged: Whether to read what is whole of a damaged one.
 
         Raises:
             BagError: If there is none.
@@ -174,29 +213,108 @@ class Bag:
         if not path.exists():
             raise BagError(f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
         self.path = path
-        self._reader: Any = None
+        self._damaged = damaged
+        self._container: Container | None = None
+        self._decoders: dict[int, Decode] = {}
+        self._reasons: dict[int, str] = {}
+        self._undecoded: dict[str, tuple[int, str]] = {}
 
     def __enter__(self) -> Self:
         """Open it.
 
         Raises:
-            BagError: If it cannot be read.
+            BagError: If it cannot be read, or is damaged and that is not expected.
         """
-        with _readable(self.path):
-            if self.path.suffix == ".mcap" and self.path.is_file():
-                self._reader = _McapReader(self.path)
-            else:
-                self._reader = _AnyReader(self.path)
+        with readable(self.path):
+            self._container = open_container(self.path)
+        try:
+            if self._container.damage and not self._damaged:
+                raise BagError(
+                    f"{self.path}: expected a whole recording, got damage: "
+                    f"{self._container.damage[0].reason}; `andabata bag salvage {self.path.name} "
+                    "--out NEW` keeps what is whole"
+                )
+            if self._container.damage and not any(self._container.counts):
+                raise BagError(
+                    f"{self.path}: expected messages, got none that is whole: "
+                    f"{self._container.damage[0].reason}"
+                )
+            self._make_decoders()
+        except BaseException:
+            self._container.close()
+            raise
         return self
+
+    def _make_decoders(self) -> None:
+        """Prepare to deserialise every connection whose type can be read."""
+        decoders = Decoders()
+        for number, connection in enumerate(self.connections):
+            try:
+                self._decoders[number] = decoders.decoder(connection)
+            except UnreadableConnectionError as error:
+                self._reasons[number] = str(error)
 
     def __exit__(self, *_: object) -> None:
         """Close it."""
-        self._reader.close()
+        self._opened.close()
+
+    @property
+    def _opened(self) -> Container:
+        """The open file."""
+        if self._container is None:
+            raise BagError(f"{self.path}: expected an open recording; use it in a with statement")
+        return self._container
+
+    @property
+    def connections(self) -> Sequence[Connection]:
+        """All connections: several may have one topic."""
+        return self._opened.connections
+
+    @property
+    def counts(self) -> Sequence[int]:
+        """Number of whole messages of each connection."""
+        return self._opened.counts
 
     @property
     def topics(self) -> dict[str, tuple[str, int]]:
-        """Type and number of messages by topic."""
-        found: dict[str, tuple[str, int]] = self._reader.topics
+        """Type and number of messages by topic; the type is the first that can be read."""
+        found: dict[str, tuple[str, int]] = {}
+        order = sorted(range(len(self.connections)), key=lambda k: k not in self._decoders)
+        for k in order:
+            connection = self.connections[k]
+            kind, count = found.get(connection.topic, (connection.kind, 0))
+            found[connection.topic] = (kind, count + self.counts[k])
+        return found
+
+    @property
+    def unreadable(self) -> dict[str, str]:
+        """Reason by topic of which no message can be read."""
+        readable = {self.connections[k].topic for k in self._decoders}
+        return {
+            topic: reason
+            for k, reason in self._reasons.items()
+            if (topic := self.connections[k].topic) not in readable
+        }
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What a user should know although no message is missing."""
+        return self._opened.notes
+
+    @property
+    def left_out(self) -> list[LeftOut]:
+        """What could not be read: known when it was opened, or met by ``messages`` since."""
+        found = [
+            LeftOut(self.connections[k].topic, self.counts[k], reason)
+            for k, reason in self._reasons.items()
+            if self.counts[k]
+        ]
+        found += [LeftOut(topic, *about) for topic, about in sorted(self._undecoded.items())]
+        damage = self._opened.damage
+        if damage:
+            more = f" (and {len(damage) - 1} more)" if len(damage) > 1 else ""
+            place = f" at byte {damage[0].place:,}" if damage[0].size else ""
+            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{place}{more}"))
         return found
 
     def messages(self, topics: tuple[str, ...] | None = None) -> Iterator[Message]:
@@ -208,94 +326,48 @@ class Bag:
         Raises:
             BagError: If the recording is damaged.
         """
-        with _readable(self.path):
-            yield from self._reader.messages(topics)
-
-
-class _AnyReader:
-    """ROS 1 bags and ROS 2 folders, by rosbags."""
-
-    def __init__(self, path: Path) -> None:
-        from rosbags.highlevel import AnyReader
-
-        ros: Ros = 1 if path.suffix == ".bag" else 2
-        self._reader = AnyReader([path], default_typestore=message_types(ros))
-        self._reader.open()
-
-    @property
-    def topics(self) -> dict[str, tuple[str, int]]:
-        return {
-            name: (str(info.msgtype), int(info.msgcount))
-            for name, info in self._reader.topics.items()
+        chosen = {
+            k for k in self._decoders if topics is None or self.connections[k].topic in topics
         }
+        for topic in {self.connections[k].topic for k in chosen}:
+            self._undecoded.pop(topic, None)  # A second reading counts anew.
+        for raw in self.raw_messages(chosen):
+            message = self.decode(raw)
+            if message is not None:
+                yield message
 
-    def messages(self, topics: tuple[str, ...] | None) -> Iterator[Message]:
-        chosen = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        if not chosen:
-            return
-        for connection, stamp, data in self._reader.messages(connections=chosen):
-            content = self._reader.deserialize(data, connection.msgtype)
-            yield Message(connection.topic, connection.msgtype, int(stamp), content)
+    def raw_messages(self, connections: Collection[int] | None = None) -> Iterator[RawMessage]:
+        """Yield messages as they are stored, by the time at which they were recorded.
 
-    def close(self) -> None:
-        self._reader.close()
+        Args:
+            connections: Places in ``connections``; None for all.
 
+        Raises:
+            BagError: If the recording is damaged.
+        """
+        chosen = range(len(self.connections)) if connections is None else connections
+        with readable(self.path):
+            yield from self._opened.read(chosen)
 
-class _McapReader:
-    """MCAP files, checksums looked at."""
-
-    def __init__(self, path: Path) -> None:
-        self._types: dict[str, Typestore] = {}
-        self._file = path.open("rb")
+    def decode(self, raw: RawMessage) -> Message | None:
+        """Return a message; None, and counted as left out, if it cannot be deserialised."""
+        connection = self.connections[raw.connection]
+        decode = self._decoders.get(raw.connection)
+        if decode is None:
+            return None  # Counted with its connection.
         try:
-            self._open(path)
-        except BaseException:
-            self._file.close()
-            raise
-
-    def _open(self, path: Path) -> None:
-        from mcap.reader import make_reader
-
-        self._reader = make_reader(self._file, validate_crcs=True)
-        summary = self._reader.get_summary()
-        if summary is None or summary.statistics is None:
-            raise BagError(
-                f"{path}: expected a finished file, got one without its summary; "
-                "`andabata bag salvage` keeps what is whole"
-            )
-        counts = summary.statistics.channel_message_counts
-        self.topics = {
-            channel.topic: (summary.schemas[channel.schema_id].name, counts.get(number, 0))
-            for number, channel in summary.channels.items()
-        }
-
-    def messages(self, topics: tuple[str, ...] | None) -> Iterator[Message]:
-        chosen = None if topics is None else list(topics)
-        for schema, channel, message in self._reader.iter_messages(topics=chosen):
-            if schema is None or channel.message_encoding != "cdr":
-                continue
-            store = types_of(schema.name, schema.data.decode(), self._types)
-            content = store.deserialize_cdr(message.data, schema.name)
-            yield Message(channel.topic, schema.name, int(message.log_time), content)
-
-    def close(self) -> None:
-        self._file.close()
-
-
-def types_of(kind: str, definition: str, known: "dict[str, Typestore]") -> "Typestore":
-    """Return a store that knows a type by its embedded definition."""
-    if kind not in known:
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-        store = get_typestore(Stores.EMPTY)
-        store.register(get_types_from_msg(definition, kind))
-        known[kind] = store
-    return known[kind]
+            content = decode(raw.data)
+        except Exception as error:  # Bit flips leak many kinds of errors.
+            reason = f"expected a {connection.kind}, got {one_line(error)}"
+            count, reason = self._undecoded.get(connection.topic, (0, reason))
+            self._undecoded[connection.topic] = (count + 1, reason)
+            return None
+        return Message(connection.topic, connection.kind, raw.stamp_ns, content)
 
 
 @contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Turn whatever a damaged recording makes the libraries raise into one error.
+def readable(path: Path) -> Iterator[None]:
+    """Turn whatever a damaged recording makes the libraries raise into one ``BagError``.
 
     Bit flips leak KeyError, UnicodeDecodeError, OverflowError, MemoryError and AssertionError.
     """
@@ -306,8 +378,7 @@ def _readable(path: Path) -> Iterator[None]:
     except Exception as error:
         if isinstance(error, OSError) and error.filename is not None:
             raise  # The file can't be opened; a seek beyond damage has no name.
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise BagError(
-            f"{path}: expected a whole recording, got {reason}; "
-            "`andabata bag salvage` keeps what is whole of an MCAP file"
+            f"{path}: expected a whole recording, got {one_line(error)}; "
+            f"`andabata bag salvage {path.name} --out NEW` keeps what is whole"
         ) from error

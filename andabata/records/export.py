@@ -1,17 +1,34 @@
 """Recorded topics as files that anything reads: clouds as PLY, the rest as CSV."""
 
-import csv
-import io
+import tempfile
+from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from andabata.records.bags import Bag, BagError
-from andabata.records.messages import cloud_of
-from andabata.records.storage import write_atomically
-from andabata.records.topics import POINT_CLOUD, RosMessage
+from andabata.records.bags import Bag, BagError, LeftOut, Message
+from andabata.records.csv_table import CsvTable
+from andabata.records.messages import PointCloudError, cloud_of
+from andabata.records.point_fields import point_columns
+from andabata.records.topics import POINT_CLOUD
 from traversability.cloud import PointCloud
+from traversability.formats import ply
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Result of an export.
+
+    Attributes:
+        files: Files written.
+        left_out: Messages that could not be read or written.
+        notes: What a user should know although no message is missing.
+    """
+
+    files: tuple[Path, ...]
+    left_out: tuple[LeftOut, ...]
+    notes: tuple[str, ...]
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
@@ -25,17 +42,26 @@ def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud
     Raises:
         BagError: If there is no such topic or cloud.
     """
-    with Bag(path) as bag:
+    with Bag(path, damaged=True) as bag:
         clouds = {name: n for name, (kind, n) in bag.topics.items() if kind == POINT_CLOUD}
         if topic is None and len(clouds) == 1:
             topic = next(iter(clouds))
         if topic not in clouds:
             found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
             raise BagError(f"--topic: expected one of the clouds of {path}: {found}; got {topic}")
-        place = number if number >= 0 else clouds[topic] + number
-        for k, message in enumerate(bag.messages((topic,))):
-            if k == place:
-                return cloud_of(message.content)
+        if topic in bag.unreadable:
+            raise BagError(f"{path}: {topic} can't be read: {bag.unreadable[topic]}")
+        messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)
+        # The last ones are kept, since not every message that is counted can be read.
+        kept: deque[Message] = deque(maxlen=max(-number, 1))
+        for k, message in enumerate(messages):
+            kept.append(message)
+            if k == number:
+                break
+        else:
+            k = len(kept) if number < 0 else -1
+        if (number >= 0 and k == number) or (number < 0 and len(kept) == -number):
+            return cloud_of(kept[-1 if number >= 0 else 0].content)
     raise BagError(f"--number: expected one of the {clouds[topic]} clouds of {topic}, got {number}")
 
 
@@ -44,61 +70,123 @@ def export_bag(
     out: Path,
     topics: tuple[str, ...] | None = None,
     on_message: Callable[[], None] | None = None,
-) -> list[Path]:
-    """Write the topics of a recording to a folder; return the files.
+) -> Exported:
+    """Write the topics of a recording to a folder.
+
+    Every message type of a topic has files of its own. The files, new ones and those that replace
+    old ones, get their names when all of them are whole.
 
     Args:
         path: The recording.
-        out: A folder that is there.
+        out: A folder, made if it is not there.
         topics: Which; None for all.
         on_message: Called after each message.
 
     Raises:
         BagError: If a topic is not in the recording.
+        OSError: If a file cannot be written.
     """
-    from traversability.files import cloud_to_bytes
-
-    tables: dict[str, tuple[list[str], list[list[object]]]] = {}
-    written: list[Path] = []
-    counts: dict[str, int] = {}
-    with Bag(path) as bag:
+    with Bag(path, damaged=True) as bag:
         missing = sorted(set(topics or ()) - set(bag.topics))
         if missing:
             known = ", ".join(sorted(bag.topics))
             raise BagError(f"--topic: expected some of {known}, got {', '.join(missing)}")
-        for message in bag.messages(topics):
-            name = message.topic.strip("/").replace("/", "_")
-            if message.kind == POINT_CLOUD:
-                number = counts.get(name, 0)
-                counts[name] = number + 1
-                where = out / f"{name}_{number:05d}.ply"
-                write_atomically(where, cloud_to_bytes(cloud_of(message.content), "ply"))
-                written.append(where)
-            else:
-                row = dict(_flat("", message.content))
-                columns, rows = tables.setdefault(name, (list(row), []))
-                rows.append([message.stamp_ns, *(row.get(column) for column in columns)])
-            if on_message is not None:
-                on_message()
-    for name, (columns, rows) in tables.items():
-        text = io.StringIO()
-        writer = csv.writer(text)
-        writer.writerow(["recorded_ns", *columns])
-        writer.writerows(rows)
-        where = out / f"{name}.csv"
-        write_atomically(where, text.getvalue().encode())
-        written.append(where)
-    return written
+        with _staged(out) as folder, ExitStack() as tables:
+            export = _Export(bag, folder, tables)
+            for message in bag.messages(topics):
+                export.add(message)
+                if on_message is not None:
+                    on_message()
+            export.finish()
+        left_out = [
+            each for each in bag.left_out if topics is None or each.topic in (None, *topics)
+        ]
+    files = tuple(out / name for name in export.files)
+    return Exported(files, (*left_out, *export.bad_clouds.values()), tuple(export.notes))
 
 
-def _flat(name: str, value: RosMessage) -> Iterator[tuple[str, object]]:
-    """Yield the numbers and words of a message by dotted names."""
-    if hasattr(value, "__dataclass_fields__"):
-        for part in value.__dataclass_fields__:
-            if not part.isupper() and not part.startswith("__"):
-                yield from _flat(f"{name}.{part}".strip("."), getattr(value, part))
-    elif isinstance(value, np.ndarray | list):
-        for k, part in enumerate(value):
-            yield from _flat(f"{name}.{k}", part)
-    else:
-        yield name, value.item() if isinstance(value, np.generic) else value
+class _Export:
+    """One export on its way."""
+
+    def __init__(self, bag: Bag, folder: Path, tables: ExitStack) -> None:
+        self._names = file_names([(each.topic, each.kind) for each in bag.connections])
+        self._folder, self._open_tables = folder, tables
+        self._tables: dict[str, CsvTable] = {}
+        self._counts: dict[str, int] = {}
+        self.files: list[str] = []
+        self.notes = list(bag.notes)
+        self.bad_clouds: dict[str, LeftOut] = {}
+
+    def add(self, message: Message) -> None:
+        """Take a message."""
+        name = self._names[message.topic, message.kind]
+        if message.kind == POINT_CLOUD:
+            self._add_cloud(name, message)
+            return
+        if name not in self._tables:
+            table = CsvTable(self._folder / f"{name}.csv")
+            self._tables[name] = self._open_tables.enter_context(table)
+        self._tables[name].add(message.stamp_ns, message.content)
+
+    def _add_cloud(self, name: str, message: Message) -> None:
+        """Write a cloud."""
+        number = self._counts.get(name, 0)
+        self._counts[name] = number + 1
+        try:
+            data = ply.render(point_columns(message.content))
+        except PointCloudError as error:
+            self.bad_clouds[message.topic] = _one_more(self.bad_clouds, message.topic, str(error))
+            return
+        self.files.append(f"{name}_{number:05d}.ply")
+        (self._folder / self.files[-1]).write_bytes(data)
+
+    def finish(self) -> None:
+        """Write the tables."""
+        for name, table in self._tables.items():
+            self.files.append(table.finish().name)
+            self.notes += [f"{name}.csv: {note}" for note in table.notes]
+
+
+@contextmanager
+def _staged(out: Path) -> Iterator[Path]:
+    """Give a folder whose files go to another one when the block ends without an error."""
+    new = not out.exists()
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".export-", dir=out) as name:
+            yield Path(name)
+            for path in sorted(Path(name).iterdir()):
+                path.replace(out / path.name)
+    except BaseException:
+        if new:
+            out.rmdir()
+        raise
+
+
+def _one_more(found: dict[str, LeftOut], topic: str, reason: str) -> LeftOut:
+    """Return a topic's damaged clouds with one more."""
+    before = found.get(topic)
+    if before is None or before.messages is None:
+        return LeftOut(topic, 1, reason)
+    return LeftOut(topic, before.messages + 1, before.reason)
+
+
+def file_names(streams: list[tuple[str, str]]) -> dict[tuple[str, str], str]:
+    """Return a file's name without suffix for each topic and type; no two are the same.
+
+    Args:
+        streams: Topics and types.
+    """
+    names: dict[tuple[str, str], str] = {}
+    # File systems that ignore case would take /Imu and /imu for one.
+    taken: set[str] = set()
+    for stream in sorted(set(streams)):
+        base = "".join(c if c.isalnum() or c in "-._" else "_" for c in stream[0].strip("/"))
+        base = base.lstrip(".") or "topic"
+        name, number = base, 1
+        while name.lower() in taken:
+            number += 1
+            name = f"{base}_{number}"
+        taken.add(name.lower())
+        names[stream] = name
+    return names

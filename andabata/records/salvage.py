@@ -1,178 +1,149 @@
 """What is whole of a damaged or unfinished recording, as a new one."""
 
-import bz2
-import struct
-from collections.abc import Iterator
+import tempfile
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from andabata.records.bags import BagError
+from andabata.records.bags import BagError, readable
+from andabata.records.containers.compression import ZSTD_MAGIC
+from andabata.records.containers.container import Container, Damage
+from andabata.records.containers.mcap_copy import copy_mcap
+from andabata.records.containers.mcap_file import McapFile
+from andabata.records.containers.opening import UnpackedFile, open_container
+from andabata.records.containers.ros2_folder import Ros2Folder
+from andabata.records.containers.ros2_metadata import METADATA, metadata_text
+from andabata.records.containers.rosbag1_copy import copy_bag
+from andabata.records.containers.rosbag1_file import Rosbag1File
+from andabata.records.containers.sqlite_copy import copy_sqlite
+from andabata.records.containers.sqlite_file import SqliteFile
+from andabata.records.storage import atomic_file, atomic_folder
 
-_MAGIC = b"#ROSBAG V2.0\n"
-_MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
-_MOST = 1 << 30
-"""No record is longer [bytes]: a length beyond is damage."""
+_PACKED = (".zstd", ".zst")
 
 
 @dataclass(frozen=True)
 class Salvaged:
-    """What came of it.
+    """Result of a salvage.
 
     Attributes:
-        messages: Messages that were whole.
+        messages: Number of messages that were whole.
         lost: Whether something was not.
-        reason: What ended the reading, or was left out; empty when nothing was lost.
+        lost_messages: Number of messages lost; the least where a part of the index is lost too,
+            None where nothing tells it.
+        reason: What was damaged; empty when nothing was.
+        notes: What a user should know although nothing is lost.
     """
 
     messages: int
     lost: bool
+    lost_messages: int | None
     reason: str
+    notes: tuple[str, ...]
 
 
 def salvage(source: Path, target: Path) -> Salvaged:
-    """Write what is whole of a recording to a new file of the same kind.
+    """Write what is whole of a recording to a new one of the same kind.
+
+    Reading goes on behind damage. The new recording takes its name when it is whole.
 
     Args:
-        source: A ``.bag`` or an ``.mcap``, finished or not.
-        target: A new file with the same suffix.
+        source: A ``.bag``, ``.mcap`` or ``.db3`` file or a ROS 2 folder, finished or not.
+        target: A new file with the same suffix, or a new folder.
 
     Raises:
-        BagError: If the kind is another, or the target is there already.
+        BagError: If the kind is another, the target is there already, or nothing is whole.
+        OSError: If the target cannot be written.
     """
     if target.exists():
-        raise BagError(f"{target}: expected a new file, got one that is there")
-    if source.suffix != target.suffix:
-        raise BagError(f"{target}: expected a name in {source.suffix}, as the recording has")
-    if source.suffix == ".mcap":
-        return _salvage_mcap(source, target)
-    if source.suffix == ".bag":
-        return _salvage_bag(source, target)
-    raise BagError(f"{source}: expected a .bag or an .mcap, got {source.suffix!r}")
+        raise BagError(f"{target}: expected a new file, got one that is there; choose another name")
+    if not source.exists():
+        raise BagError(f"{source}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
+    with readable(source), closing(open_container(source)) as container:
+        damage = list(container.damage)
+        if damage and not any(container.counts):
+            raise BagError(
+                f"{source}: expected messages, got none that is whole: {damage[0].reason}"
+            )
+        if isinstance(container, Ros2Folder):
+            with atomic_folder(target) as folder:
+                count = _copy_folder(container, folder, damage)
+        else:
+            _check_suffix(container, target)
+            count = _copy_file(container, target, damage)
+        reason = _in_words(damage)
+        return Salvaged(count, bool(damage), container.lost, reason, tuple(container.notes))
 
 
-def _salvage_mcap(source: Path, target: Path) -> Salvaged:
-    """Read records from the begin, checksums looked at, until one is damaged."""
-    from mcap.records import Channel, Footer, Message, Schema
-    from mcap.stream_reader import StreamReader
-    from mcap.writer import CompressionType, Writer
+def _check_suffix(container: Container, target: Path) -> None:
+    """Raise where a file's name doesn't fit what it will hold."""
+    file = container.container if isinstance(container, UnpackedFile) else container
+    kinds = {Rosbag1File: ".bag", McapFile: ".mcap", SqliteFile: ".db3"}
+    suffix = next(name for kind, name in kinds.items() if isinstance(file, kind))
+    if target.suffix != suffix:
+        raise BagError(f"{target}: expected a name in {suffix}, as the recording is one")
 
-    count, reason, ended = 0, "", False
+
+def _copy_file(container: Container, target: Path, damage: list[Damage]) -> int:
+    """Copy one file; return the number of messages and add what else is damaged."""
+    if isinstance(container, UnpackedFile):
+        return _copy_file(container.container, target, damage)
+    if isinstance(container, SqliteFile):
+        # sqlite3 wants a path of its own, and may write a journal beside it.
+        with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder:
+            count = copy_sqlite(container, Path(folder) / target.name)
+            (Path(folder) / target.name).replace(target)
+        return count
+    with atomic_file(target) as out:
+        if isinstance(container, Rosbag1File):
+            return copy_bag(container, out)
+        if isinstance(container, McapFile):
+            count, more = copy_mcap(container, out)
+            damage += more
+            return count
+    raise BagError(f"{target}: expected a file of messages, got {type(container).__name__}")
+
+
+def _copy_folder(container: Ros2Folder, folder: Path, damage: list[Damage]) -> int:
+    """Copy the files of a folder and write its metadata.yaml; return the number of messages."""
+    names, count, compression = [], 0, ""
+    for path, file in zip(container.paths, container.files, strict=True):
+        name = path.name
+        if path.suffix in _PACKED:
+            unpacked = folder / path.stem
+            count += _copy_file(file, unpacked, damage)
+            _compress(unpacked, folder / name)
+            compression = "FILE"
+        else:
+            count += _copy_file(file, folder / name, damage)
+        names.append(name)
+    span: tuple[int, int] | None = None
+    for message in container.read(range(len(container.connections))):
+        span = (span[0] if span else message.stamp_ns, message.stamp_ns)
+        if not compression and message.data.startswith(ZSTD_MAGIC):
+            compression = "MESSAGE"
+    text = metadata_text(
+        container.about, names, container.connections, container.counts, span or (0, 0), compression
+    )
+    with atomic_file(folder / METADATA) as out:
+        out.write(text.encode())
+    return count
+
+
+def _compress(source: Path, target: Path) -> None:
+    """Compress a file by zstd and remove it."""
+    import zstandard
+
     with source.open("rb") as file, target.open("wb") as out:
-        writer = Writer(out, compression=CompressionType.ZSTD)
-        writer.start(profile="ros2", library="andabata salvage")
-        schemas: dict[int, int] = {0: 0}
-        channels: dict[int, int] = {}
-        try:
-            for record in StreamReader(file, validate_crcs=True).records:
-                if isinstance(record, Schema) and record.id not in schemas:
-                    made = writer.register_schema(record.name, record.encoding, record.data)
-                    schemas[record.id] = made
-                elif isinstance(record, Channel) and record.id not in channels:
-                    channels[record.id] = writer.register_channel(
-                        record.topic,
-                        record.message_encoding,
-                        schemas[record.schema_id],
-                        dict(record.metadata),
-                    )
-                elif isinstance(record, Message):
-                    channel = channels[record.channel_id]
-                    writer.add_message(
-                        channel, record.log_time, record.data, record.publish_time, record.sequence
-                    )
-                    count += 1
-                elif isinstance(record, Footer):
-                    ended = True
-        except Exception as error:
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        writer.finish()
-    if not ended and not reason:
-        reason = "the file ends before its summary"
-    return Salvaged(count, bool(reason), reason)
+        zstandard.ZstdCompressor().copy_stream(file, out)
+    source.unlink()
 
 
-def _salvage_bag(source: Path, target: Path) -> Salvaged:
-    """Read the chunks of a ROS 1 bag one by one; the index at its end is not needed."""
-    from rosbags.rosbag1 import Writer
-
-    count, reason = 0, ""
-    with source.open("rb") as file:
-        data = file.read()
-    if not data.startswith(_MAGIC):
-        raise BagError(f"{source}: expected a ROS 1 bag, got another file")
-    made: dict[int, object] = {}
-    with Writer(target) as writer:
-        try:
-            for op, header, body in _bag_records(data, len(_MAGIC)):
-                if op != _CHUNK:
-                    continue
-                for inner, about, content in _bag_records(_unpacked(header, body), 0):
-                    number = struct.unpack("<I", about[b"conn"])[0]
-                    if inner == _CONNECTION and number not in made:
-                        kind = dict(_fields(content))
-                        made[number] = writer.add_connection(
-                            about[b"topic"].decode(),
-                            kind[b"type"].decode().replace("/", "/msg/", 1),
-                            msgdef=kind[b"message_definition"].decode(),
-                            md5sum=kind[b"md5sum"].decode(),
-                        )
-                    elif inner == _MESSAGE:
-                        seconds, rest = struct.unpack("<II", about[b"time"])
-                        stamp = seconds * 1_000_000_000 + rest
-                        writer.write(made[number], stamp, content)  # type: ignore[arg-type]
-                        count += 1
-        except (KeyError, struct.error, ValueError, OSError, EOFError) as error:
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return Salvaged(count, bool(reason), reason)
-
-
-def _unpacked(header: dict[bytes, bytes], body: bytes) -> bytes:
-    """Return a chunk's records."""
-    kind = header[b"compression"]
-    if kind == b"none":
-        return body
-    if kind == b"bz2":
-        return bz2.decompress(body)
-    if kind == b"lz4":
-        import lz4.frame  # type: ignore[import-untyped]
-
-        unpacked: bytes = lz4.frame.decompress(body)
-        return unpacked
-    raise ValueError(f"a chunk packed by {kind.decode(errors='replace')}")
-
-
-def _bag_records(data: bytes, place: int) -> Iterator[tuple[int, dict[bytes, bytes], bytes]]:
-    """Yield operation, header and data of each record.
-
-    Raises:
-        ValueError: If a record reaches beyond the end.
-    """
-    while place < len(data):
-        parts = []
-        for _ in range(2):
-            if place + 4 > len(data):
-                raise ValueError("the file ends inside a record")
-            length = struct.unpack_from("<I", data, place)[0]
-            place += 4
-            if length > _MOST or place + length > len(data):
-                raise ValueError("the file ends inside a record")
-            parts.append(data[place : place + length])
-            place += length
-        header = dict(_fields(parts[0]))
-        yield header[b"op"][0], header, parts[1]
-
-
-def _fields(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the fields of a record's header.
-
-    Raises:
-        ValueError: If a field is cut short.
-    """
-    place = 0
-    while place < len(data):
-        length = struct.unpack_from("<I", data, place)[0]
-        field = data[place + 4 : place + 4 + length]
-        name, sign, value = field.partition(b"=")
-        if len(field) < length or not sign:
-            raise ValueError("a damaged header")
-        yield name, value
-        place += 4 + length
+def _in_words(damage: list[Damage]) -> str:
+    """Return what was damaged, in one line."""
+    parts = [
+        f"{each.reason} at byte {each.place:,}" if each.size else each.reason for each in damage[:3]
+    ]
+    if len(damage) > 3:
+        parts.append(f"{len(damage) - 3} more")
+    return "; ".join(parts)

@@ -2,8 +2,12 @@
 
 import errno
 import os
+import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -20,13 +24,28 @@ def write_atomically(path: Path, data: bytes) -> None:
     Raises:
         OSError: If the folder is not there or cannot be written, or the disk is full.
     """
+    with atomic_file(path, len(data)) as file:
+        file.write(data)
+
+
+@contextmanager
+def atomic_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
+    """Give a file to write and to seek in that takes its name when the block ends without an error.
+
+    Args:
+        path: Where; its folder has to exist.
+        size: Number of bytes that it will have; None where that is not known.
+
+    Raises:
+        OSError: If the folder is not there or cannot be written, or the disk is full.
+    """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     temporary = Path(name)
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
+        with os.fdopen(handle, "w+b") as file:
+            yield file
             file.flush()
             os.fsync(file.fileno())
         temporary.chmod(0o644)
@@ -34,7 +53,8 @@ def write_atomically(path: Path, data: bytes) -> None:
     except BaseException as error:
         temporary.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno in _FULL:
-            why = f"expected room for {len(data):,} bytes, got none; make room and go on"
+            room = "the file" if size is None else f"{size:,} bytes"
+            why = f"expected room for {room}, got none; make room and go on"
             raise OSError(error.errno, why, str(path)) from error
         raise
     _sync_folder(path.parent)
@@ -57,6 +77,29 @@ def append_line(path: Path, text: str) -> None:
         file.write(text.encode() + b"\n")
         file.flush()
         os.fsync(file.fileno())
+
+
+@contextmanager
+def atomic_folder(path: Path) -> Iterator[Path]:
+    """Give a folder to fill that takes its name when the block ends without an error.
+
+    Args:
+        path: Where; the folder around it has to exist, itself it must not.
+
+    Raises:
+        OSError: If the folder around it is not there or cannot be written.
+    """
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+    try:
+        yield temporary
+        temporary.chmod(0o755)
+        temporary.rename(path)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    _sync_folder(path.parent)
 
 
 def _sync_folder(folder: Path) -> None:

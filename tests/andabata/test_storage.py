@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from andabata.records.storage import append_line, write_atomically
+from andabata.records.storage import append_line, atomic_file, atomic_folder, write_atomically
 
 
 def test_a_file_is_written_and_replaced(tmp_path):
@@ -55,3 +55,43 @@ def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
 def test_a_line_goes_to_no_file_that_is_not_there(tmp_path):
     with pytest.raises(FileNotFoundError):
         append_line(tmp_path / "missing.txt", "one")
+
+
+def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
+    path = tmp_path / "file.bin"
+    with atomic_file(path) as file:
+        file.write(b"one two")
+        file.seek(0)
+        file.write(b"ONE")
+        assert not path.exists()
+    assert path.read_bytes() == b"ONE two"
+
+    def interrupted():
+        with atomic_file(path) as file:
+            file.write(b"three")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert path.read_bytes() == b"ONE two"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
+
+
+def test_a_folder_takes_its_name_when_it_is_whole(tmp_path):
+    path = tmp_path / "folder"
+
+    def interrupted():
+        with atomic_folder(path) as folder:
+            (folder / "a").write_bytes(b"a")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+    with atomic_folder(path) as folder:
+        (folder / "a").write_bytes(b"a")
+        assert not path.exists()
+    assert [entry.name for entry in path.iterdir()] == ["a"]
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(FileNotFoundError), atomic_folder(tmp_path / "no" / "folder"):
+        pass

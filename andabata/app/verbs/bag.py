@@ -1,43 +1,63 @@
 """``andabata bag``: recordings, without ROS."""
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set, SquaresFile
 
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from andabata.records.bags import LeftOut
+    from andabata.records.summary import BagSummary
+
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
 )
 
-BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap or a ROS 2 folder.")]
+BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap, .db3 or a ROS 2 folder.")]
 
 
 @app.command()
 def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Say what a recording holds: topics, types, counts and rates."""
-    from andabata.app.console import Voice, table_of
-    from andabata.records.bags import Bag
+    """Say what a recording holds: topics, types, counts and rates, and what cannot be read.
+
+    Counts are of what is in the file. The exit code is 3 when a part of the file is damaged.
+    """
+    from andabata.app.console import Voice
+    from andabata.records.summary import summarise
 
     voice = Voice(quiet, as_json)
-    with Bag(file) as bag:
-        spans: dict[str, list[int]] = {}
-        for message in bag.messages():
-            span = spans.setdefault(message.topic, [message.stamp_ns, message.stamp_ns, 0])
-            span[1] = message.stamp_ns
-            span[2] += 1
-        kinds = bag.topics
-    rows: list[dict[str, Any]] = []
-    for name, (kind, _) in sorted(kinds.items()):
-        first, last, count = spans.get(name, [0, 0, 0])
-        seconds = (last - first) / 1e9
-        rate = (count - 1) / seconds if count > 1 and seconds > 0 else None
-        rows.append({"topic": name, "type": kind, "messages": count, "rate_hz": rate})
-    stamps = [stamp for span in spans.values() for stamp in span[:2]]
-    duration = (max(stamps) - min(stamps)) / 1e9 if stamps else 0.0
-    data = {"file": str(file), "duration_s": duration, "topics": rows}
-    voice.result(data, table_of(rows, f"{file.name}, {duration:.1f} s"))
+    with voice.progress("messages", None) as step:
+        found = summarise(file, lambda: step(1))
+    rows = [topic.to_json() for topic in found.topics]
+    data = {"file": str(file), "duration_s": found.duration_s, "topics": rows}
+    data |= {"left_out": _left_out(found.left_out), "notes": list(found.notes)}
+    voice.result(data, _table(found, f"{file.name}, {found.duration_s:.1f} s"))
+    told = {row["topic"]: row["reason"] for row in rows if not row["readable"]}
+    lines = [f"{topic} can't be read: {reason}" for topic, reason in told.items()]
+    lines += _notes([each for each in found.left_out if each.topic not in told], found.notes)
+    if not as_json:
+        for line in lines:
+            typer.echo(line)
+    if found.damaged:
+        voice.say(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
+        raise typer.Exit(3)
+
+
+def _table(found: "BagSummary", title: str) -> "Table":
+    """Return a recording's table, with the columns that tell something."""
+    from andabata.app.console import table_of
+
+    shown = ["topic", "type", "messages", "rate_hz"]
+    shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
+    shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
+    rows = [topic.to_json() for topic in found.topics]
+    return table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
 
 
 @app.command()
@@ -109,8 +129,10 @@ def replay(
 
 @app.command()
 def salvage(
-    file: Annotated[Path, typer.Argument(help="Damaged or unfinished recording: .bag or .mcap.")],
-    out: Annotated[Path, typer.Option(help="New file with the same suffix.")],
+    file: Annotated[
+        Path, typer.Argument(help="Damaged or unfinished recording: .bag, .mcap, .db3 or a folder.")
+    ],
+    out: Annotated[Path, typer.Option(help="New file with the same suffix, or new folder.")],
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -121,8 +143,11 @@ def salvage(
     voice = Voice(quiet, as_json)
     found = keep(file, out)
     data = {"file": str(out), "messages": found.messages, "lost": found.lost}
-    ending = f"the rest is lost: {found.reason}" if found.lost else "nothing was lost"
-    voice.result(data | {"reason": found.reason}, f"{out}: {found.messages} messages; {ending}")
+    data |= {"lost_messages": found.lost_messages, "reason": found.reason}
+    count = "an unknown number of" if found.lost_messages is None else found.lost_messages
+    ending = f"{count} messages lost: {found.reason}" if found.lost else "nothing was lost"
+    lines = [f"{out}: {found.messages} messages; {ending}", *_notes((), found.notes)]
+    voice.result(data | {"notes": list(found.notes)}, "\n".join(lines))
     if found.lost:
         raise typer.Exit(3)
 
@@ -137,13 +162,38 @@ def export(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write clouds as PLY and everything else as CSV."""
+    """Write clouds as PLY with all their fields and everything else as CSV.
+
+    Arrays of more than 64 bytes are written as base64, others of more than 4,096 values as a JSON
+    list. The exit code is 3 when messages were left out.
+    """
     from andabata.app.console import Voice
-    from andabata.app.runs import make_folder
     from andabata.records.export import export_bag
 
     voice = Voice(quiet, as_json)
-    folder = make_folder(out)
     with voice.progress("messages", None) as step:
-        written = export_bag(file, folder, tuple(topic) if topic else None, lambda: step(1))
-    voice.result({"files": [str(path) for path in written]}, f"{len(written)} files in {out}")
+        found = export_bag(file, out, tuple(topic) if topic else None, lambda: step(1))
+    data = {
+        "files": [str(path) for path in found.files],
+        "left_out": _left_out(found.left_out),
+        "notes": list(found.notes),
+    }
+    lines = [f"{len(found.files)} files in {out}", *_notes(found.left_out, found.notes)]
+    voice.result(data, "\n".join(lines))
+    if found.left_out:
+        raise typer.Exit(3)
+
+
+def _yes_no(value: object) -> object:
+    """Return a truth value as a word."""
+    return ("no", "yes")[value] if isinstance(value, bool) else value
+
+
+def _left_out(found: "Sequence[LeftOut]") -> list[dict[str, Any]]:
+    """Return what was left out, ready for JSON."""
+    return [asdict(each) for each in found]
+
+
+def _notes(left_out: "Sequence[LeftOut]", notes: "Sequence[str]") -> list[str]:
+    """Return in words what was left out and what else people should know."""
+    return [str(each) for each in left_out] + [f"note: {note}" for note in notes]

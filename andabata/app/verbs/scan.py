@@ -88,10 +88,11 @@ def scan(
 
 def _read(file: Path, topic: str | None, number: int) -> "PointCloud":
     """Return the cloud of a file, or one of a recording."""
+    from andabata.records.containers.opening import is_recording
     from andabata.records.export import read_bag_cloud
     from traversability.files import read_cloud
 
-    if file.is_dir() or file.suffix in (".bag", ".mcap"):
+    if file.suffix in (".bag", ".mcap") or is_recording(file):
         return read_bag_cloud(file, topic, number)
     return read_cloud(file)
 

@@ -1,0 +1,193 @@
+"""A ROS 2 recording's sqlite3 file, any version of its tables."""
+
+import sqlite3
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+from andabata.records.containers.container import (
+    BagError,
+    Connection,
+    Damage,
+    RawMessage,
+    is_latched,
+    ros_type_name,
+)
+
+MAGIC = b"SQLite format 3\0"
+
+_STEP = 256
+"""Rows that are skipped at once where a page is damaged, before each is tried."""
+
+
+class SqliteFile:
+    """A ``.db3`` file.
+
+    Attributes:
+        connections: All topics.
+        counts: Number of whole messages of each topic.
+        damage: What cannot be read.
+        lost: Number of messages in damaged pages; None where it is not known.
+        notes: What a user should know although no message is missing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open and scan a file.
+
+        Raises:
+            BagError: If it is no recording.
+        """
+        self.path = path
+        self.damage: list[Damage] = []
+        self.notes: list[str] = []
+        self.lost: int | None = 0
+        self.database = open_database(path)
+        try:
+            self._scan()
+        except sqlite3.DatabaseError as error:
+            self.close()
+            raise BagError(
+                f"{path}: expected a ROS 2 recording's sqlite3 file, got one of which {error}; "
+                "`sqlite3 FILE .recover` may save what is left of it"
+            ) from error
+        except BaseException:
+            self.close()
+            raise
+
+    def _scan(self) -> None:
+        """Read the topics and count the messages."""
+        tables = {name for (name,) in self.database.execute("SELECT name FROM sqlite_master")}
+        if not {"topics", "messages"} <= tables:
+            raise BagError(
+                f"{self.path}: expected a ROS 2 recording with the tables topics and messages, "
+                f"got {', '.join(sorted(tables)) or 'no table'}"
+            )
+        definitions = self._definitions() if "message_definitions" in tables else None
+        rows = self.database.execute("SELECT * FROM topics ORDER BY id")
+        names = [column[0] for column in rows.description]
+        topics = [dict(zip(names, row, strict=True)) for row in rows]
+        self._ids = [int(topic["id"]) for topic in topics]
+        self.connections = [_connection(topic, definitions) for topic in topics]
+        self._whole = True
+        try:
+            query = "SELECT topic_id, count(*) FROM messages GROUP BY topic_id"
+            found = dict(self.database.execute(query).fetchall())
+            # A full pass over the pages: an index may be whole where a page of data is not.
+            (found_whole,) = self.database.execute("PRAGMA quick_check(1)").fetchone()
+            if found_whole != "ok":
+                raise sqlite3.DatabaseError(found_whole)
+        except sqlite3.DatabaseError as error:
+            found = self._count_whole(str(error))
+        self.counts = [int(found.get(number, 0)) for number in self._ids]
+        nameless = sum(found.values()) - sum(self.counts)
+        if nameless:
+            reason = "expected a topic of each message, got none for some"
+            self.damage.append(Damage(0, 0, reason, nameless))
+            self.lost = None if self.lost is None else self.lost + nameless
+
+    def _definitions(self) -> dict[str, tuple[str, str]]:
+        """Return definition and its format by type."""
+        query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+        return {kind: (str(text), str(form)) for kind, form, text in self.database.execute(query)}
+
+    def _count_whole(self, reason: str) -> dict[int, int]:
+        """Return the number of readable messages by topic of a damaged file."""
+        self._whole = False
+        found: dict[int, int] = {}
+        self._skipped = 0
+        for row in self.rows("topic_id"):
+            found[row[1]] = found.get(row[1], 0) + 1
+        self.lost = self._skipped or None
+        self.damage.append(Damage(0, 0, f"expected a whole database, got {reason}", self.lost))
+        return found
+
+    def rows(self, columns: str) -> Iterator[tuple[Any, ...]]:
+        """Yield rowid and columns of the messages that are readable, by their rowid.
+
+        Args:
+            columns: Names of columns with commas between.
+        """
+        self._skipped = 0
+        last = self._last_row()
+        # The last byte of each message is asked for, so that all of its pages are read.
+        query = f"SELECT rowid, {columns}, length(substr(data, -1)) FROM messages WHERE rowid "
+        begin = 1
+        while begin <= last:
+            end = min(begin + _STEP, last + 1)
+            try:
+                yield from self.database.execute(
+                    f"{query} >= ? AND rowid < ? ORDER BY rowid", (begin, end)
+                ).fetchall()
+            except sqlite3.DatabaseError:
+                for number in range(begin, end):
+                    try:
+                        yield from self.database.execute(f"{query} = ?", (number,)).fetchall()
+                    except sqlite3.DatabaseError:
+                        self._skipped += 1
+            begin = end
+
+    def _last_row(self) -> int:
+        """Return the greatest rowid."""
+        for query in ("SELECT max(rowid) FROM messages", "SELECT count(*) FROM messages"):
+            try:
+                return int(self.database.execute(query).fetchone()[0] or 0)
+            except sqlite3.DatabaseError:
+                continue
+        raise BagError(
+            f"{self.path}: expected messages, got none that can be read; "
+            "`sqlite3 FILE .recover` may save what is left of it"
+        )
+
+    def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
+        """Yield the messages of some topics by the time at which they were recorded."""
+        places = {self._ids[k]: k for k in wanted}
+        marks = ",".join("?" * len(places))
+        query = (
+            "SELECT topic_id, timestamp, data FROM messages "
+            f"WHERE topic_id IN ({marks}) ORDER BY timestamp, rowid"
+        )
+        if self._whole:
+            for number, stamp, data in self.database.execute(query, tuple(places)):
+                yield RawMessage(places[number], int(stamp), bytes(data))
+            return
+        found = [row for row in self.rows("topic_id, timestamp") if row[1] in places]
+        for rowid, number, stamp, _ in sorted(found, key=lambda row: (row[2], row[0])):
+            data = self.database.execute("SELECT data FROM messages WHERE rowid = ?", (rowid,))
+            yield RawMessage(places[number], int(stamp), bytes(data.fetchone()[0]))
+
+    def close(self) -> None:
+        """Close the file."""
+        self.database.close()
+
+
+def open_database(path: Path) -> sqlite3.Connection:
+    """Return a database opened to read.
+
+    What a killed recorder left in a journal beside the file is taken where the folder allows it.
+    """
+    uri = path.resolve().as_uri()
+    for mode in ("mode=ro", "mode=ro&immutable=1"):
+        database = sqlite3.connect(f"{uri}?{mode}", uri=True)
+        try:
+            database.execute("SELECT name FROM sqlite_master").fetchall()
+        except sqlite3.OperationalError:
+            database.close()
+            continue
+        except sqlite3.DatabaseError:
+            pass
+        return database
+    return sqlite3.connect(f"{uri}?mode=ro&immutable=1", uri=True)
+
+
+def _connection(
+    topic: dict[str, Any], definitions: dict[str, tuple[str, str]] | None
+) -> Connection:
+    """Return a topic as a connection."""
+    kind = str(topic["type"])
+    # Older recorders write no definitions: their types are those of the distribution.
+    text, form = (definitions or {}).get(kind, ("", "standard"))
+    encoding = str(topic.get("serialization_format", "cdr"))
+    qos = str(topic.get("offered_qos_profiles", ""))
+    return Connection(
+        str(topic["name"]), ros_type_name(kind), encoding, text, form, "", is_latched(qos), qos
+    )

@@ -1,0 +1,136 @@
+"""One topic's messages as a CSV file whose columns may grow while it is filled."""
+
+import base64
+import csv
+import json
+import tempfile
+from collections.abc import Iterator
+from io import TextIOWrapper
+from pathlib import Path
+from typing import Any, Self, TextIO
+
+import numpy as np
+
+from andabata.records.storage import atomic_file
+from andabata.records.topics import RosMessage
+
+LONGEST_BYTES = 64
+"""Number of bytes of an array that get a column each; longer ones are written as base64."""
+
+LONGEST_ARRAY = 4096
+"""Number of values of an array that get a column each; longer ones are written as a JSON list."""
+
+LONGEST_LIST = 256
+"""Number of messages or words of a list that get columns; longer ones are a JSON list."""
+
+
+class CsvTable:
+    """Collects rows in a temporary file, and writes them when all columns are known.
+
+    Columns stand in the order of their first appearance. Arrays of more than ``LONGEST_BYTES``
+    bytes become one column of base64, other arrays of more than ``LONGEST_ARRAY`` values and lists
+    of more than ``LONGEST_LIST`` messages one of a JSON list.
+
+    Attributes:
+        path: Where the table goes.
+        notes: Which columns hold arrays, and how.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Begin a table."""
+        self.path = path
+        self.notes: list[str] = []
+        self._columns: dict[str, int] = {"recorded_ns": 0}
+        self._packed: dict[str, str] = {}
+        self._rows: TextIO
+
+    def __enter__(self) -> Self:
+        """Open the temporary file."""
+        # Memory stays bounded whatever the length of the recording.
+        self._rows = tempfile.TemporaryFile("w+", encoding="utf-8", newline="")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Remove the temporary file."""
+        self._rows.close()
+
+    def add(self, stamp_ns: int, message: RosMessage) -> None:
+        """Add a message.
+
+        Args:
+            stamp_ns: When it was recorded [ns].
+            message: The message.
+        """
+        row: dict[int, object] = {0: stamp_ns}
+        for name, value in self._flat("", message):
+            row[self._columns.setdefault(name, len(self._columns))] = value
+        # json keeps integers whole and writes NaN and Infinity as Python reads them again.
+        self._rows.write(json.dumps(list(row.items())) + "\n")
+
+    def finish(self) -> Path:
+        """Write the table and return where.
+
+        Raises:
+            OSError: If it cannot be written.
+        """
+        self.notes = [f"{name} is written as {how}" for name, how in self._packed.items()]
+        self._rows.seek(0)
+        with atomic_file(self.path) as file:
+            text = TextIOWrapper(file, encoding="utf-8", newline="")
+            writer = csv.writer(text)
+            writer.writerow(self._columns)
+            for line in self._rows:
+                row: list[object] = [None] * len(self._columns)
+                for place, value in json.loads(line):
+                    row[place] = value
+                writer.writerow(row)
+            text.flush()
+            text.detach()
+        return self.path
+
+    def _flat(self, name: str, value: Any) -> Iterator[tuple[str, object]]:  # noqa: ANN401
+        """Yield the numbers and words of a message by dotted names."""
+        if hasattr(value, "__dataclass_fields__"):
+            for part, content in fields_of(value):
+                yield from self._flat(f"{name}.{part}".strip("."), content)
+        elif isinstance(value, np.ndarray | list):
+            yield from self._array(name, value)
+        elif isinstance(value, np.generic):
+            yield name, value.item()
+        else:
+            yield name, value
+
+    def _array(self, name: str, value: Any) -> Iterator[tuple[str, object]]:  # noqa: ANN401
+        """Yield an array's elements, or the whole of a long one."""
+        if isinstance(value, np.ndarray):
+            is_bytes = value.dtype.kind in "iu" and value.dtype.itemsize == 1
+            if is_bytes and (len(value) > LONGEST_BYTES or name in self._packed):
+                self._packed[name] = "base64"
+                yield name, base64.b64encode(value.tobytes()).decode()
+                return
+            if len(value) > LONGEST_ARRAY or name in self._packed:
+                self._packed[name] = "a JSON list"
+                yield name, json.dumps(value.tolist())
+                return
+        elif len(value) > LONGEST_LIST or name in self._packed:
+            self._packed[name] = "a JSON list"
+            yield name, json.dumps([_plain(part) for part in value])
+            return
+        for k, part in enumerate(value):
+            yield from self._flat(f"{name}.{k}", part)
+
+
+def fields_of(message: RosMessage) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of a message's fields, its constants left out."""
+    for name in message.__dataclass_fields__:
+        if not name.isupper() and not name.startswith("__"):
+            yield name, getattr(message, name)
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401 - any field of a message.
+    """Return a value that JSON can hold."""
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: _plain(part) for name, part in fields_of(value)}
+    if isinstance(value, list):
+        return [_plain(part) for part in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value

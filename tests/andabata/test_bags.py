@@ -1,0 +1,85 @@
+"""One definition or one message that can't be read costs itself alone, and is said."""
+
+import pytest
+from rosbags.rosbag1 import Writer
+
+from andabata.records.bags import Bag, BagError
+from andabata.records.topics import message_types
+from tests.recordings import STRING, note, stamp, write_bag
+
+DEFINITIONS = {
+    "an empty one": "",
+    "of it": "other_msgs/Part part\n",
+    "parsed": "int8 ! no (definition\n",
+    "parsed: ": "\0\xff",
+}
+
+
+@pytest.mark.parametrize("reason", DEFINITIONS)
+def test_a_definition_that_cannot_be_used_costs_its_topic_alone(tmp_path, reason):
+    path = tmp_path / "x.bag"
+    with Writer(path) as writer:
+        good = writer.add_connection("/good", STRING, typestore=message_types(1))
+        bad = writer.add_connection(
+            "/bad", "my_msgs/msg/X", msgdef=DEFINITIONS[reason], md5sum="0" * 32
+        )
+        for k in range(3):
+            writer.write(good, stamp(k), note(1, k))
+            writer.write(bad, stamp(k), b"\0\0\0\0")
+    with Bag(path) as bag:
+        assert bag.topics == {"/good": (STRING, 3), "/bad": ("my_msgs/msg/X", 3)}
+        assert reason in bag.unreadable["/bad"]
+        assert [m.content.data for m in bag.messages()] == ["note 0", "note 1", "note 2"]
+        assert list(bag.messages(("/bad",))) == []
+        (lost,) = bag.left_out
+    assert (lost.topic, lost.messages) == ("/bad", 3)
+
+
+def test_types_without_fields_are_read(tmp_path):
+    path = tmp_path / "x.bag"
+    with Writer(path) as writer:
+        own = writer.add_connection("/go", "std_msgs/msg/Empty", typestore=message_types(1))
+        digest = "d41d8cd98f00b204e9800998ecf8427e"
+        other = writer.add_connection("/on", "my_msgs/msg/On", msgdef="", md5sum=digest)
+        writer.write(own, stamp(0), b"")
+        writer.write(other, stamp(1), b"")
+    with Bag(path) as bag:
+        assert bag.unreadable == {}
+        assert len(list(bag.messages())) == 2
+
+
+def test_one_topic_with_two_definitions_is_read_by_each(tmp_path):
+    path = tmp_path / "x.bag"
+    with Writer(path) as writer:
+        old = writer.add_connection("/x", "my_msgs/msg/X", msgdef="int8 a\n", md5sum="1" * 32)
+        new = writer.add_connection(
+            "/x", "my_msgs/msg/X", msgdef="int8 a\nint8 b\n", md5sum="2" * 32
+        )
+        writer.write(old, stamp(0), b"\x01")
+        writer.write(new, stamp(1), b"\x02\x03")
+    with Bag(path) as bag:
+        first, second = (m.content for m in bag.messages())
+    assert first.a == 1
+    assert (second.a, second.b) == (2, 3)
+
+
+def test_messages_that_cannot_be_deserialised_are_counted_once_a_reading(tmp_path):
+    path = tmp_path / "x.bag"
+    with Writer(path) as writer:
+        own = writer.add_connection("/notes", STRING, typestore=message_types(1))
+        for k in range(5):
+            data = b"\xff\xff\xff\xff" if k in (1, 3) else note(1, k)
+            writer.write(own, stamp(k), data)
+    with Bag(path) as bag:
+        for _ in range(2):
+            assert [m.content.data for m in bag.messages()] == ["note 0", "note 2", "note 4"]
+            (lost,) = bag.left_out
+            assert (lost.topic, lost.messages) == ("/notes", 2)
+        assert bag.topics["/notes"][1] == 5
+
+
+def test_a_bag_that_is_not_open_or_not_there_is_said(tmp_path):
+    with pytest.raises(BagError, match="got nothing"):
+        Bag(tmp_path / "none.bag")
+    with pytest.raises(BagError, match="with statement"):
+        list(Bag(write_bag(tmp_path / "x.bag")).messages())

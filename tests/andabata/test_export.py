@@ -1,0 +1,290 @@
+"""What is exported is all that was recorded, and nothing is written by halves."""
+
+import base64
+import csv
+import json
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer
+
+from andabata.app.cli import main
+from andabata.records.bags import BagError
+from andabata.records.csv_table import LONGEST_ARRAY, LONGEST_BYTES, LONGEST_LIST
+from andabata.records.export import export_bag, file_names, read_bag_cloud
+from andabata.records.messages import Composer
+from andabata.records.topics import POINT_CLOUD, message_types
+from tests.recordings import stamp, write_bag
+from traversability.cloud import PointCloud
+from traversability.formats import ply
+
+COMPOSE, TYPES = Composer(1), message_types(1)
+
+
+def write(path, rows):
+    """Write topic, type and message of each row, a second apart; bytes go as they are."""
+    with Writer(path) as writer:
+        connections = {}
+        for k, (topic, kind, message) in enumerate(rows):
+            if (topic, kind) not in connections:
+                own = writer.add_connection(topic, kind, typestore=TYPES)
+                connections[topic, kind] = own
+            raw = isinstance(message, bytes)
+            data = message if raw else TYPES.serialize_ros1(message, kind)
+            writer.write(connections[topic, kind], stamp(k), data)
+    return path
+
+
+def rows_of(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def transforms(*children):
+    kind = "tf2_msgs/msg/TFMessage"
+    parts = []
+    for k, child in enumerate(children):
+        (one,) = COMPOSE.transform(k, np.array([k, 0.5, 0, 0, 0, 0, 1.0]), kind).transforms
+        one.child_frame_id = child
+        parts.append(one)
+    return ("/tf", kind, COMPOSE.new(kind, transforms=parts))
+
+
+def test_arrays_that_grow_keep_all_their_columns(tmp_path):
+    path = write(tmp_path / "x.bag", [transforms("a"), transforms("a", "b", "c"), transforms()])
+    export_bag(path, tmp_path / "out")
+    rows = rows_of(tmp_path / "out" / "tf.csv")
+    assert [row["transforms.2.child_frame_id"] for row in rows] == ["", "c", ""]
+    assert rows[1]["transforms.2.transform.translation.x"] == "2.0"
+    assert [row["transforms.0.child_frame_id"] for row in rows] == ["a", "a", ""]
+    names = list(rows[0])
+    assert names[0] == "recorded_ns"
+    assert names.index("transforms.1.child_frame_id") > names.index("transforms.0.child_frame_id")
+
+
+def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
+    imu = COMPOSE.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
+    count = COMPOSE.new("std_msgs/msg/UInt64", data=2**64 - 1)
+    rows = [("/imu", "sensor_msgs/msg/Imu", imu), ("/count", "std_msgs/msg/UInt64", count)]
+    export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    (row,) = rows_of(tmp_path / "out" / "imu.csv")
+    assert row["recorded_ns"] == str(stamp(0))
+    assert [row[f"angular_velocity.{axis}"] for axis in "xyz"] == ["nan", "inf", "-inf"]
+    (row,) = rows_of(tmp_path / "out" / "count.csv")
+    assert row == {"recorded_ns": str(stamp(1)), "data": str(2**64 - 1)}
+
+
+def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
+    text = 'a, "b"\nc\r\nß'
+    kind = "std_msgs/msg/String"
+    rows = [("/notes", kind, COMPOSE.new(kind, data=text))]
+    export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    (row,) = rows_of(tmp_path / "out" / "notes.csv")
+    assert row["data"] == text
+
+
+def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
+    pixels = np.arange(LONGEST_BYTES + 1, dtype=np.uint8)
+    image = COMPOSE.new(
+        "sensor_msgs/msg/Image",
+        header=COMPOSE.header(0, "camera"),
+        height=1,
+        width=len(pixels),
+        encoding="mono8",
+        is_bigendian=0,
+        step=len(pixels),
+        data=pixels,
+    )
+    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    kind = "std_msgs/msg/Float32MultiArray"
+    long = np.linspace(0, 1, LONGEST_ARRAY + 1, dtype=np.float32)
+    children = [f"frame_{k}" for k in range(LONGEST_LIST + 1)]
+    rows = [
+        ("/image", "sensor_msgs/msg/Image", image),
+        ("/long", kind, COMPOSE.new(kind, layout=layout, data=long)),
+        transforms(*children),
+    ]
+    found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    (row,) = rows_of(tmp_path / "out" / "image.csv")
+    assert base64.b64decode(row["data"]) == pixels.tobytes()
+    assert len(row) < 15
+    csv.field_size_limit(1 << 24)
+    (row,) = rows_of(tmp_path / "out" / "long.csv")
+    np.testing.assert_array_equal(np.array(json.loads(row["data"]), dtype=np.float32), long)
+    (row,) = rows_of(tmp_path / "out" / "tf.csv")
+    assert [each["child_frame_id"] for each in json.loads(row["transforms"])] == children
+    assert found.notes == (
+        "image.csv: data is written as base64",
+        "long.csv: data is written as a JSON list",
+        "tf.csv: transforms is written as a JSON list",
+    )
+
+
+def test_short_arrays_of_bytes_get_a_column_each(tmp_path):
+    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    kind = "std_msgs/msg/UInt8MultiArray"
+    message = COMPOSE.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
+    export_bag(write(tmp_path / "x.bag", [("/b", kind, message)]), tmp_path / "out")
+    (row,) = rows_of(tmp_path / "out" / "b.csv")
+    assert [int(row[f"data.{k}"]) for k in range(LONGEST_BYTES)] == list(range(LONGEST_BYTES))
+
+
+def test_no_two_topics_share_a_file():
+    streams = [
+        ("/a/b", "x"),
+        ("/a_b", "x"),
+        ("/a_b_2", "x"),
+        ("/A_b", "x"),
+        ("/a/b", "y"),
+        ("~", "x"),
+    ]
+    names = file_names(streams)
+    assert len({name.lower() for name in names.values()}) == len(streams)
+    assert names["/a/b", "x"] == "A_b_2" or names["/a/b", "x"].startswith("a_b")
+    assert file_names([("/../../etc", "x")])["/../../etc", "x"].count("/") == 0
+
+
+def test_topics_whose_names_collide_are_both_written(tmp_path):
+    kind = "std_msgs/msg/String"
+    rows = [(topic, kind, COMPOSE.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
+    found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    assert {rows_of(path)[0]["data"] for path in found.files} == {"/a/b", "/a_b"}
+
+
+def test_two_types_of_one_topic_have_files_of_their_own(tmp_path):
+    rows = [
+        ("/x", "std_msgs/msg/String", COMPOSE.new("std_msgs/msg/String", data="a")),
+        ("/x", "std_msgs/msg/Int8", COMPOSE.new("std_msgs/msg/Int8", data=3)),
+    ]
+    found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    assert sorted(rows_of(path)[0]["data"] for path in found.files) == ["3", "a"]
+
+
+def cloud(big=False, count=5, bad=False):
+    """Return a lidar's cloud with fields of many types, padding, and a point without a return."""
+    order = ">" if big else "<"
+    fields = [
+        ("x", 7, 0), ("y", 7, 4), ("z", 7, 8), ("intensity", 7, 16),
+        ("t", 6, 20), ("ring", 4, 24), ("label", 2, 26), ("time stamp", 8, 32),
+    ]  # fmt: skip
+    kinds = {2: "u1", 4: "u2", 6: "u4", 7: "f4", 8: "f8"}
+    step = 44
+    data = np.zeros((count, step), np.uint8)
+    columns = {}
+    for name, kind, offset in fields:
+        dtype = np.dtype(order + kinds[kind])
+        values = (np.arange(count) * 7 + offset).astype(dtype)
+        if name == "x" and count:
+            values[1] = np.nan
+        columns[name] = values
+        data[:, offset : offset + dtype.itemsize] = values.view(np.uint8).reshape(
+            count, dtype.itemsize
+        )
+    return columns, COMPOSE.new(
+        POINT_CLOUD,
+        header=COMPOSE.header(0, "velodyne"),
+        height=1,
+        width=count + 3 * bad,
+        fields=[
+            COMPOSE.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=k, count=1)
+            for n, k, o in fields
+        ],
+        is_bigendian=big,
+        point_step=step,
+        row_step=step * count,
+        data=data.ravel(),
+        is_dense=False,
+    )
+
+
+@pytest.mark.parametrize("big", [False, True])
+def test_clouds_keep_every_field_of_every_point(tmp_path, big):
+    columns, message = cloud(big)
+    (path,) = export_bag(
+        write(tmp_path / "x.bag", [("/points", POINT_CLOUD, message)]), tmp_path / "out"
+    ).files
+    found = ply.parse(path.read_bytes())
+    assert list(found) == [name.replace(" ", "_") for name in columns]
+    for name, values in columns.items():
+        own = found[name.replace(" ", "_")]
+        np.testing.assert_array_equal(own, values)
+        assert own.dtype == values.dtype.newbyteorder("<")
+
+
+def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):
+    rows = [
+        ("/points", POINT_CLOUD, cloud(count=0)[1]),
+        ("/points", POINT_CLOUD, cloud(bad=True)[1]),
+        ("/points", POINT_CLOUD, cloud(bad=True)[1]),
+        ("/points", POINT_CLOUD, cloud()[1]),
+    ]
+    found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    # A file's number is the cloud's place among its topic's.
+    assert [path.name for path in found.files] == ["points_00000.ply", "points_00003.ply"]
+    ((topic, count),) = {(each.topic, each.messages) for each in found.left_out}
+    assert (topic, count) == ("/points", 2)
+
+
+def unreadable(path):
+    """A topic without definition and one message that is cut short, beside whole ones."""
+    kind = "std_msgs/msg/String"
+    data = bytes(TYPES.serialize_ros1(COMPOSE.new(kind, data="hello"), kind))
+    with Writer(path) as writer:
+        good = writer.add_connection("/good", kind, typestore=TYPES)
+        bad = writer.add_connection("/bad", "my_msgs/msg/X", msgdef="", md5sum="0" * 32)
+        for k in range(4):
+            writer.write(good, stamp(k), data[:-2] if k == 1 else data)
+            writer.write(bad, stamp(k), b"\0")
+    return path
+
+
+def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path, capsys):
+    path = unreadable(tmp_path / "x.bag")
+    words = ["bag", "export", str(path), "--out", str(tmp_path / "out")]
+    assert main(words) == 3
+    text = capsys.readouterr().out
+    assert "/bad: 4 messages left out: expected a message definition" in text
+    assert "/good: 1 messages left out: expected a std_msgs/msg/String" in text
+    assert main([*words, "--json"]) == 3
+    data = json.loads(capsys.readouterr().out)
+    assert {row["topic"]: row["messages"] for row in data["left_out"]} == {"/bad": 4, "/good": 1}
+    assert len(rows_of(tmp_path / "out" / "good.csv")) == 3
+    # What nobody asked for is not missed.
+    assert main([*words, "--topic", "/bad"]) == 3
+    assert main(["bag", "export", str(write_bag(tmp_path / "y.bag")), "--out", str(tmp_path)]) == 0
+
+
+def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
+    path = write_bag(tmp_path / "x.bag")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "notes.csv").write_text("old")
+
+    def stop():
+        raise KeyboardInterrupt
+
+    for folder in (out, tmp_path / "new"):
+        with pytest.raises(KeyboardInterrupt):
+            export_bag(path, folder, on_message=stop)
+    with pytest.raises(BagError, match="--topic: expected some of /notes, got /nix"):
+        export_bag(path, tmp_path / "new", ("/nix",))
+    assert [each.name for each in out.iterdir()] == ["notes.csv"]
+    assert (out / "notes.csv").read_text() == "old"
+    assert not (tmp_path / "new").exists()
+    export_bag(path, out)
+    assert len(rows_of(out / "notes.csv")) == 10
+
+
+def test_clouds_are_counted_from_both_ends(tmp_path):
+    rows = []
+    for k in range(4):
+        message = COMPOSE.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))
+        if k == 2:  # Its bytes end too early.
+            message = bytes(TYPES.serialize_ros1(message, POINT_CLOUD))[:-5]
+        rows.append(("/points", POINT_CLOUD, message))
+    path = write(tmp_path / "x.bag", rows)
+    for number, value in ((0, 0), (1, 1), (2, 3), (-1, 3), (-2, 1), (-3, 0)):
+        assert read_bag_cloud(path, None, number).points[0, 0] == value
+    for number in (3, -4):
+        with pytest.raises(BagError, match="--number: expected one of the"):
+            read_bag_cloud(path, None, number)

@@ -1,0 +1,145 @@
+"""ROS 2 recordings are read with and without their metadata, split and compressed."""
+
+import pytest
+import zstandard
+
+from andabata.records.bags import Bag, BagError
+from andabata.records.containers.opening import is_recording
+from tests.recordings import note, stamp, write_bag, write_db3, write_mcap
+
+
+def notes_of(path, damaged=False):
+    with Bag(path, damaged) as bag:
+        return [message.content.data for message in bag.messages()]
+
+
+EVERY = [f"note {k}" for k in range(10)]
+
+
+@pytest.mark.parametrize("suffix", ["db3", "mcap"])
+def test_a_folder_without_metadata_is_read_from_its_files(tmp_path, suffix):
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    (write_db3 if suffix == "db3" else write_mcap)(folder / f"drive_0.{suffix}")
+    with Bag(folder) as bag:
+        assert bag.topics["/notes"] == ("std_msgs/msg/String", 10)
+        assert "metadata.yaml" in bag.notes[0]
+    assert notes_of(folder) == EVERY
+
+
+def test_split_files_are_read_in_their_order_and_one_publisher_is_one(tmp_path):
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    for part in range(12):
+        write_db3(folder / f"drive_{part}.db3", 2, first=2 * part)
+    with Bag(folder) as bag:
+        assert len(bag.connections) == 1
+        assert bag.connections[0].latching
+        found = [(m.stamp_ns, m.content.data) for m in bag.messages()]
+    assert found == [(stamp(k), f"note {k}") for k in range(24)]
+
+
+@pytest.mark.parametrize("suffix", ["db3", "mcap"])
+def test_files_packed_by_zstd_are_read_in_a_folder_and_alone(tmp_path, suffix):
+    plain = (write_db3 if suffix == "db3" else write_mcap)(tmp_path / f"x.{suffix}")
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    packed = folder / f"x_0.{suffix}.zstd"
+    packed.write_bytes(zstandard.compress(plain.read_bytes()))
+    assert notes_of(packed) == EVERY
+    assert notes_of(folder) == EVERY
+    assert is_recording(packed)
+
+
+def test_messages_packed_one_by_one_are_read(tmp_path):
+    path = write_db3(tmp_path / "x.db3", data=lambda k: zstandard.compress(note(2, k)))
+    assert notes_of(path) == EVERY
+
+
+def test_a_file_that_metadata_lists_and_nobody_has_is_said(tmp_path):
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    write_db3(folder / "drive_0.db3")
+    (folder / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information:\n  relative_file_paths: [drive_0.db3, drive_1.db3]\n"
+    )
+    with pytest.raises(BagError, match=r"drive_1\.db3"), Bag(folder):
+        pass
+    assert notes_of(folder, damaged=True) == EVERY
+
+
+def test_metadata_that_tells_other_counts_is_said(tmp_path):
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    write_db3(folder / "drive_0.db3")
+    (folder / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information:\n  relative_file_paths: [drive_0.db3]\n"
+        "  topics_with_message_count:\n"
+        "  - {topic_metadata: {name: /notes}, message_count: 12}\n"
+    )
+    with Bag(folder) as bag:
+        assert "tells of 12 messages, the file holds 10" in bag.notes[0]
+    (folder / "metadata.yaml").write_text("{rosbag2_bagfile")
+    with Bag(folder) as bag:
+        assert "damaged" in bag.notes[0]
+        assert bag.topics["/notes"][1] == 10
+
+
+def test_one_file_that_is_no_recording_costs_itself_alone(tmp_path):
+    folder = tmp_path / "drive"
+    folder.mkdir()
+    write_db3(folder / "drive_0.db3")
+    (folder / "drive_1.db3").write_bytes(b"")
+    assert notes_of(folder, damaged=True) == EVERY
+
+
+def test_a_folder_without_a_recording_is_said(tmp_path):
+    with pytest.raises(BagError, match=r"\.db3 or \.mcap files, got none"), Bag(tmp_path):
+        pass
+
+
+def test_recordings_are_told_by_their_content(tmp_path):
+    names = {
+        write_bag(tmp_path / "a.bag"): "a.bag.active",
+        write_mcap(tmp_path / "b.mcap"): "b.bin",
+        write_db3(tmp_path / "c.db3"): "c",
+    }
+    for path, name in names.items():
+        other = path.rename(tmp_path / name)
+        assert is_recording(other)
+        assert notes_of(other) == EVERY
+    (tmp_path / "cloud.ply").write_bytes(b"ply\n")
+    assert not is_recording(tmp_path / "cloud.ply")
+
+
+@pytest.mark.parametrize("name", ["x.bag.active", "x.db3", "x.mcap.zstd", "folder"])
+def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name):
+    import json
+
+    import numpy as np
+
+    from andabata.app.cli import main
+    from andabata.records import topics
+    from andabata.records.bags import open_writer
+    from andabata.records.messages import Composer
+    from traversability.cloud import PointCloud
+
+    monkeypatch.chdir(tmp_path)
+    points = np.random.default_rng(0).uniform(-8, 8, (3000, 3)).astype(np.float32)
+    points[:, 2] = -0.72
+    suffix = {"x.bag.active": ".bag", "x.mcap.zstd": ".mcap"}.get(name, ".db3")
+    ros = 1 if suffix == ".bag" else 2
+    made = tmp_path / f"made{suffix}"
+    writer, compose = open_writer(made), Composer(ros)
+    cloud = compose.cloud(0.0, PointCloud(points, "velodyne"))
+    writer.write(topics.CLOUD, compose.stamp_ns(0.0), cloud)
+    writer.close()
+    path = tmp_path / name
+    if name == "x.mcap.zstd":
+        path.write_bytes(zstandard.compress(made.read_bytes()))
+    else:
+        (next(made.glob("*.db3")) if name == "x.db3" else made).rename(path)
+    if name == "folder":
+        (path / "metadata.yaml").unlink()
+    assert main(["scan", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["points"] == len(points)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from andabata.records.bags import Bag, BagError
-from andabata.records.messages import cloud_of
+from andabata.records.point_cloud2 import cloud_of
 from andabata.records.storage import write_atomically
 from andabata.records.topics import POINT_CLOUD, RosMessage
 from traversability.cloud import PointCloud

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-COLUMNS: Mapping[str, type[np.generic]] = MappingProxyType(
+COLUMNS: Mapping[str, type[Any]] = MappingProxyType(
     {
         "stamps": np.float64,
         "classes": np.integer,
@@ -152,4 +152,4 @@ def joined(parts: Sequence[PointCloud]) -> PointCloud:
         known = [column for part in parts if (column := getattr(part, name)) is not None]
         columns[name] = np.concatenate(known) if len(known) == len(parts) else None
     points = np.concatenate([part.points for part in parts])
-    return PointCloud(points, parts[0].frame, origin=parts[0].origin, **columns)  # type: ignore[arg-type]
+    return PointCloud(points, parts[0].frame, origin=parts[0].origin, **columns)

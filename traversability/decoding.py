@@ -146,7 +146,7 @@ def _precision(coordinates: NDArray[np.float64]) -> list[str]:
     return [f"points lie up to {reach / 1000:.4g} km apart: the farthest are kept to {step:.2g} m"]
 
 
-def _label(values: NDArray[Any], kind: type[np.generic]) -> NDArray[Any] | None:
+def _label(values: NDArray[Any], kind: type[Any]) -> NDArray[Any] | None:
     """Return labels in the type of a column, the smallest that holds them all, or None."""
     if kind is not np.integer:
         with np.errstate(over="ignore", invalid="ignore"):

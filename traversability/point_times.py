@@ -26,9 +26,12 @@ _EPOCH = (9e8, 4.2e9)  # Years 1998 to 2103, in seconds since 1970.
 _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 
 _NAMES = frozenset(
-    "t ts dt time times stamp stamps timestamp timestamps offsettime timeoffset relativetime "
-    "reltime timerel pointtime pointtimestamp pointtimeoffset deltat deltatime timedelta toffset "
-    "firingtime gpstime".split()
+    (
+        *("t", "ts", "dt", "time", "times", "stamp", "stamps", "timestamp", "timestamps"),
+        *("offsettime", "timeoffset", "toffset", "relativetime", "reltime", "timerel"),
+        *("deltat", "deltatime", "timedelta", "pointtime", "pointtimestamp", "pointtimeoffset"),
+        *("firingtime", "gpstime"),
+    )
 )
 _SUFFIX = re.compile(
     r"[_ ]?(ns|nsec|nsecs|nanoseconds|us|usec|usecs|microseconds|ms|msec|msecs|milliseconds|"

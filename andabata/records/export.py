@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from andabata.records.bags import Bag, BagError
-from andabata.records.point_cloud2 import cloud_of
+from andabata.records.point_cloud2 import cloud_of, decode_point_cloud2
 from andabata.records.storage import write_atomically
 from andabata.records.topics import POINT_CLOUD, RosMessage
 from traversability.cloud import PointCloud
+from traversability.decoding import DecodedCloud
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
-    """Return one cloud of a recording.
+    """Return one cloud of a recording; see ``decode_bag_cloud``, which tells how it was read."""
+    return decode_bag_cloud(path, topic, number).cloud
+
+
+def decode_bag_cloud(path: Path, topic: str | None, number: int = 0) -> DecodedCloud:
+    """Return one cloud of a recording, and how it was read.
 
     Args:
         path: The recording.
@@ -35,7 +41,7 @@ def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud
         place = number if number >= 0 else clouds[topic] + number
         for k, message in enumerate(bag.messages((topic,))):
             if k == place:
-                return cloud_of(message.content)
+                return decode_point_cloud2(message.content)
     raise BagError(f"--number: expected one of the {clouds[topic]} clouds of {topic}, got {number}")
 
 

@@ -24,7 +24,7 @@ class PointCloudError(ValueError):
 def cloud_of(
     message: RosMessage, frame: str | None = None, stamp: float | None = None
 ) -> PointCloud:
-    """Return the points of a PointCloud2; see ``decode_point_cloud2``, which tells what was done."""
+    """Return the points of a PointCloud2; ``decode_point_cloud2`` tells what was done, too."""
     return decode_point_cloud2(message, frame, stamp).cloud
 
 

@@ -140,7 +140,7 @@ def _difference(words: NDArray[np.floating], width: int) -> float:
     """
     rows = words[: len(words) // width * width].reshape(-1, width)
     void = _void(rows)
-    empty = void.all(axis=0)
+    empty: NDArray[np.bool_] = np.asarray(void.all(axis=0))
     if empty[:3].all():
         return 0.0
     column = np.broadcast_to(np.arange(width), rows.shape)

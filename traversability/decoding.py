@@ -93,7 +93,8 @@ def decode_columns(
     """
     coordinates, remarks = _coordinates(table)
     real = are_returns(coordinates, frame)
-    others = {n: c[real] for n, c in table.items() if n not in COORDINATES}
+    numbers = {n: c for n, c in table.items() if n not in COORDINATES and c.dtype.kind in "biuf"}
+    others = {name: column[real] for name, column in numbers.items()}
     remarks += _precision(coordinates[real])
     columns: dict[str, NDArray[Any]] = {}
     if times:

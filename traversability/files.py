@@ -16,6 +16,8 @@ from traversability.formats.table import COORDINATES, Columns, record_columns
 
 _FORMAT = "andabata-cloud"
 _OTHERS = "others/"
+_STORED = {"bool": np.uint8, "float16": np.float32}  # Types that other formats do not have.
+_LONG, _EXACT = ("int64", "uint64"), 2.0**53
 _MAX_BYTES = 1 << 30
 _READERS = {".ply": ply.parse, ".pcd": pcd.parse, ".vtk": vtk.parse}
 _LAS = (".las", ".laz")
@@ -120,8 +122,17 @@ def cloud_to_bytes(
     far = bool(cloud.origin.any())
     places = cloud.coordinates() if far else cloud.points
     table: Columns = {name: places[:, k] for k, name in enumerate(COORDINATES)}
-    for name, column in (columns | {n: c for n, c in others.items() if n not in columns}).items():
-        table[name] = column.astype(np.uint8) if column.dtype == np.bool_ else column
+    table |= columns | {
+        name: column
+        for name, column in others.items()
+        if name not in table and name not in columns and _held(kind, name, column)
+    }
+    table = {
+        name: column.astype(_STORED.get(column.dtype.name, column.dtype))
+        for name, column in table.items()
+    }
+    if kind == "ply":
+        table = {n: c.astype(np.float64) if c.dtype.name in _LONG else c for n, c in table.items()}
     match kind:
         case "ply":
             return ply.render(table)
@@ -134,10 +145,20 @@ def cloud_to_bytes(
 
 def left_out_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
     """Return the names of what a kind of file cannot hold of a cloud."""
-    if kind != "bin":
+    if kind == "bin":
+        known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]
+        return (*known, *(name for name in decoded.others if name != "intensity"))
+    if kind == "npz":
         return ()
-    known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]
-    return (*known, *(name for name in decoded.others if name != "intensity"))
+    return tuple(name for name, col in decoded.others.items() if not _held(kind, name, col))
+
+
+def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
+    """Return whether a kind of file holds a column: PLY has no integers of 64 bits."""
+    if len(name.split()) != 1 or not name.isascii():
+        return False
+    long = kind == "ply" and column.dtype.name in _LONG and len(column) > 0
+    return not long or bool(np.abs(column.astype(np.float64)).max() <= _EXACT)
 
 
 def kitti_labels(cloud: PointCloud) -> bytes:

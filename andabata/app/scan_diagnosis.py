@@ -27,7 +27,8 @@ def diagnose(scanned: Scanned, config: ScanConfig) -> list[str]:
         found += _own_body_remarks(scanned, config)
         if scanned.ground is None:
             found.append("too few points within 5 m to see the ground; is it the right cloud?")
-    if np.isnan(scanned.scan.ranges).mean() > 0.5:
+    unknown = np.isnan(scanned.scan.ranges)
+    if unknown.mean() > 0.5 and not unknown.all():
         found.append("most sectors hold no judged cell: their ranges are unknown, not free")
     return found
 

@@ -1,6 +1,7 @@
 """LAS and LAZ through laspy, which comes with the extra ``las``."""
 
 import io
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,13 @@ _STEPS = 2.0**31 - 2
 _DIMENSIONS = {"gps_time": "stamps", "classification": "classes"}
 """LAS's own names of what we call otherwise."""
 
-_PLAIN_CLASSES, _BYTE_CLASSES = 31, 255
+_OWN_NAMES = {ours: name for name, ours in _DIMENSIONS.items()}
+_LONGEST_NAME = 32
+
+_COLOURS, _WIDE = ("red", "green", "blue"), ("scanner_channel", "scan_angle", "overlap")
+"""Dimensions of the later point formats."""
+
+_PLAIN_CLASSES = 31
 
 
 def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
@@ -59,36 +66,62 @@ def render(columns: Columns, packed: bool, spacing: NDArray[np.float64] | None =
     import laspy
 
     coordinates = np.stack([columns[name].astype(np.float64) for name in COORDINATES])
-    scales, offsets = _spacing(coordinates) if spacing is None else spacing
-    classes = columns.get("classes")
-    most = 0 if classes is None or not len(classes) else int(classes.max())
-    least = 0 if classes is None or not len(classes) else int(classes.min())
-    own_classes = least >= 0 and most <= _BYTE_CLASSES
-    wide = most > _PLAIN_CLASSES
-    header = laspy.LasHeader(point_format=6 if wide else 1, version="1.4" if wide else "1.2")
-    header.scales, header.offsets = scales, offsets
-    written = {"stamps": "gps_time"} | ({"classes": "classification"} if own_classes else {})
-    own = set(header.point_format.dimension_names)
+    header = laspy.LasHeader(point_format=_point_format(columns), version="1.4")
+    header.scales, header.offsets = _spacing(coordinates, spacing)
     cloud = laspy.LasData(header)
-    extra = {n: c for n, c in columns.items() if n not in (*COORDINATES, *written) and n not in own}
-    cloud.add_extra_dims(
-        [laspy.ExtraBytesParams(name=n[:32], type=c.dtype) for n, c in extra.items()]
-    )
-    cloud.x, cloud.y, cloud.z = coordinates
+    names = {}
     for name, column in columns.items():
-        if name not in COORDINATES:
-            cloud[written.get(name, name)[:32]] = column
+        if name in COORDINATES:
+            continue
+        own = _OWN_NAMES.get(name, name)
+        known = own in header.point_format.dimension_names
+        limits = header.point_format.dimension_by_name(own) if known else None
+        if limits is not None and not _fits(column, limits.min, limits.max, limits.kind.name):
+            own = name if name != own else f"{name}_value"
+            known = False
+        names[name] = own[:_LONGEST_NAME]
+        if not known:
+            cloud.add_extra_dim(laspy.ExtraBytesParams(name=names[name], type=column.dtype))
+    cloud.x, cloud.y, cloud.z = coordinates
+    for name, own in names.items():
+        cloud[own] = columns[name]
     stream = io.BytesIO()
     cloud.write(stream, do_compress=packed)
     return stream.getvalue()
 
 
-def _spacing(coordinates: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _point_format(columns: Columns) -> int:
+    """Return the number of the oldest point format that has room for the columns."""
+    classes = columns.get("classes")
+    if any(name in columns for name in _COLOURS):
+        return 7
+    if any(name in columns for name in _WIDE):
+        return 6
+    return 6 if classes is not None and len(classes) and classes.max() > _PLAIN_CLASSES else 1
+
+
+def _fits(column: NDArray[Any], low: float, high: float, kind: str) -> bool:
+    """Return whether a dimension of LAS holds numbers as they are."""
+    if kind == "FloatingPoint" or not len(column):
+        return True
+    whole = column.dtype.kind in "iub" or bool((column % 1 == 0).all())
+    return whole and bool(column.min() >= low and column.max() <= high)
+
+
+def _spacing(
+    coordinates: NDArray[np.float64], given: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return step and zero that hold coordinates, shape (3, n), in 32 bits [m]."""
     if not coordinates.size:
         return np.full(3, _FINE), np.zeros(3)
     low, high = coordinates.min(axis=1), coordinates.max(axis=1)
+    if given is not None:
+        ends = (np.stack([low, high]) - given[1]) / given[0]
+        if np.abs(ends).max() <= _STEPS:
+            return given[0], given[1]
     reach = np.maximum(np.abs(low), np.abs(high))
     offsets = np.where(reach / _FINE > _STEPS, np.floor((low + high) / 2), 0.0)
     widest = np.maximum(np.abs(low - offsets), np.abs(high - offsets))
-    return np.maximum(_FINE, np.exp2(np.ceil(np.log2(np.maximum(widest / _STEPS, 1e-9))))), offsets
+    # A power of two, where a tenth of a millimetre is too fine for 32 bits.
+    steps = np.exp2(np.ceil(np.log2(np.maximum(widest / _STEPS, 1e-9))))
+    return np.where(widest / _FINE <= _STEPS, _FINE, steps), offsets

@@ -165,4 +165,6 @@ def _label(values: NDArray[Any], kind: type[Any]) -> NDArray[Any] | None:
 
 def _span(values: NDArray[Any]) -> str:
     """Return the type and the limits of numbers in words."""
-    return f"{values.dtype.name} from {np.nanmin(values):.6g} to {np.nanmax(values):.6g}"
+    known = values[np.isfinite(values)]
+    limits = f"from {known.min():.6g} to {known.max():.6g}" if len(known) else "that are not finite"
+    return f"{values.dtype.name} {limits}"

@@ -33,6 +33,7 @@ _NAMES = frozenset(
         *("firingtime", "gpstime"),
     )
 )
+_SECONDS = ("stamps", "gpstime")  # Columns of files, ours and LAS's, that are always seconds.
 _SUFFIX = re.compile(
     r"[_ ]?(ns|nsec|nsecs|nanoseconds|us|usec|usecs|microseconds|ms|msec|msecs|milliseconds|"
     r"s|sec|secs|seconds)$"
@@ -87,8 +88,8 @@ def read_point_times(
         known, unit = time_unit_of(name)
         if not known or not len(values):
             continue
-        if header is None and name == "stamps" and values.dtype.kind == "f":
-            return PointTimes(values.astype(np.float64), name)  # Our own column: seconds.
+        if header is None and _plain(name) in _SECONDS and values.dtype.kind == "f":
+            return PointTimes(values.astype(np.float64), name)
         seconds, remark = _seconds(values, unit, header)
         remarks += [f"field {name}: {remark}"] if remark else []
         if seconds is not None:
@@ -125,7 +126,8 @@ def _seconds(
         return numbers * _UNITS[usual], said
     return None, (
         f"expected point times that span 1 ms to {longest:g} s in s, ms, us or ns, got "
-        f"{low:.10g} to {high:.10g} of {values.dtype.name}; not used"
+        f"{low:.10g} {'for all' if low == high else f'to {high:.10g}'} of {values.dtype.name}; "
+        "not used"
     )
 
 
@@ -136,7 +138,9 @@ def _fits(low: float, high: float, name: str, usual: str, longest: float, sure: 
         return _SHORTEST_UNUSUAL <= span < longest
     # Less than a millisecond of seconds is a small piece of a scan, of whole nanoseconds a counter.
     short = 0.0 if sure or usual == "seconds" else _SHORTEST
-    return short <= span <= longest or (low == high and abs(low) * _UNITS[name] <= longest)
+    if low == high:
+        return abs(low) * _UNITS[name] <= longest
+    return short <= span <= longest
 
 
 def _since_epoch(

@@ -1,5 +1,6 @@
 """Clouds in and out of files."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,27 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.cloud import COLUMNS, PointCloud
-from traversability.formats import las, pcd, ply, vtk
+from traversability.cloud import COLUMNS, PointCloud, are_returns
+from traversability.decoding import DecodedCloud, Labelling, decode_columns
+from traversability.formats import bare_floats, las, pcd, ply, vtk
 from traversability.formats.error import FormatError
-from traversability.formats.table import Columns, coordinates, record_columns
+from traversability.formats.table import COORDINATES, Columns, record_columns
 
 _FORMAT = "andabata-cloud"
+_OTHERS = "others/"
+_STORED = {"bool": np.uint8, "float16": np.float32}  # Types that other formats do not have.
+_LONG, _EXACT = ("int64", "uint64"), 2.0**53
 _MAX_BYTES = 1 << 30
-_READERS = {
-    ".ply": ply.parse,
-    ".pcd": pcd.parse,
-    ".vtk": vtk.parse,
-    ".las": las.parse,
-    ".laz": las.parse,
-}
-_NAMES = {
-    "stamps": ("stamps", "time", "timestamp", "t"),
-    "classes": ("classes", "class", "label"),
-    "nontraversable": ("nontraversable",),
-    "severity": ("severity",),
-    "forbidden": ("forbidden",),
-}
+_READERS = {".ply": ply.parse, ".pcd": pcd.parse, ".vtk": vtk.parse}
+_LAS = (".las", ".laz")
+_KINDS = (".npz", *_READERS, *_LAS, ".bin")
+_NUSCENES_COLUMNS, _KITTI_COLUMNS = 5, 4
 
 KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)
 """SemanticKITTI's classes that a robot may drive on: road, parking, sidewalk, other ground, lane
@@ -40,147 +35,255 @@ class CloudFileError(ValueError):
     """A file that is not a point cloud that can be used."""
 
 
-def read_cloud(path: Path) -> PointCloud:
-    """Return the cloud of a file: npz, ply, pcd, vtk, las, laz or bin (KITTI).
+def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
+    """Return the cloud of a file; see ``decode_cloud_file``, which tells how it was read."""
+    return decode_cloud_file(path, columns).cloud
+
+
+def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
+    """Return the cloud of a file: npz, ply, pcd, vtk, las, laz or bin (KITTI, nuScenes).
 
     Points that are not finite, or lie in a foreign sensor's origin, are no-returns of organised
-    clouds and are left out. Clouds of other programs keep their coordinates; their frame is called
-    ``sensor``. Stamps and labels are kept where the file has them; integer stamps are taken for
-    nanoseconds. Beside ``velodyne/NAME.bin`` the labels are in ``labels/NAME.label``.
+    clouds and are left out. Clouds of other programs keep their coordinates, far ones as an
+    ``origin`` and what is beyond it; their frame is called ``sensor``. Stamps and labels are kept
+    where the file has them. Beside ``velodyne/NAME.bin`` the labels are in ``labels/NAME.label``.
 
     Args:
         path: The file.
+        columns: Numbers of a point of a bin file; None tells them by content.
 
     Raises:
         CloudFileError: If the file is empty, damaged, of an unknown kind, or has no finite point.
         OSError: If it cannot be read.
     """
     suffix = path.suffix.lower()
-    if suffix not in (".npz", ".bin", *_READERS):
-        known = ", ".join(kind[1:] for kind in (".npz", *_READERS, ".bin"))
+    if suffix not in _KINDS:
+        known = ", ".join(kind[1:] for kind in _KINDS)
         raise CloudFileError(f"{path}: expected a file of kind {known}, got {path.suffix!r}")
+    if columns is not None and suffix != ".bin":
+        raise CloudFileError(f"--columns: expected with bin files only, got {path.name}")
     data = path.read_bytes()
     if not data:
         raise CloudFileError(f"{path}: expected a point cloud, got an empty file")
     try:
-        if suffix == ".npz":
-            cloud = _from_npz(data)
-        elif suffix == ".bin":
-            cloud = _from_kitti(data, path)
-        else:
-            cloud = _from_columns(_READERS[suffix](data))
+        decoded = _decode(data, suffix, path, columns)
     except (FormatError, ArrayFileError, ValueError) as error:
-        raise CloudFileError(f"{path}: {str(error).splitlines()[0]}; is the file whole?") from error
-    real = np.asarray(np.isfinite(cloud.points).all(axis=1))
-    if cloud.frame == "sensor":
-        real &= (cloud.points != 0).any(axis=1)
-    if not real.any():
+        text = str(error).splitlines()[0]
+        # A text with a semicolon has said already what to do next.
+        hint = "" if ";" in text else "; is the file whole?"
+        raise CloudFileError(f"{path}: {text}{hint}") from error
+    if not len(decoded.cloud):
         raise CloudFileError(
-            f"{path}: expected finite points, got none among {len(real)}; check the recording"
+            f"{path}: expected finite points, got none among {decoded.no_returns}; check the "
+            "recording"
         )
-    return cloud if real.all() else cloud.select(real)
+    return decoded
 
 
-def cloud_to_bytes(cloud: PointCloud, kind: str = "npz") -> bytes:
+def _decode(data: bytes, suffix: str, path: Path, columns: int | None) -> DecodedCloud:
+    """Return the cloud of a file's bytes."""
+    if suffix == ".npz":
+        return _from_npz(data)
+    if suffix == ".bin":
+        return _from_bare_floats(data, path, columns)
+    if suffix in _LAS:
+        table, spacing = las.parse(data)
+        return replace(decode_columns(table), spacing=spacing)
+    return decode_columns(_READERS[suffix](data))
+
+
+def cloud_to_bytes(
+    cloud: PointCloud,
+    kind: str = "npz",
+    others: Columns | None = None,
+    spacing: NDArray[np.float64] | None = None,
+) -> bytes:
     """Return a cloud's file; equal clouds give equal bytes.
 
     Args:
         cloud: What to write.
         kind: npz, ply, pcd, las, laz or bin; ``kitti_labels`` gives the labels beside the last.
+        others: Other numbers of each point by name; bin has room for ``intensity`` alone.
+        spacing: Step and zero of the coordinates of a LAS file [m], shape (2, 3); None chooses.
 
     Raises:
-        CloudFileError: If the kind is unknown.
+        CloudFileError: If the kind is unknown, or cannot hold the coordinates.
     """
     columns = {name: col for name in COLUMNS if (col := getattr(cloud, name)) is not None}
+    others = others or {}
     if kind == "npz":
-        header = {"format": _FORMAT, "version": 1, "frame": cloud.frame}
-        return pack({"points": cloud.points, **columns}, header)
+        header: dict[str, Any] = {"format": _FORMAT, "version": 1, "frame": cloud.frame}
+        if cloud.origin.any():
+            header["origin"] = cloud.origin.tolist()
+        beside = {_OTHERS + name: column for name, column in others.items()}
+        return pack({"points": cloud.points, **columns, **beside}, header)
     if kind == "bin":
-        return np.column_stack([cloud.points, np.zeros(len(cloud), np.float32)]).tobytes()
-    table: Columns = {name: cloud.points[:, k] for k, name in enumerate("xyz")}
-    table |= {
-        name: col.astype(np.uint8) if col.dtype == np.bool_ else col
-        for name, col in columns.items()
+        return _to_bin(cloud, others.get("intensity"))
+    far = bool(cloud.origin.any())
+    places = cloud.coordinates() if far else cloud.points
+    table: Columns = {name: places[:, k] for k, name in enumerate(COORDINATES)}
+    table |= columns | {
+        name: column
+        for name, column in others.items()
+        if name not in table and name not in columns and _held(kind, name, column)
     }
+    table = {
+        name: column.astype(_STORED.get(column.dtype.name, column.dtype))
+        for name, column in table.items()
+    }
+    if kind == "ply":
+        table = {n: c.astype(np.float64) if c.dtype.name in _LONG else c for n, c in table.items()}
     match kind:
         case "ply":
             return ply.render(table)
         case "pcd":
             return pcd.render(table)
         case "las" | "laz":
-            return las.render(table, kind == "laz")
+            return las.render(table, kind == "laz", spacing)
     raise CloudFileError(f"kind: expected npz, ply, pcd, las, laz or bin, got {kind!r}")
+
+
+def left_out_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
+    """Return the names of what a kind of file cannot hold of a cloud."""
+    if kind == "bin":
+        known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]
+        return (*known, *(name for name in decoded.others if name != "intensity"))
+    if kind == "npz":
+        return ()
+    return tuple(name for name, col in decoded.others.items() if not _held(kind, name, col))
+
+
+def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
+    """Return whether a kind of file holds a column: PLY has no integers of 64 bits."""
+    if len(name.split()) != 1 or not name.isascii():
+        return False
+    long = kind == "ply" and column.dtype.name in _LONG and len(column) > 0
+    return not long or bool(np.abs(column.astype(np.float64)).max() <= _EXACT)
 
 
 def kitti_labels(cloud: PointCloud) -> bytes:
     """Return the label file beside a KITTI file: uint32, the class in the lower half.
 
     Raises:
-        ValueError: If the cloud has no classes.
+        ValueError: If the cloud has no classes, or some that do not fit.
     """
     if cloud.classes is None:
         raise ValueError("classes: expected labelled points, got none")
-    return cloud.classes.astype("<u4").tobytes()
+    instances = np.zeros(len(cloud), np.int64) if cloud.instances is None else cloud.instances
+    for name, column in (("classes", cloud.classes), ("instances", instances)):
+        if len(column) and (column.min() < 0 or column.max() > 0xFFFF):
+            raise ValueError(
+                f"{name}: expected 0 to 65535 in a label file, got {column.min()} to {column.max()}"
+            )
+    return (cloud.classes.astype("<u4") | instances.astype("<u4") << 16).tobytes()
 
 
-def _from_npz(data: bytes) -> PointCloud:
-    """Return our own cloud, or the first structured array with x, y, z, or the first (n, 3)."""
+def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
+    """Return KITTI's rows, x, y, z and intensity as float32."""
+    if cloud.origin.any():
+        x, y, _ = cloud.origin
+        raise CloudFileError(
+            f"kind: expected a file that holds coordinates near {x:.0f}, {y:.0f} m, got bin, whose "
+            "float32 does not to a millimetre; write npz, ply, pcd or las"
+        )
+    fourth = np.zeros(len(cloud), np.float32) if intensity is None else intensity.astype("<f4")
+    return np.column_stack([cloud.points, fourth]).astype("<f4").tobytes()
+
+
+def _from_npz(data: bytes) -> DecodedCloud:
+    """Return our own cloud, or that of the first array that looks like one."""
     arrays, header = unpack(data, _MAX_BYTES)
     if header.get("format") == _FORMAT:
-        return _own(arrays, str(header.get("frame", "base_footprint")))
+        return _own(arrays, header)
     for array in arrays.values():
         if array.dtype.names:
-            return _from_columns(record_columns(array))
+            return decode_columns(record_columns(array))
+    if set(COORDINATES) <= set(arrays):
+        count = arrays["x"].size
+        return decode_columns({n: a.ravel() for n, a in arrays.items() if a.size == count})
     for array in arrays.values():
-        if array.ndim == 2 and array.shape[1] in (3, 4) and array.dtype.kind == "f":
-            return PointCloud(array[:, :3].astype(np.float32), "sensor")
+        if array.ndim == 2 and 3 <= array.shape[1] <= 8 and array.dtype.kind in "fiu":
+            names = bare_floats.names(array)
+            return decode_columns(dict(zip(names, array.T, strict=True)))
     known = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
     raise FormatError(f"expected an array with fields x, y, z or of shape (n, 3), got {known}")
 
 
-def _own(arrays: dict[str, NDArray[Any]], frame: str) -> PointCloud:
+def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedCloud:
     """Return a cloud that ``cloud_to_bytes`` wrote."""
     points = arrays.get("points")
     if points is None or points.dtype != np.float32:
         raise FormatError("expected points of float32, got none")
     columns = {name: arrays[name] for name in COLUMNS if name in arrays}
     for name, column in columns.items():
-        if column.dtype != COLUMNS[name]:
+        if not np.issubdtype(column.dtype, COLUMNS[name]):
             raise FormatError(f"{name}: expected {COLUMNS[name].__name__}, got {column.dtype}")
-    return PointCloud(points, frame, **columns)
+    origin = np.asarray(header.get("origin", (0.0, 0.0, 0.0)), dtype=np.float64)
+    frame = str(header.get("frame", "base_footprint"))
+    cloud = PointCloud(points, frame, origin=origin, **columns)
+    others = {
+        name.removeprefix(_OTHERS): column
+        for name, column in arrays.items()
+        if name.startswith(_OTHERS) and column.shape == (len(points),)
+    }
+    real = are_returns(cloud.coordinates() if origin.any() else points, frame)
+    decoded = DecodedCloud(cloud, others=others)
+    if real.all():
+        return decoded
+    return replace(decoded.select(real), no_returns=int(len(real) - real.sum()))
 
 
-def _from_columns(table: Columns) -> PointCloud:
-    """Return a cloud with the stamps and labels that go by a known name."""
-    columns: dict[str, NDArray[Any]] = {}
-    for name, dtype in COLUMNS.items():
-        for alias in _NAMES[name]:
-            if alias in table:
-                values = table[alias]
-                with np.errstate(over="ignore", invalid="ignore"):
-                    columns[name] = values.astype(dtype)
-                if name == "stamps" and values.dtype.kind in "iu":
-                    columns[name] *= 1e-9
-                break
-    return PointCloud(coordinates(table), "sensor", **columns)
-
-
-def _from_kitti(data: bytes, path: Path) -> PointCloud:
-    """Return the points of a KITTI file, float32 x, y, z, intensity, with its labels if any."""
-    if len(data) % 16:
-        raise FormatError(f"expected a multiple of 16 bytes (x, y, z, intensity), got {len(data)}")
-    points = np.frombuffer(data, dtype="<f4").reshape(-1, 4)[:, :3].astype(np.float32)
+def _from_bare_floats(data: bytes, path: Path, width: int | None) -> DecodedCloud:
+    """Return the points of a file without a header, with KITTI's labels if there are any."""
+    nuscenes = path.name.lower().endswith(".pcd.bin")
+    likely = _NUSCENES_COLUMNS if nuscenes else _KITTI_COLUMNS
+    table, remark = bare_floats.parse(data, width, likely)
+    found = len(table)
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
-    if path.parent.name != "velodyne" or not beside.is_file():
-        return PointCloud(points, "sensor")
-    labels = np.frombuffer(beside.read_bytes(), dtype="<u4") & 0xFFFF
-    if len(labels) != len(points):
-        raise FormatError(f"{beside.name}: expected {len(points)} labels, got {len(labels)}")
-    traversable = _traversable(path.parent.parent)
-    known = ~np.isin(labels, _KITTI_UNKNOWN if traversable is None else ())
-    bad = ~np.isin(labels, KITTI_TRAVERSABLE if traversable is None else traversable)
-    classes = labels.astype(np.uint8) if labels.max(initial=0) < 256 else None
-    return PointCloud(points, "sensor", classes=classes, nontraversable=bad).select(known)
+    labelling = None
+    if path.parent.name == "velodyne" and beside.is_file():
+        table, labelling = _labelled(table, beside)
+    decoded = replace(decode_columns(table), columns=found, labelling=labelling)
+    remarks = [remark] if remark else []
+    if labelling is not None and labelling.assumed:
+        good = ", ".join(map(str, labelling.traversable))
+        remarks.append(
+            f"labels: that {good} are traversable and all others obstacles is SemanticKITTI's "
+            "numbering, assumed; a traversable.txt beside velodyne/ says otherwise"
+        )
+    if labelling is not None and labelling.unlabelled:
+        remarks.append(f"labels: {labelling.unlabelled} points without a label are left out")
+    return decoded.noting(*remarks)
+
+
+def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
+    """Return the labelled points with classes, instances and what is an obstacle."""
+    count = len(table["x"])
+    labels = _read_labels(beside, count)
+    classes, instances = labels & 0xFFFF, labels >> 16
+    traversable = _traversable(beside.parent.parent)
+    assumed = traversable is None
+    good = KITTI_TRAVERSABLE if traversable is None else tuple(traversable)
+    known = ~np.isin(classes, _KITTI_UNKNOWN if assumed else ())
+    table = table | {"classes": classes, "nontraversable": ~np.isin(classes, good)}
+    if instances.any():
+        table["instances"] = instances
+    labelling = Labelling(
+        good, assumed, tuple(np.unique(classes).tolist()), int(count - known.sum())
+    )
+    return {name: column[known] for name, column in table.items()}, labelling
+
+
+def _read_labels(file: Path, count: int) -> NDArray[np.int64]:
+    """Return the labels of a file: as wide as its size says, SemanticKITTI's are uint32."""
+    data = file.read_bytes()
+    width = len(data) // count if count and len(data) % count == 0 else 4
+    if width not in (1, 2, 4, 8) or len(data) != width * count:
+        raise FormatError(f"{file.name}: expected {count} labels, got {len(data) // 4}")
+    labels = np.frombuffer(data, dtype=f"<u{width}")
+    if width == 8 and (labels > 0xFFFFFFFF).any():
+        raise FormatError(f"{file.name}: expected labels of 32 bits, got {labels.max()}")
+    return labels.astype(np.int64)
 
 
 def _traversable(folder: Path) -> list[int] | None:

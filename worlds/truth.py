@@ -114,7 +114,7 @@ class TraversabilityMap:
         return bool(self.reason[i, j] != Reason.FREE), float(self.clearance[i, j])
 
     def severity_of(
-        self, points: NDArray[np.floating], classes: NDArray[np.uint8]
+        self, points: NDArray[np.floating], classes: NDArray[np.integer]
     ) -> NDArray[np.float32]:
         """Return how forbidden points are, by their class and, on ground, by slope and step.
 

@@ -5,11 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.colors import LightSource, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Wedge
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
@@ -38,6 +40,13 @@ _REASON_COLOURS = {
     Reason.BORDER: "#777777",
     Reason.WATER: "#3f7fc4",
     Reason.LOW: "#7a5a48",
+}
+_RANGE_COLOUR = "#1540c4"
+_UNKNOWN_STYLE: dict[str, Any] = {
+    "facecolor": "#9a9a9a30",
+    "edgecolor": "#777777",
+    "hatch": "///",
+    "linewidth": 0,
 }
 _TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
 """Of the parts of the reward; ``whole`` is no term, but their sum."""
@@ -196,15 +205,16 @@ def scan_picture(scanned: Scanned, title: str) -> bytes:
     left.set_title(f"{title}: points lower than {grid.max_height} m")
     _draw_cells(right, scanned.cells, grid, alpha=0.75)
     right.scatter(*points[near, :2].T, s=0.3, color="black", alpha=0.35, linewidths=0)
-    right.set_title("cells: green traversable, red not, white empty; blue: virtual scan")
+    right.set_title("cells: green traversable, red not, white empty")
     for axes in (left, right):
-        _draw_ranges(axes, scanned.scan.finite(), grid)
+        _draw_ranges(axes, scanned.scan.ranges, grid)
         axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
         axes.set_aspect("equal")
         axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
         axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
         axes.set_xlabel("x, forward [m]")
         axes.set_ylabel("y, left [m]")
+    right.legend(handles=_range_legend(), loc="upper right", fontsize=9)
     return _png(figure)
 
 
@@ -411,18 +421,40 @@ def _draw_ranges(
     here: Sequence[float] | NDArray[np.float64] = (0.0, 0.0),
     yaw: float = 0.0,
 ) -> None:
-    """Draw the virtual scan of a robot that stands somewhere [m] and looks along ``yaw`` [rad]."""
+    """Draw the virtual scan of a robot that stands somewhere [m] and looks along ``yaw`` [rad].
+
+    Args:
+        axes: Where to draw.
+        ranges: Of the virtual scan: infinite ones are free to the last ring, NaN is hatched.
+        grid: Cells of the scan.
+        here: Position of the robot [m].
+        yaw: Heading of the robot [rad].
+    """
     half = np.pi / grid.n_sectors
     for bearing, range_ in zip(grid.bearings, ranges, strict=True):
-        angles = yaw + np.linspace(bearing - half, bearing + half, 6)
-        x, y = here[0] + range_ * np.cos(angles), here[1] + range_ * np.sin(angles)
-        axes.plot(x, y, color="#1540c4", linewidth=2)
+        ends = yaw + bearing - half, yaw + bearing + half
+        if np.isnan(range_):
+            degrees = np.rad2deg(ends)
+            place = (float(here[0]), float(here[1]))
+            axes.add_patch(Wedge(place, grid.outer_radius, *degrees, **_UNKNOWN_STYLE))
+            continue
+        angles, reach = np.linspace(*ends, 6), min(float(range_), grid.outer_radius)
+        x, y = here[0] + reach * np.cos(angles), here[1] + reach * np.sin(angles)
+        axes.plot(x, y, color=_RANGE_COLOUR, linewidth=2)
+
+
+def _range_legend() -> list[Artist]:
+    """Return the legend of a drawn virtual scan."""
+    return [
+        Line2D([], [], color=_RANGE_COLOUR, linewidth=2, label="range of the virtual scan"),
+        Patch(**_UNKNOWN_STYLE, label="unknown: no cell could be judged"),
+    ]
 
 
 def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:
     """Draw a robot and its virtual scan on a map."""
     here = pose.position[:2]
-    _draw_ranges(axes, scan.finite(), grid, here, pose.yaw)
+    _draw_ranges(axes, scan.ranges, grid, here, pose.yaw)
     axes.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)
 
 

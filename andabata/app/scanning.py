@@ -56,14 +56,18 @@ class Scanned:
         cells: ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
         scan: The virtual scan.
         grid: The cells' grid.
-        ground_tilt: Of the ground within 5 m, before levelling [rad]; None without ground.
+        ground: Upward unit normal, shape (3,), and height [m] of the ground within 5 m, before
+            levelling; None without ground.
+        sensor: Where the sensor is in ``base_footprint`` [m], shape (3,); None where the cloud
+            came in that frame.
     """
 
     cloud: PointCloud
     cells: NDArray[np.uint8]
     scan: VirtualScan
     grid: PolarGrid
-    ground_tilt: float | None
+    ground: tuple[NDArray[np.float64], float] | None = None
+    sensor: NDArray[np.float64] | None = None
 
 
 class ScanConfig(BaseModel):
@@ -75,6 +79,8 @@ class ScanConfig(BaseModel):
         level: Whether to turn and shift the cloud so that the ground around the robot is the base
             plane, instead of trusting the mounting.
         n_sectors: Sectors; the paper's 32, or more.
+        sensor_at: Where the sensor was in the cloud's own coordinates [m], for clouds that count
+            from elsewhere; None where they count from the sensor.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -83,10 +89,7 @@ class ScanConfig(BaseModel):
     own_body: float = Field(default=0.0, ge=0, le=5)
     level: bool = False
     n_sectors: int = Field(default=32, ge=4, le=360)
-
-
-MOST_TILT = np.deg2rad(12.0)
-"""Ground that tilts more than this around the robot makes one ask whether the cloud is level."""
+    sensor_at: tuple[float, float, float] | None = None
 
 
 def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned:
@@ -100,56 +103,57 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
     Raises:
         ValueError: If the cloud cannot be levelled, or nothing of it is left.
     """
+    cloud = _from_the_sensor(cloud, config.sensor_at)
     if config.own_body > 0:
         cloud = cloud.select(np.linalg.norm(cloud.points, axis=1) >= config.own_body)
         if not len(cloud):
             raise ValueError(
                 f"own_body: expected points beyond {config.own_body} m, got none; lower it"
             )
+    sensor = None
     if cloud.frame != "base_footprint":
-        points = config.mounting.place(cloud.points)
+        mounting = config.mounting
+        sensor = np.array([mounting.x, mounting.y, mounting.z])
+        points = mounting.place(cloud.points)
         cloud = replace(cloud, points=points, frame="base_footprint")
     plane = ground_plane(cloud.points)
     if config.level:
         if plane is None:
             raise ValueError("level: expected ground within 5 m, got too few points")
         cloud = replace(cloud, points=levelled(cloud.points, plane))
+        sensor = None if sensor is None else sensor - np.array([0.0, 0.0, plane[1]])
     grid = forest.grid.model_copy(update={"n_sectors": config.n_sectors})
     cells = TraversabilityScanner(forest, grid).cells(cloud.points)
-    tilt = None if plane is None else tilt_of(plane[0])
-    return Scanned(cloud, cells, virtual_scan(cells, grid), grid, tilt)
+    return Scanned(cloud, cells, virtual_scan(cells, grid), grid, plane, sensor)
 
 
-def doubts(scanned: Scanned, config: ScanConfig) -> list[str]:
-    """Return what a person should know before trusting a scan."""
-    found = []
-    tilt = scanned.ground_tilt
-    if tilt is not None and tilt > MOST_TILT and not config.level:
-        found.append(
-            f"the ground around the robot tilts {np.rad2deg(tilt):.0f} degrees; is the cloud "
-            "level? (--mounting, --level)"
-        )
-    if tilt is None:
-        found.append("too few points within 5 m to see the ground; is it the right cloud?")
-    if np.isnan(scanned.scan.ranges).mean() > 0.5:
-        found.append("most sectors hold no judged cell: their ranges are unknown, not free")
-    return found
+def _from_the_sensor(cloud: PointCloud, sensor_at: tuple[float, float, float] | None) -> PointCloud:
+    """Return the cloud with coordinates that count from the sensor, as far as that is known."""
+    shift = np.zeros(3) if sensor_at is None else np.array(sensor_at)
+    if not cloud.origin.any() and not shift.any():
+        return cloud
+    points = (cloud.coordinates() - shift).astype(np.float32)
+    return replace(cloud, points=points, origin=np.zeros(3))
 
 
 def scan_result(scanned: Scanned) -> dict[str, Any]:
     """Return cells and ranges, ready for JSON; unknown ranges are None, free ones the last ring."""
-    ranges = scanned.scan.finite()
-    unknown = np.isnan(scanned.scan.ranges)
-    cells, tilt = scanned.cells, scanned.ground_tilt
+    found = scanned.scan.ranges
+    ranges, unknown = scanned.scan.finite(), np.isnan(found)
+    blocked = found[np.isfinite(found)]
+    cells, ground = scanned.cells, scanned.ground
     scores = {}
     if scanned.cloud.nontraversable is not None:
         truth = label_cells(scanned.cloud.points, scanned.cloud.nontraversable, scanned.grid)
         scores["scores"] = CellScores.of(truth, cells).as_dict()
     return scores | {
-        "ground_tilt_deg": None if tilt is None else round(float(np.rad2deg(tilt)), 2),
+        "ground_tilt_deg": None if ground is None else _rounded(np.rad2deg(tilt_of(ground[0])), 2),
+        "ground_height_m": None if ground is None else _rounded(ground[1], 3),
         "points": len(scanned.cloud),
+        "nearest_obstacle_m": _rounded(blocked.min(), 4) if len(blocked) else None,
+        "unknown_share": _rounded(unknown.mean(), 4),
         "ranges": [
-            None if lost else round(float(range_), 4)
+            None if lost else _rounded(range_, 4)
             for range_, lost in zip(ranges, unknown, strict=True)
         ],
         "cell_states": cells.tolist(),
@@ -160,3 +164,8 @@ def scan_result(scanned: Scanned) -> dict[str, Any]:
             "white": int((cells == CellState.EMPTY).sum()),
         },
     }
+
+
+def _rounded(number: float | np.floating, digits: int) -> float:
+    """Return a number as JSON holds it."""
+    return round(float(number), digits)

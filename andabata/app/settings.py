@@ -58,8 +58,8 @@ def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model
         UnknownSensorError: If there is no such laser.
         ValueError: If there is no such body.
     """
-    from andabata.machine.robot import RobotModel
     from andabata.machine.lidar_models import sensor_settings
+    from andabata.machine.robot import RobotModel
 
     return kind.model_validate({**sensor_settings(sensor), "robot": RobotModel.load(robot)})
 

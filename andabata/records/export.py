@@ -9,10 +9,11 @@ from pathlib import Path
 
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
-from andabata.records.messages import PointCloudError, cloud_of
+from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
 from andabata.records.point_fields import point_columns
 from andabata.records.topics import POINT_CLOUD
 from traversability.cloud import PointCloud
+from traversability.decoding import DecodedCloud
 from traversability.formats import ply
 
 
@@ -32,7 +33,12 @@ class Exported:
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
-    """Return one cloud of a recording.
+    """Return one cloud of a recording; see ``decode_bag_cloud``, which tells how it was read."""
+    return decode_bag_cloud(path, topic, number).cloud
+
+
+def decode_bag_cloud(path: Path, topic: str | None, number: int = 0) -> DecodedCloud:
+    """Return one cloud of a recording, and how it was read.
 
     Args:
         path: The recording.
@@ -61,7 +67,7 @@ def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud
         else:
             k = len(kept) if number < 0 else -1
         if (number >= 0 and k == number) or (number < 0 and len(kept) == -number):
-            return cloud_of(kept[-1 if number >= 0 else 0].content)
+            return decode_point_cloud2(kept[-1 if number >= 0 else 0].content)
     raise BagError(f"--number: expected one of the {clouds[topic]} clouds of {topic}, got {number}")
 
 

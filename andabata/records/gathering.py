@@ -10,12 +10,12 @@ from andabata.machine.senses import Senses, Sweeps, WheelSpeeds
 from andabata.records import topics
 from andabata.records.messages import (
     NS,
-    cloud_of,
     fix_of,
     header_ns,
     sweep_angles,
     wheel_speeds_of,
 )
+from andabata.records.point_cloud2 import cloud_of
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.records.messages import PointCloudError
+from andabata.records.point_cloud2 import PointCloudError
 from andabata.records.topics import RosMessage
 from traversability.formats.table import Columns
 

@@ -6,8 +6,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.machine.robot import RobotModel
 from andabata.machine.lidar_models import sensor_settings
+from andabata.machine.robot import RobotModel
 from andabata.tasks.offroad import OffroadConfig, stage_config
 from andabata.tasks.registration import STAGES
 from andabata.tasks.rig import RigConfig

@@ -15,7 +15,8 @@ from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConf
 from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
 from andabata.records.gathering import Gathering
-from andabata.records.messages import Composer, cloud_of
+from andabata.records.messages import Composer
+from andabata.records.point_cloud2 import cloud_of
 from andabata.records.topics import POINT_CLOUD, Topic
 from traversability.cloud import PointCloud
 
@@ -194,7 +195,7 @@ def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
 def test_the_times_of_points_are_read_as_drivers_write_them(name, kind, values, expected):
     formats = {6: "<u4", 7: "<f4", 8: "<f8"}
     rows = np.zeros(2, dtype=[("xyz", "<f4", 3), ("own", formats[kind])])
-    rows["own"] = values
+    rows["xyz"], rows["own"] = 1.0, values
     compose = Composer(2)
     fields = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), (name, 12, kind)]
     message = compose.new(

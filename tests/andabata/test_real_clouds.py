@@ -59,6 +59,33 @@ def test_the_street_is_free_and_its_wall_is_not(capsys, tmp_path):
     assert ranges[open_ground].max() > 5.0
 
 
+@pytest.mark.parametrize(
+    ("name", "height"),
+    [("libpointmatcher/cloud.00000.vtk", 0.95), ("monoforce_marv/1727353472_601360559.npz", 0.48)],
+)
+def test_the_ground_tells_the_height_of_the_sensor(capsys, tmp_path, name, height):
+    options = ["--sensor-height", "1.5", "--json", "--picture", str(tmp_path / "s.png")]
+    main(["scan", str(Path(ROOT) / name), *options])
+    notes = " ".join(json.loads(capsys.readouterr().out)["notes"])
+    told = float(notes.split("--sensor-height should be about ")[1].split()[0])
+    assert told == pytest.approx(height, abs=0.07)
+
+
+def test_a_robot_around_its_own_laser_is_told(capsys, tmp_path):
+    name = "monoforce_marv/1727353472_601360559.npz"
+    words = ["scan", str(Path(ROOT) / name), *FILES[name], "--picture", str(tmp_path / "s.png")]
+    main([*words, "--json"])
+    data = json.loads(capsys.readouterr().out)
+    assert data["no_returns"] == 39_172
+    assert "--own-body" in " ".join(data["notes"])
+
+
+def test_an_ousters_times_are_seconds():
+    cloud = read_cloud(Path(ROOT) / "monoforce_marv/1727353472_601360559.npz")
+    assert cloud.stamps is not None
+    assert 0.09 < np.ptp(cloud.stamps) < 0.11
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_ranges_are_stable_under_noise_and_thinning(name):
     """At most one ring of change in nearly all sectors; the figures are in the benchmarks."""

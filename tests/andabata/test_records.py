@@ -12,8 +12,9 @@ from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError, open_writer
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer, PointCloudError, cloud_of, fix_of
+from andabata.records.messages import Composer, fix_of
 from andabata.records.playback import Setup, read_setup
+from andabata.records.point_cloud2 import PointCloudError, cloud_of
 from andabata.records.topics import TOPICS
 from andabata.tasks.rig import RigConfig
 from andabata.tasks.scenes import SceneShelf

@@ -29,7 +29,8 @@ def scan(capsys, tmp_path, points, *options, **columns):
     path = tmp_path / "cloud.npz"
     path.write_bytes(cloud_to_bytes(PointCloud(points, "sensor", **columns)))
     code = main(["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json", *options])
-    return code, json.loads(capsys.readouterr().out) if code == 0 else None
+    out = capsys.readouterr().out
+    return code, json.loads(out) if out else None
 
 
 def ahead(data):
@@ -85,9 +86,10 @@ def test_a_labelled_cloud_is_scored(capsys, tmp_path):
 def test_one_place_and_far_points_are_unknown_and_never_free(capsys, tmp_path):
     for points in (np.full((200, 3), 2.0), np.full((200, 3), 1e30)):
         code, data = scan(capsys, tmp_path, points.astype(np.float32))
-        assert code == 0
-        assert sum(r is None for r in data["ranges"]) >= 31
-        assert data["notes"]
+        assert code == 1  # No cell could be judged.
+        assert sum(r is None for r in data["ranges"]) == 32
+        assert (data["unknown_share"], data["nearest_obstacle_m"]) == (1.0, None)
+        assert len(data["notes"]) == 1
 
 
 @pytest.mark.parametrize(
@@ -98,6 +100,110 @@ def test_options_out_of_bounds_are_errors(capsys, tmp_path, options):
     near = near[np.linalg.norm(near, axis=1) < 4.0]
     code, _ = scan(capsys, tmp_path, near, *options)
     assert code in (1, 2)
+
+
+def test_an_empty_scan_says_what_is_the_matter(capsys, tmp_path):
+    seen = sensor_cloud()
+    for points, words in (
+        (seen * 1000, "are the coordinates millimetres?"),
+        (seen + np.float32([300, 5000, 0]), "--sensor-at X,Y,Z"),
+        (seen + np.float32([25, 0, 0]), "expected points within 10 m, got the nearest"),
+        (seen + np.float32([0, 0, 20]), "above what the robot can meet, 1.2 m over the ground"),
+        (seen / 50, "nearer than the first ring"),
+        (seen[::2500], "no cell holds 5 points"),
+    ):
+        code, data = scan(capsys, tmp_path, points)
+        assert words in " ".join(data["notes"])
+        assert code == 1
+        assert data["cells"]["green"] == data["cells"]["red"] == 0
+
+
+def test_a_cloud_of_a_map_is_scanned_from_where_the_sensor_was(capsys, tmp_path):
+    here = np.array([701_362.5, 4_485_513.25, 312.0])
+    path = tmp_path / "map.npz"
+    np.savez(path, sensor_cloud().astype(np.float64) + here)
+    words = ["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json"]
+    assert main(words) == 1
+    assert "nearest point is 4.5" in json.loads(capsys.readouterr().out)["notes"][0]
+    assert main([*words, "--sensor-at", ",".join(map(str, here))]) == 0
+    data = json.loads(capsys.readouterr().out)
+    _, plain = scan(capsys, tmp_path, sensor_cloud())
+    assert np.mean(np.array(data["cell_states"]) != np.array(plain["cell_states"])) < 0.01
+
+
+def test_the_ground_tells_a_wrong_height_and_an_upside_down_sensor(capsys, tmp_path):
+    _, low = scan(capsys, tmp_path, sensor_cloud(), "--sensor-height", "1.7")
+    assert "--sensor-height should be about 0.7" in " ".join(low["notes"])
+    assert low["ground_height_m"] == pytest.approx(0.98, abs=0.03)
+    _, turned = scan(capsys, tmp_path, sensor_cloud() * np.float32([1, -1, -1]))
+    assert "mounted upside down?" in " ".join(turned["notes"])
+    options = ("--mounting", "0,0,180,0,0")
+    _, right = scan(capsys, tmp_path, sensor_cloud() * np.float32([1, -1, -1]), *options)
+    assert right["notes"] == []
+
+
+def test_a_body_that_shortens_sectors_is_told_with_the_radius_to_leave_out(capsys, tmp_path):
+    rng = np.random.default_rng(1)
+    post = np.column_stack(
+        [rng.uniform(-0.8, -0.7, (300, 2)) * [1, 0.2], rng.uniform(-0.5, 0.3, 300)]
+    )
+    points = np.concatenate([sensor_cloud(), post]).astype(np.float32)
+    _, seen = scan(capsys, tmp_path, points)
+    assert "--own-body 1.0" in " ".join(seen["notes"])
+    assert min(r for r in seen["ranges"] if r is not None) < 1.0
+    _, spared = scan(capsys, tmp_path, points, "--own-body", "1.0")
+    assert spared["notes"] == []
+
+
+def test_unknown_sectors_are_counted_and_nothing_near_is_no_obstacle(capsys, tmp_path):
+    points = sensor_cloud()
+    half = points[points[:, 0] < 0]
+    half = half[np.linalg.norm(half, axis=1) > 1.6]
+    path = tmp_path / "cloud.npz"
+    path.write_bytes(cloud_to_bytes(PointCloud(half, "sensor")))
+    assert main(["scan", str(path), "--picture", str(tmp_path / "s.png")]) == 0
+    out = capsys.readouterr().out
+    assert "no obstacle seen; 50 % of the ranges unknown" in out
+
+
+def test_labels_that_cannot_be_read_cost_exit_3(capsys, tmp_path):
+    path = tmp_path / "cloud.npz"
+    table = dict(zip("xyz", sensor_cloud().T, strict=True))
+    np.savez(path, **table, label=np.linspace(0, 1, len(table["x"])))
+    words = ["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json"]
+    assert main(words) == 3
+    data = json.loads(capsys.readouterr().out)
+    assert data["data_lost"]
+    assert "field label" in data["notes"][0]
+
+
+def test_a_file_that_cannot_be_read_costs_itself_alone(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.npz").write_bytes(b"PK")
+    (tmp_path / "good.npz").write_bytes(cloud_to_bytes(PointCloud(sensor_cloud(), "sensor")))
+    assert main(["scan", "bad.npz", "good.npz", "--json"]) == 3
+    scans = json.loads(capsys.readouterr().out)["scans"]
+    assert "bad.npz: expected" in scans[0]["error"]
+    assert scans[1]["cells"]["green"] > 0
+
+
+def test_five_columns_are_told_and_may_be_asked_for(capsys, tmp_path):
+    points = sensor_cloud()
+    ring = np.arange(len(points)) % 32
+    rows = np.column_stack([points, ring * 3, ring]).astype("<f4")
+    path = tmp_path / "five.pcd.bin"
+    path.write_bytes(rows.tobytes())
+    words = ["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json"]
+    assert main(words) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["columns"] == 5
+    assert "5 columns, told by its content" in data["notes"]
+    assert 2.0 < ahead(data) < 4.0
+    assert main([*words, "--columns", "5"]) == 0
+    assert json.loads(capsys.readouterr().out)["notes"] == []
+    assert main(["clouds", "convert", str(path), str(tmp_path / "four.bin"), "--json"]) == 3
+    assert json.loads(capsys.readouterr().out)["left_out"] == ["ring"]
+    assert main(["clouds", "convert", str(path), str(tmp_path / "all.pcd"), "--json"]) == 0
 
 
 def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):

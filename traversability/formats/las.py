@@ -1,15 +1,34 @@
 """LAS and LAZ through laspy, which comes with the extra ``las``."""
 
 import io
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from traversability.formats.error import FormatError
-from traversability.formats.table import Columns
+from traversability.formats.table import COORDINATES, Columns
+
+_FINE = 1e-4
+_STEPS = 2.0**31 - 2
+
+_DIMENSIONS = {"gps_time": "stamps", "classification": "classes"}
+"""LAS's own names of what we call otherwise."""
+
+_OWN_NAMES = {ours: name for name, ours in _DIMENSIONS.items()}
+_LONGEST_NAME = 32
+
+_COLOURS, _WIDE = ("red", "green", "blue"), ("scanner_channel", "scan_angle", "overlap")
+"""Dimensions of the later point formats."""
+
+_PLAIN_CLASSES = 31
 
 
-def parse(data: bytes) -> Columns:
-    """Return coordinates [m], GPS times [s] and classification codes.
+def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
+    """Return coordinates [m], GPS times [s], classes and all else that the points have.
+
+    Returns:
+        The columns; and the step and zero of the coordinates [m], shape (2, 3).
 
     Raises:
         FormatError: If the bytes are no such file, or laspy is not installed.
@@ -23,31 +42,86 @@ def parse(data: bytes) -> Columns:
     try:
         cloud = laspy.read(io.BytesIO(data))
         columns = {name: np.asarray(getattr(cloud, name), dtype=np.float64) for name in "xyz"}
-        if "gps_time" in cloud.point_format.dimension_names:
-            columns["stamps"] = np.asarray(cloud.gps_time, dtype=np.float64)
-        columns["classes"] = np.asarray(cloud.classification, dtype=np.uint8)
+        for name in cloud.point_format.dimension_names:
+            values = np.asarray(cloud[name])
+            # Most files leave most of LAS's own dimensions at zero; those say nothing.
+            if name not in ("X", "Y", "Z") and values.ndim == 1 and values.any():
+                columns.setdefault(_DIMENSIONS.get(name, name), values)
+        spacing = np.array([cloud.header.scales, cloud.header.offsets], dtype=np.float64)
     except Exception as error:  # laspy and its LAZ backends raise many kinds on damaged input.
         raise FormatError(f"expected a whole LAS or LAZ file, got {error}") from error
-    return columns
+    return columns, spacing
 
 
-def render(columns: Columns, packed: bool) -> bytes:
-    """Return the file of points; a tenth of a millimetre is kept.
+def render(columns: Columns, packed: bool, spacing: NDArray[np.float64] | None = None) -> bytes:
+    """Return the file of points; a tenth of a millimetre is kept where 32 bits have room for it.
 
     Args:
-        columns: x, y, z [m] and, where known, ``stamps`` [s] and ``classes``.
+        columns: x, y, z [m] and, where known, ``stamps`` [s] and ``classes``; others become extra
+            dimensions.
         packed: LAZ instead of LAS.
+        spacing: Step and zero of the coordinates of the file that they come from, shape (2, 3);
+            None chooses.
     """
     import laspy
 
-    header = laspy.LasHeader(point_format=1, version="1.2")
-    header.scales = np.full(3, 1e-4)
+    coordinates = np.stack([columns[name].astype(np.float64) for name in COORDINATES])
+    header = laspy.LasHeader(point_format=_point_format(columns), version="1.4")
+    header.scales, header.offsets = _spacing(coordinates, spacing)
     cloud = laspy.LasData(header)
-    cloud.x, cloud.y, cloud.z = (columns[name].astype(np.float64) for name in "xyz")
-    if "stamps" in columns:
-        cloud.gps_time = columns["stamps"]
-    if "classes" in columns:
-        cloud.classification = columns["classes"]
+    names = {}
+    for name, column in columns.items():
+        if name in COORDINATES:
+            continue
+        own = _OWN_NAMES.get(name, name)
+        known = own in header.point_format.dimension_names
+        limits = header.point_format.dimension_by_name(own) if known else None
+        if limits is not None and not _fits(column, limits.min, limits.max, limits.kind.name):
+            own = name if name != own else f"{name}_value"
+            known = False
+        names[name] = own[:_LONGEST_NAME]
+        if not known:
+            cloud.add_extra_dim(laspy.ExtraBytesParams(name=names[name], type=column.dtype))
+    cloud.x, cloud.y, cloud.z = coordinates
+    for name, own in names.items():
+        cloud[own] = columns[name]
     stream = io.BytesIO()
     cloud.write(stream, do_compress=packed)
     return stream.getvalue()
+
+
+def _point_format(columns: Columns) -> int:
+    """Return the number of the oldest point format that has room for the columns."""
+    classes = columns.get("classes")
+    if any(name in columns for name in _COLOURS):
+        return 7
+    if any(name in columns for name in _WIDE):
+        return 6
+    return 6 if classes is not None and len(classes) and classes.max() > _PLAIN_CLASSES else 1
+
+
+def _fits(column: NDArray[Any], low: float, high: float, kind: str) -> bool:
+    """Return whether a dimension of LAS holds numbers as they are."""
+    if kind == "FloatingPoint" or not len(column):
+        return True
+    whole = column.dtype.kind in "iub" or bool((column % 1 == 0).all())
+    return whole and bool(column.min() >= low and column.max() <= high)
+
+
+def _spacing(
+    coordinates: NDArray[np.float64], given: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return step and zero that hold coordinates, shape (3, n), in 32 bits [m]."""
+    if not coordinates.size:
+        return np.full(3, _FINE), np.zeros(3)
+    low, high = coordinates.min(axis=1), coordinates.max(axis=1)
+    if given is not None:
+        ends = (np.stack([low, high]) - given[1]) / given[0]
+        if np.abs(ends).max() <= _STEPS:
+            return given[0], given[1]
+    reach = np.maximum(np.abs(low), np.abs(high))
+    offsets = np.where(reach / _FINE > _STEPS, np.floor((low + high) / 2), 0.0)
+    widest = np.maximum(np.abs(low - offsets), np.abs(high - offsets))
+    # A power of two, where a tenth of a millimetre is too fine for 32 bits.
+    steps = np.exp2(np.ceil(np.log2(np.maximum(widest / _STEPS, 1e-9))))
+    return np.where(widest / _FINE <= _STEPS, _FINE, steps), offsets

@@ -53,21 +53,16 @@ def packed_columns(body: bytes, count: int, dtype: np.dtype[np.void]) -> Columns
 
 
 def record_columns(records: NDArray[np.void]) -> Columns:
-    """Return the columns of structured records that hold one number each."""
+    """Return the columns of structured records: a field of k numbers is k columns, no padding."""
     records = records.ravel()
-    return {name: records[name] for name in records.dtype.names or () if records[name].ndim == 1}
-
-
-def coordinates(columns: Columns) -> NDArray[np.float32]:
-    """Return x, y, z as points, shape (n, 3).
-
-    Raises:
-        FormatError: If one is missing.
-    """
-    if not set(COORDINATES) <= set(columns):
-        raise FormatError(f"expected fields x, y, z, got {', '.join(columns) or 'none'}")
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.stack([columns[name].astype(np.float32) for name in COORDINATES], axis=1)
+    found: Columns = {}
+    for name in records.dtype.names or ():
+        column = records[name]
+        if column.ndim == 1:
+            found[name] = column
+        elif column.ndim == 2 and not name.startswith("_"):
+            found |= {f"{name}_{k}": column[:, k] for k in range(column.shape[1])}
+    return found
 
 
 def packed_records(columns: Columns) -> bytes:

@@ -57,16 +57,40 @@ def generate(
 def convert(
     file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin, las, laz or vtk.")],
     out: Annotated[Path, typer.Argument(help="Cloud to write: npz, ply, pcd, bin, las or laz.")],
+    columns: Annotated[
+        int | None, typer.Option(help="Numbers of a point in a bin file; told by content without.")
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a cloud in another format, with its labels and stamps."""
+    """Write a cloud in another format, with its labels, stamps and other numbers.
+
+    The exit code is 3 when the new format has no room for some of them.
+    """
     from andabata.app.console import Voice
     from andabata.records.storage import write_atomically
-    from traversability.files import cloud_to_bytes, read_cloud
+    from traversability.files import cloud_to_bytes, decode_cloud_file, left_out_by
 
-    cloud = read_cloud(file)
-    write_atomically(out, cloud_to_bytes(cloud, out.suffix[1:].lower()))
-    Voice(quiet, as_json).result(
-        {"out": str(out), "points": len(cloud)}, f"{len(cloud)} points in {out}"
-    )
+    voice = Voice(quiet, as_json)
+    kind = out.suffix[1:].lower()
+    decoded = decode_cloud_file(file, columns)
+    cloud = decoded.cloud
+    write_atomically(out, cloud_to_bytes(cloud, kind, decoded.others, decoded.spacing))
+    left_out = left_out_by(kind, decoded)
+    notes = [*decoded.remarks]
+    if left_out:
+        notes.append(f"{kind} has no room for {', '.join(left_out)}: left out")
+    for note in notes:
+        voice.say(f"note: {file.name}: {note}")
+    data = {
+        "out": str(out),
+        "points": len(cloud),
+        "no_returns": decoded.no_returns,
+        "columns": decoded.columns,
+        "left_out": list(left_out),
+        "notes": notes,
+    }
+    none = f"; {decoded.no_returns} no-returns left out" if decoded.no_returns else ""
+    voice.result(data, f"{len(cloud)} points in {out}{none}")
+    if left_out:
+        raise typer.Exit(3)

@@ -9,7 +9,7 @@ from andabata.app.options import ForestFile, Json, Quiet
 
 if TYPE_CHECKING:
     from andabata.app.scanning import Mounting, ScanConfig
-    from traversability.cloud import PointCloud
+    from traversability.decoding import DecodedCloud
     from traversability.forest import Forest
 
 _MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
@@ -26,6 +26,15 @@ def scan(
     own_body: Annotated[
         float, typer.Option(help="Leave out returns nearer than this to the sensor, in metres.")
     ] = 0.0,
+    sensor_at: Annotated[
+        str | None,
+        typer.Option(
+            help="X,Y,Z of the sensor in the cloud's own coordinates, where they are a map's."
+        ),
+    ] = None,
+    columns: Annotated[
+        int | None, typer.Option(help="Numbers of a point in bin files; told by content without.")
+    ] = None,
     level: Annotated[
         bool, typer.Option("--level", help="Make the ground around the robot the base plane.")
     ] = False,
@@ -49,13 +58,14 @@ def scan(
     """Judge the cells around the robot in clouds.
 
     The sensor is taken to be level unless `--mounting` or `--level` says otherwise. A cloud with
-    labels is scored against them.
+    labels is scored against them. The exit code is 1 when no cell could be judged, 3 when some
+    clouds or labels could not be read.
     """
     from andabata.app.console import Voice
     from andabata.app.report import Report
     from andabata.app.scanning import ScanConfig
     from andabata.app.settings import resolve
-    from andabata.app.usage import UsageError
+    from andabata.app.usage import UsageError, numbers
     from andabata.models import shipped_forest
     from andabata.records.storage import write_atomically
     from traversability.forest import Forest
@@ -65,14 +75,22 @@ def scan(
     voice = Voice(quiet, as_json)
     options = {"own_body": own_body, "level": level, "n_sectors": sectors}
     overrides = [f"{name}={str(value).lower()}" for name, value in options.items()]
-    base = ScanConfig(mounting=_mounting(mounting, sensor_height))
+    at = None if sensor_at is None else numbers(sensor_at, 3, "--sensor-at")
+    base = ScanConfig(mounting=_mounting(mounting, sensor_height), sensor_at=at)
     config = resolve(ScanConfig, None, overrides, base)
     loaded = Forest.load(forest) if forest else shipped_forest()
     page = Report("Clouds and what the robot makes of them")
-    found = []
+    found: list[dict[str, Any]] = []
     for file in files:
         where = picture or Path(f"{file.stem}_scan.png")
-        data, drawn = _look(_read(file, topic, number), file.name, config, loaded)
+        try:
+            data, drawn = _look(_read(file, topic, number, columns), file.name, config, loaded)
+        except (ValueError, OSError) as error:
+            if len(files) == 1:
+                raise
+            found.append({"file": str(file), "error": " ".join(str(error).split())})
+            voice.say(f"error: {found[-1]['error']}")
+            continue
         write_atomically(where, drawn)
         found.append({"file": str(file), **data, "picture": str(where)})
         for note in data["notes"]:
@@ -81,41 +99,98 @@ def scan(
         page.picture(drawn, "Points, cells and ranges")
     if report is not None:
         write_atomically(report, page.to_bytes())
-    lines = [f"{each['file']}: {_in_words(each)}\npicture: {each['picture']}" for each in found]
+    lines = [_line(each) for each in found]
     lines += [f"report: {report}"] if report else []
     voice.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
+    code = _exit_code(found)
+    if code:
+        raise typer.Exit(code)
 
 
-def _read(file: Path, topic: str | None, number: int) -> "PointCloud":
+def _read(file: Path, topic: str | None, number: int, columns: int | None) -> "DecodedCloud":
     """Return the cloud of a file, or one of a recording."""
     from andabata.records.containers.opening import is_recording
-    from andabata.records.export import read_bag_cloud
-    from traversability.files import read_cloud
+    from andabata.records.export import decode_bag_cloud
+    from traversability.files import decode_cloud_file
 
     if file.suffix in (".bag", ".mcap") or is_recording(file):
-        return read_bag_cloud(file, topic, number)
-    return read_cloud(file)
+        return decode_bag_cloud(file, topic, number)
+    return decode_cloud_file(file, columns)
 
 
 def _look(
-    cloud: "PointCloud", name: str, config: "ScanConfig", forest: "Forest"
+    decoded: "DecodedCloud", name: str, config: "ScanConfig", forest: "Forest"
 ) -> tuple[dict[str, Any], bytes]:
     """Return what is seen in a cloud, ready for JSON, and its picture."""
     from andabata.app.pictures import scan_picture
-    from andabata.app.scanning import doubts, scan_cloud, scan_result
+    from andabata.app.scan_diagnosis import diagnose
+    from andabata.app.scanning import scan_cloud, scan_result
 
-    scanned = scan_cloud(cloud, config, forest)
-    data = scan_result(scanned) | {"notes": doubts(scanned, config)}
+    scanned = scan_cloud(decoded.cloud, config, forest)
+    data = scan_result(scanned) | {
+        "no_returns": decoded.no_returns,
+        "columns": decoded.columns,
+        "labels": _labels(decoded),
+        "data_lost": decoded.data_lost,
+        "notes": [*decoded.remarks, *_unscored(decoded), *diagnose(scanned, config)],
+    }
     return data, scan_picture(scanned, name)
+
+
+def _labels(decoded: "DecodedCloud") -> dict[str, Any] | None:
+    """Return what the cloud's label numbers were taken for, ready for JSON."""
+    told = decoded.labelling
+    if told is None:
+        return None
+    return {
+        "traversable": list(told.traversable),
+        "assumed": told.assumed,
+        "found": list(told.found),
+        "unlabelled": told.unlabelled,
+    }
+
+
+def _unscored(decoded: "DecodedCloud") -> list[str]:
+    """Return a note on labels that nothing gives a meaning."""
+    cloud = decoded.cloud
+    if cloud.classes is None or cloud.nontraversable is not None:
+        return []
+    numbers = sorted({int(number) for number in cloud.classes})
+    shown = ", ".join(map(str, numbers[:8])) + (" and more" if len(numbers) > 8 else "")
+    return [f"labels {shown}: nothing says which are obstacles, so the scan is not scored"]
+
+
+def _exit_code(found: list[dict[str, Any]]) -> int:
+    """Return 1 when no cell of any cloud could be judged, 3 when some data were left out."""
+    failed = ["error" in each or not _judged(each) for each in found]
+    if all(failed):
+        return 1
+    return 3 if any(failed) or any(each.get("data_lost") for each in found) else 0
+
+
+def _judged(data: dict[str, Any]) -> bool:
+    """Return whether any cell of a scan could be judged."""
+    return bool(data["cells"]["green"] + data["cells"]["red"])
+
+
+def _line(data: dict[str, Any]) -> str:
+    """Return what people read of a cloud."""
+    if "error" in data:
+        return f"{data['file']}: not read"
+    return f"{data['file']}: {_in_words(data)}\npicture: {data['picture']}"
 
 
 def _in_words(data: dict[str, Any]) -> str:
     """Return a scan's figures as a sentence."""
-    cells = data["cells"]
-    nearest = min((r for r in data["ranges"] if r is not None), default=float("nan"))
+    cells, nearest = data["cells"], data["nearest_obstacle_m"]
+    said = "no obstacle seen" if nearest is None else f"nearest obstacle {nearest:.2f} m"
+    if not _judged(data):
+        said = "no cell could be judged"
+    lost = f" ({data['no_returns']} no-returns left out)" if data["no_returns"] else ""
     return (
-        f"{data['points']} points: {cells['green']} green, {cells['red']} red, {cells['white']} "
-        f"white cells; nearest obstacle {nearest:.2f} m."
+        f"{data['points']} points{lost}: {cells['green']} green, {cells['red']} red, "
+        f"{cells['white']} white cells; {said}; {100 * data['unknown_share']:.0f} % of the ranges "
+        "unknown."
     )
 
 

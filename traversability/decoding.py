@@ -1,0 +1,170 @@
+"""What the numbers of a point mean, whichever file or message they came in."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from traversability.cloud import COLUMNS, FLOAT32_REACH, PointCloud, are_returns, origin_of
+from traversability.formats.error import FormatError
+from traversability.formats.table import COORDINATES, Columns
+from traversability.point_times import read_point_times
+
+_LABELS: Mapping[str, tuple[str, ...]] = {
+    "classes": ("classes", "class", "label", "labels", "classification", "semantic"),
+    "instances": ("instances", "instance", "instance_id"),
+    "nontraversable": ("nontraversable",),
+    "severity": ("severity",),
+    "forbidden": ("forbidden",),
+}
+_LARGEST = float(np.finfo(np.float32).max)
+_WHOLE = (np.uint8, np.uint16, np.uint32, np.int8, np.int16, np.int32)
+
+
+@dataclass(frozen=True)
+class Labelling:
+    """Which label numbers were taken for obstacles.
+
+    Attributes:
+        traversable: Numbers that a robot may drive on.
+        assumed: Whether nothing beside the cloud says so.
+        found: Numbers that the cloud holds.
+        unlabelled: Number of points that are left out because they have no label.
+    """
+
+    traversable: tuple[int, ...]
+    assumed: bool
+    found: tuple[int, ...]
+    unlabelled: int = 0
+
+
+@dataclass(frozen=True)
+class DecodedCloud:
+    """A cloud of a file or a message, and what people should know of how it was read.
+
+    Attributes:
+        cloud: The points that a sensor measured.
+        remarks: Sentences about what was assumed, told by content, or not used.
+        no_returns: Number of points that are left out because they are NaN, infinite or zero.
+        data_lost: Whether something that matters could not be read; a remark says what.
+        others: Other numbers of each point by name, shape (n,) each: ``intensity`` and the like.
+        spacing: Step and zero of the whole numbers that a LAS file holds coordinates in [m], shape
+            (2, 3), or None.
+        columns: Numbers of a point in a file without a header, or None.
+        labelling: What labels were taken for, or None.
+    """
+
+    cloud: PointCloud
+    remarks: tuple[str, ...] = ()
+    no_returns: int = 0
+    data_lost: bool = False
+    others: Columns = field(default_factory=dict)
+    spacing: NDArray[np.float64] | None = None
+    columns: int | None = None
+    labelling: Labelling | None = None
+
+    def select(self, mask: NDArray[np.bool_]) -> "DecodedCloud":
+        """Return the points where ``mask`` holds, with all of their numbers."""
+        others = {name: column[mask] for name, column in self.others.items()}
+        return replace(self, cloud=self.cloud.select(mask), others=others)
+
+    def noting(self, *remarks: str, lost: bool = False) -> "DecodedCloud":
+        """Return the same with more remarks; ``lost`` when they tell of data that are gone."""
+        found = (*self.remarks, *remarks)
+        return replace(self, remarks=found, data_lost=self.data_lost or lost)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
+def decode_columns(
+    table: Columns, frame: str = "sensor", header: float | None = None, times: bool = True
+) -> DecodedCloud:
+    """Return the cloud of named numbers: points without no-returns, with times and labels.
+
+    Args:
+        table: Numbers of each point by name, shape (n,) each.
+        frame: Frame of the coordinates.
+        header: Stamp of a message [s since the epoch]: times count from there. None for a file.
+        times: Whether to look for the times of points.
+
+    Raises:
+        FormatError: If x, y or z is missing.
+    """
+    coordinates, remarks = _coordinates(table)
+    real = are_returns(coordinates, frame)
+    numbers = {n: c for n, c in table.items() if n not in COORDINATES and c.dtype.kind in "biuf"}
+    others = {name: column[real] for name, column in numbers.items()}
+    remarks += _precision(coordinates[real])
+    columns: dict[str, NDArray[Any]] = {}
+    if times:
+        told = read_point_times(others, header)
+        remarks += told.remarks
+        if told.seconds is not None and told.field is not None:
+            columns["stamps"] = told.seconds
+            others.pop(told.field)
+    lost = False
+    for name, aliases in _LABELS.items():
+        alias = next((alias for alias in aliases if alias in others), None)
+        if alias is None:
+            continue
+        values = _label(others[alias], COLUMNS[name])
+        if values is None:
+            lost = True
+            remarks.append(
+                f"field {alias}: expected whole numbers of at most 32 bits as labels, got "
+                f"{_span(others[alias])}; not used as labels"
+            )
+            continue
+        columns[name] = values
+        others.pop(alias)
+    cloud = PointCloud.from_coordinates(coordinates[real], frame, **columns)
+    none = int(len(real) - real.sum())
+    return DecodedCloud(cloud, tuple(remarks), none, lost, others)
+
+
+def _coordinates(table: Columns) -> tuple[NDArray[np.float64], list[str]]:
+    """Return x, y, z, shape (n, 3), and a remark where their type leaves the unit open."""
+    if not set(COORDINATES) <= set(table):
+        raise FormatError(f"expected fields x, y, z, got {', '.join(table) or 'none'}")
+    found = np.stack([table[name].astype(np.float64) for name in COORDINATES], axis=1)
+    found[np.abs(found) > _LARGEST] = np.inf  # What float32 can't hold is no length.
+    kinds = {table[name].dtype.name for name in COORDINATES if table[name].dtype.kind in "iu"}
+    if not kinds:
+        return found, []
+    return found, [f"fields x, y, z: whole numbers ({', '.join(sorted(kinds))}) taken as metres"]
+
+
+def _precision(coordinates: NDArray[np.float64]) -> list[str]:
+    """Return what is to be said of a cloud that is wider than float32 holds to a millimetre."""
+    if not len(coordinates):
+        return []
+    origin = origin_of(coordinates)
+    reach = float(np.abs(coordinates - origin).max())
+    if not origin.any() or reach <= 2 * FLOAT32_REACH or reach > 1e8:
+        return []
+    step = float(np.spacing(np.float32(reach))) / 2
+    return [f"points lie up to {reach / 1000:.4g} km apart: the farthest are kept to {step:.2g} m"]
+
+
+def _label(values: NDArray[Any], kind: type[Any]) -> NDArray[Any] | None:
+    """Return labels in the type of a column, the smallest that holds them all, or None."""
+    if kind is not np.integer:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return values.astype(kind)
+    if not len(values) or values.dtype.kind not in "iufb":
+        return None if len(values) else values.astype(np.uint8)
+    if values.dtype.kind == "f" and not (np.isfinite(values) & (values % 1 == 0)).all():
+        return None
+    low, high = values.min(), values.max()
+    for whole in _WHOLE:
+        if np.iinfo(whole).min <= low and high <= np.iinfo(whole).max:
+            return values.astype(whole)
+    return None
+
+
+def _span(values: NDArray[Any]) -> str:
+    """Return the type and the limits of numbers in words."""
+    known = values[np.isfinite(values)]
+    limits = f"from {known.min():.6g} to {known.max():.6g}" if len(known) else "that are not finite"
+    return f"{values.dtype.name} {limits}"

@@ -1,0 +1,166 @@
+"""Headerless rows of floats: KITTI's x, y, z, intensity, nuScenes's with a ring, and others."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from traversability.formats.error import FormatError
+from traversability.formats.table import Columns
+
+WIDTHS = range(3, 9)
+"""Numbers of a point that are told by content."""
+
+_LIKELY = 4  # KITTI's.
+_ALIKE = 0.9
+_MOST_WORDS = 840 * 2500  # Whole rows of any width.
+_GARBAGE = 0.05
+_LOWER = 0.7
+
+
+@np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
+def parse(data: bytes, width: int | None = None, likely: int = _LIKELY) -> tuple[Columns, str]:
+    """Return the columns of a file without a header, and how its layout was told.
+
+    The right width is the one whose columns differ most from each other: rows of a wrong width mix
+    heights with distances. Doubles are told from floats by values that no sensor gives.
+
+    Args:
+        data: The file.
+        width: Numbers of a point; None tells by content.
+        likely: Width that the file's name suggests, taken where the content leaves it open.
+
+    Returns:
+        Columns x, y, z, ``intensity``, ``ring`` where the fifth is whole, ``column_6`` and so on;
+        and a remark, empty for the usual layout.
+
+    Raises:
+        FormatError: If no width fits, or several do.
+    """
+    kind = _kind(data)
+    size = np.dtype(kind).itemsize
+    words = np.frombuffer(data, dtype=kind, count=len(data) // size)
+    remark = "" if size == 4 else "holds float64"
+    if width is None:
+        width = _width(words, len(data), size, likely)
+        if width != _LIKELY:
+            remark = f"{remark}{', ' if remark else ''}{width} columns, told by its content"
+    elif width < 3:
+        raise FormatError(f"--columns: expected at least 3 (x, y, z), got {width}")
+    if len(data) % (size * width):
+        raise FormatError(
+            f"expected a multiple of {size * width} bytes ({width} columns of {kind[1:]}), got "
+            f"{len(data)}"
+        )
+    rows = words.reshape(-1, width)
+    return dict(zip(names(rows), rows.T, strict=True)), remark
+
+
+def names(rows: NDArray[Any]) -> list[str]:
+    """Return the names of columns that have none."""
+    found = ["x", "y", "z", "intensity"][: rows.shape[1]]
+    for place in range(4, rows.shape[1]):
+        column = rows[:, place]
+        ring = place == 4 and bool(((column >= 0) & (column < 256) & (column % 1 == 0)).all())
+        found.append("ring" if ring else f"column_{place + 1}")
+    return found
+
+
+def _kind(data: bytes) -> str:
+    """Return the type of the numbers: float32, or float64 where only that gives lengths."""
+    words = np.frombuffer(data, dtype="<f4", count=len(data) // 4)[:_MOST_WORDS]
+    pairs = words[: len(words) // 2 * 2].reshape(-1, 2)
+    pairs = pairs[pairs[:, 1] != 0]
+    # The lower half of a double is zero, or nothing that a float would hold.
+    lower = bool(len(pairs)) and (_no_length(pairs[:, 0]) | (pairs[:, 0] == 0)).mean() > _LOWER
+    garbage = _no_length(words).mean() if len(words) else 0.0
+    if garbage < _GARBAGE and not lower:
+        return "<f4"
+    doubles = np.frombuffer(data, dtype="<f8", count=len(data) // 8)[:_MOST_WORDS]
+    if len(doubles) and _no_length(doubles).mean() < _GARBAGE / 5:
+        return "<f8"
+    if garbage < _GARBAGE:
+        return "<f4"
+    raise FormatError(
+        "expected little-endian float32 or float64 numbers of points, got "
+        f"{100 * garbage:.0f} % that are no lengths"
+    )
+
+
+def _no_length(words: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which numbers no sensor gives; zeros, NaN and infinity are no-returns."""
+    with np.errstate(invalid="ignore"):
+        size = np.abs(words.astype(np.float64))
+        return np.asarray(np.isfinite(size) & (size > 0) & ((size > 1e8) | (size < 1e-9)))
+
+
+def _width(words: NDArray[np.floating], length: int, size: int, likely: int) -> int:
+    """Return the number of columns that the content shows."""
+    fitting = [width for width in WIDTHS if length % (size * width) == 0]
+    sample = words[:_MOST_WORDS]
+    if likely in fitting and _void(sample.reshape(-1, likely))[:, :3].all():
+        return likely  # No returns at all: nothing to tell by.
+    told = {width: _difference(sample, width) for width in WIDTHS if len(words) >= 4 * width}
+    best = max(told.values(), default=0.0)
+    if best > 0:
+        # Twice a width tells as much as the width itself.
+        shown = min(width for width, difference in told.items() if difference >= _ALIKE * best)
+        if shown in fitting:
+            return shown
+        if fitting != [likely]:
+            raise FormatError(
+                f"expected a multiple of {size * shown} bytes, as the content looks like {shown} "
+                f"columns, got {length}"
+            )
+    if likely in fitting and (len(fitting) == 1 or likely != _LIKELY):
+        return likely
+    if len(fitting) == 1:
+        return fitting[0]
+    if not fitting:
+        raise FormatError(
+            f"expected a multiple of {size * _LIKELY} bytes (x, y, z, intensity), got {length}"
+        )
+    listed = ", ".join(map(str, fitting))
+    raise FormatError(
+        f"expected a content that shows how many numbers a point has, got {length} bytes that fit "
+        f"{listed}; say which with --columns"
+    )
+
+
+def _void(rows: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which numbers a driver may have filled in for no return."""
+    return np.asarray(~(np.isfinite(rows) & (rows != 0)))
+
+
+def _difference(words: NDArray[np.floating], width: int) -> float:
+    """Return how much a number's column says about its value [nats], beyond chance.
+
+    Columns of nothing but zeros or NaN count as a value of their own; other zeros and NaN are
+    left out, since slots without a return come in patterns.
+    """
+    rows = words[: len(words) // width * width].reshape(-1, width)
+    void = _void(rows)
+    empty: NDArray[np.bool_] = np.asarray(void.all(axis=0))
+    if empty[:3].all():
+        return 0.0
+    column = np.broadcast_to(np.arange(width), rows.shape)
+    kept = ~void | empty
+    values, column, hollow = rows[kept], column[kept], np.broadcast_to(empty, rows.shape)[kept]
+    bins = 32 if len(values) > 4096 else 8
+    full = values[~hollow]
+    if not len(full):
+        return 0.0
+    edges = np.unique(np.quantile(full, np.linspace(0, 1, bins + 1)[1:-1]))
+    whole = values % 1 == 0
+    code = np.where(hollow, 0, 1 + np.searchsorted(edges, values) + whole * (len(edges) + 1))
+    n_codes = 2 * (len(edges) + 1) + 1
+    counts = np.bincount(column * n_codes + code, minlength=width * n_codes)
+    counts = counts.reshape(width, n_codes)
+    counts = counts[counts.any(axis=1)][:, counts.any(axis=0)]
+    share = counts / len(values)
+    alone = share.sum(axis=1, keepdims=True) * share.sum(axis=0, keepdims=True)
+    there = share > 0
+    known = float((share[there] * np.log(share[there] / alone[there])).sum())
+    freedom = (counts.shape[0] - 1) * (counts.shape[1] - 1)
+    chance = (freedom + 3 * np.sqrt(2 * freedom)) / (2 * len(values))
+    return known - chance

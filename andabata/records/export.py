@@ -2,20 +2,25 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from andabata.records.bags import Bag, BagError
-from andabata.records.messages import cloud_of
+from andabata.records.frames import is_base
+from andabata.records.gathering import frame_of
+from andabata.records.messages import NS, cloud_of, header_ns
+from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.storage import write_atomically
 from andabata.records.topics import POINT_CLOUD, RosMessage
+from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
-    """Return one cloud of a recording.
+    """Return one cloud of a recording, in ``base_footprint`` or in ``sensor``.
 
     Args:
         path: The recording.
@@ -24,18 +29,45 @@ def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud
 
     Raises:
         BagError: If there is no such topic or cloud.
+        FrameError: If the place of its frame on the robot cannot be known.
+    """
+    return read_mounted_cloud(path, topic, number, {})[0]
+
+
+def read_mounted_cloud(
+    path: Path, topic: str | None, number: int, given: Mapping[str, GivenMounting]
+) -> tuple[PointCloud, list[str]]:
+    """Return one cloud of a recording as ``read_bag_cloud`` does, and remarks on its frame.
+
+    A cloud whose mounting is given keeps its coordinates and is in ``sensor``.
     """
     with Bag(path) as bag:
-        clouds = {name: n for name, (kind, n) in bag.topics.items() if kind == POINT_CLOUD}
-        if topic is None and len(clouds) == 1:
-            topic = next(iter(clouds))
-        if topic not in clouds:
-            found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
-            raise BagError(f"--topic: expected one of the clouds of {path}: {found}; got {topic}")
-        place = number if number >= 0 else clouds[topic] + number
-        for k, message in enumerate(bag.messages((topic,))):
-            if k == place:
-                return cloud_of(message.content)
+        message = _find_cloud(bag, topic, number)
+        mounts = Mounts(given, read_transforms(bag))
+    cloud = cloud_of(message, frame_of(message) or "sensor", header_ns(message) / NS)
+    if mounts.mount("laser", cloud.frame).source == "option":
+        return replace(cloud, frame="sensor", stamps=None), []
+    cloud = replace(mounts.cloud(cloud, 0.0), stamps=None)
+    frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
+    return replace(cloud, frame=frame), mounts.remarks
+
+
+def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
+    """Return the message of a cloud.
+
+    Raises:
+        BagError: If there is no such topic or cloud.
+    """
+    clouds = {name: n for name, (kind, n) in bag.topics.items() if kind == POINT_CLOUD}
+    if topic is None and len(clouds) == 1:
+        topic = next(iter(clouds))
+    if topic not in clouds:
+        found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
+        raise BagError(f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic}")
+    place = number if number >= 0 else clouds[topic] + number
+    for k, message in enumerate(bag.messages((topic,))):
+        if k == place:
+            return message.content
     raise BagError(f"--number: expected one of the {clouds[topic]} clouds of {topic}, got {number}")
 
 

@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andabata.app.options import ForestFile, Json, Quiet
+from andabata.app.options import ForestFile, Json, LaserMounting, Quiet
 
 if TYPE_CHECKING:
-    from andabata.app.scanning import Mounting, ScanConfig
+    from andabata.app.scanning import ScanConfig
+    from andabata.records.mounts import GivenMounting
     from traversability.cloud import PointCloud
     from traversability.forest import Forest
-
-_MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
 
 
 def scan(
@@ -22,7 +21,7 @@ def scan(
     sensor_height: Annotated[
         float, typer.Option(help="Sensor above the robot's base plane, in metres.")
     ] = 0.72,
-    mounting: Annotated[str, typer.Option(help=_MOUNTING)] = "0,0,0,0,0",
+    mounting: LaserMounting = None,
     own_body: Annotated[
         float, typer.Option(help="Leave out returns nearer than this to the sensor, in metres.")
     ] = 0.0,
@@ -52,6 +51,7 @@ def scan(
     labels is scored against them.
     """
     from andabata.app.console import Voice
+    from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.report import Report
     from andabata.app.scanning import ScanConfig
     from andabata.app.settings import resolve
@@ -65,14 +65,17 @@ def scan(
     voice = Voice(quiet, as_json)
     options = {"own_body": own_body, "level": level, "n_sectors": sectors}
     overrides = [f"{name}={str(value).lower()}" for name, value in options.items()]
-    base = ScanConfig(mounting=_mounting(mounting, sensor_height))
+    given = read_mountings(mounting or (), ("laser",))
+    base = ScanConfig(mounting=laser_mounting(given, sensor_height))
     config = resolve(ScanConfig, None, overrides, base)
     loaded = Forest.load(forest) if forest else shipped_forest()
     page = Report("Clouds and what the robot makes of them")
     found = []
     for file in files:
         where = picture or Path(f"{file.stem}_scan.png")
-        data, drawn = _look(_read(file, topic, number), file.name, config, loaded)
+        cloud, remarks = _read(file, topic, number, given)
+        data, drawn = _look(cloud, file.name, config, loaded)
+        data["notes"] += remarks
         write_atomically(where, drawn)
         found.append({"file": str(file), **data, "picture": str(where)})
         for note in data["notes"]:
@@ -86,14 +89,19 @@ def scan(
     voice.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
 
 
-def _read(file: Path, topic: str | None, number: int) -> "PointCloud":
-    """Return the cloud of a file, or one of a recording."""
-    from andabata.records.export import read_bag_cloud
+def _read(
+    file: Path, topic: str | None, number: int, given: "dict[str, GivenMounting]"
+) -> "tuple[PointCloud, list[str]]":
+    """Return the cloud of a file, or one of a recording, and remarks on its frame."""
+    from dataclasses import replace
+
+    from andabata.records.export import read_mounted_cloud
     from traversability.files import read_cloud
 
     if file.is_dir() or file.suffix in (".bag", ".mcap"):
-        return read_bag_cloud(file, topic, number)
-    return read_cloud(file)
+        return read_mounted_cloud(file, topic, number, given)
+    cloud = read_cloud(file)
+    return (replace(cloud, frame="sensor") if "laser" in given else cloud), []
 
 
 def _look(
@@ -116,23 +124,3 @@ def _in_words(data: dict[str, Any]) -> str:
         f"{data['points']} points: {cells['green']} green, {cells['red']} red, {cells['white']} "
         f"white cells; nearest obstacle {nearest:.2f} m."
     )
-
-
-def _mounting(text: str, height: float) -> "Mounting":
-    """Return the mounting of the two options."""
-    import math
-
-    from andabata.app.scanning import Mounting
-    from andabata.app.settings import resolve
-    from andabata.app.usage import UsageError
-
-    try:
-        x, y, roll, pitch, yaw = (float(word) for word in text.split(","))
-    except ValueError as error:
-        raise UsageError(
-            f"--mounting: expected five numbers X,Y,ROLL,PITCH,YAW, got {text!r}"
-        ) from error
-    fields = {"x": x, "y": y, "z": height}
-    angles = {"roll": roll, "pitch": pitch, "yaw": yaw}
-    fields |= {name: math.radians(angle) for name, angle in angles.items()}
-    return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])

@@ -27,6 +27,9 @@ from traversability.cloud import PointCloud
 
 Source = Literal["tf_static", "tf", "option", "name", "assumed"]
 
+_APART = 0.05
+"""Mountings that differ by more contradict each other [m, rad]."""
+
 BARE = ""
 """Key of the mounting that is told without a sense: a laser's in a frame of its own."""
 
@@ -271,14 +274,13 @@ class Mounts:
         if is_base(frame):  # Where ranges are measured from is not said.
             frame = OWN_FRAMES[1]
         mount = self.mount("laser", frame)
-        if mount.moving is not None:
-            raise FrameError(
-                f"frame {frame}: expected a head whose turn /head_angle tells, got one that /tf "
-                "turns; --mounting laser=X,Y,Z,ROLL,PITCH,YAW tells where it sits"
-            )
         if mount.is_identity or mount.source == "name":
             return None, "sensor"
         place = mount.transform
+        if mount.moving is not None:  # Its turn is what /head_angle tells.
+            place = self.tree.lookup(self.tree.joint(*mount.moving), mount.moving[1])
+            lift = np.array([0.0, 0.0, mount.lift])
+            place = replace(place, translation=place.translation + lift)
         return np.concatenate([place.translation, place.rotation.as_quat()]), mount.origin
 
     def ground_check(self, lidar_height: float) -> GroundCheck:
@@ -295,6 +297,21 @@ class Mounts:
             mount.source, f"/{mount.source}"
         )
         return GroundCheck(height if height > 0 else lidar_height, where)
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether laser, IMU and compass have spoken and no transform of theirs is missing."""
+        senses: tuple[Sense, ...] = ("laser", "imu", "compass")
+        for sense in senses:
+            mount = self._used.get(sense)
+            if mount is None:
+                return False
+            mount = self.mount(sense, mount.frame)  # Transforms may have come since.
+            named = mount.source == "name" and not is_base(mount.frame)
+            own = local(mount.frame) in OWN_FRAMES
+            if named or (mount.source == "assumed" and not own):
+                return False
+        return True
 
     def verify(self) -> None:
         """Refuse a mounting that gravity contradicts.
@@ -321,7 +338,26 @@ class Mounts:
         found += [f"/tf: {text}" for text in self.tree.conflicts]
         for sense, mount in self._used.items():
             found += _doubts(sense, mount, self.tree)
+            found += self._contradictions(sense, mount)
         return found + self.checks.remarks
+
+    def _contradictions(self, sense: Sense, mount: Mount) -> list[str]:
+        """Return whether the tree says otherwise than the user."""
+        name = self.tree.find(mount.frame)
+        if mount.source != "option" or name is None:
+            return []
+        try:
+            other = self._by_tree(sense, mount.frame, name)
+        except FrameError:
+            return []
+        if other is None or other.moving or other.source == "name":
+            return []
+        apart = mount.transform.inverse @ other.transform
+        shift = apart.translation[: 2 if mount.origin == "sensor" else 3]
+        if np.linalg.norm(shift) < _APART and apart.rotation.magnitude() < _APART:
+            return []
+        place = ",".join(f"{number:.3g}" for number in _numbers(other.transform))
+        return [f"{sense}: --mounting is used; /{other.source} puts frame {mount.frame} at {place}"]
 
 
 def _told(sense: Sense, frame: str, given: GivenMounting) -> Mount:
@@ -347,6 +383,11 @@ def _doubts(sense: Sense, mount: Mount, tree: TransformTree) -> list[str]:
         "gnss": "over the middle of the robot",
     }.get(sense, "along the robot's axes")
     return [f"{sense}: nothing tells where frame {mount.frame} is; taken {taken} ({option}){known}"]
+
+
+def _numbers(place: Transform) -> list[float]:
+    """Return x, y, z [m], roll, pitch and yaw [deg], as ``--mounting`` takes them."""
+    return [*place.translation.tolist(), *np.rad2deg(_angles(place.rotation)[::-1]).tolist()]
 
 
 def _angles(rotation: Rotation) -> list[float]:

@@ -1,7 +1,7 @@
 """The tree of coordinate frames that /tf_static and /tf publish."""
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -65,20 +65,38 @@ class Transform:
 
 @dataclass
 class _Edge:
-    """Transforms from a child to its parent, by time."""
+    """Transforms from a child to its parent, by time.
+
+    Attributes:
+        parent: Its name.
+        static: Whether /tf_static tells.
+        moves: Whether the transforms differ; those of old publishers of static ones come by /tf
+            and do not.
+        rows: Stamp [s], x, y, z [m], quaternion x, y, z, w of each, one after the other.
+    """
 
     parent: str
     static: bool
+    moves: bool = False
     rows: "array[float]" = field(default_factory=lambda: array("d"))
     _table: NDArray[np.float64] | None = None
-    _moves: bool | None = None
 
     def add(self, stamp: float, numbers: list[float]) -> None:
         """Add x, y, z and the quaternion x, y, z, w at a time [s]; a static edge keeps the last."""
         if self.static:
             self.rows = array("d")
+        elif self.rows and not self.moves:
+            self.moves = _differ(self.rows[1:8], numbers)
         self.rows.extend([stamp, *numbers])
-        self._table = self._moves = None
+        self._table = None
+
+    def forget(self, seconds: float) -> None:
+        """Keep the latest rows, once they reach back twice as far."""
+        newest = self.rows[-8]
+        if newest - self.rows[0] > 2 * seconds:
+            old = next(k for k in range(0, len(self.rows), 8) if newest - self.rows[k] <= seconds)
+            self.rows = self.rows[old:]
+            self._table = None
 
     @property
     def table(self) -> NDArray[np.float64]:
@@ -89,17 +107,6 @@ class _Edge:
             last = np.append(np.diff(rows[order, 0]) > 0, True)  # The later of equal stamps counts.
             self._table = rows[order][last]
         return self._table
-
-    @property
-    def moves(self) -> bool:
-        """Whether the transforms differ; the static ones of old publishers come by /tf as well."""
-        if self._moves is None:
-            table = self.table
-            turned = np.abs(table[:, 4:] - table[0, 4:] * np.sign(table[:, 4:] @ table[:1, 4:].T))
-            self._moves = bool(
-                np.ptp(table[:, 1:4], axis=0).max() > _STILL or turned.max() > _STILL
-            )
-        return self._moves
 
     def at(self, stamps: NDArray[np.float64]) -> Transform:
         """Return the transforms at some instants [s], shape (n,), between the neighbours in time.
@@ -113,6 +120,14 @@ class _Edge:
         first, second = Rotation.from_quat(one[:, 4:]), Rotation.from_quat(two[:, 4:])
         turn = Rotation.from_rotvec((first.inv() * second).as_rotvec() * share)
         return Transform(first * turn, one[:, 1:4] + share * (two[:, 1:4] - one[:, 1:4]))
+
+
+def _differ(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Return whether two transforms differ: x, y, z, quaternion, whose sign says nothing."""
+    sign = 1.0 if sum(a * b for a, b in zip(one[3:], other[3:], strict=True)) > 0 else -1.0
+    shift = max(abs(a - b) for a, b in zip(one[:3], other[:3], strict=True))
+    turn = max(abs(a - sign * b) for a, b in zip(one[3:], other[3:], strict=True))
+    return max(shift, turn) > _STILL
 
 
 class TransformTree:
@@ -171,10 +186,9 @@ class TransformTree:
                 return
             known = None
         if known is not None and known.static and static:
-            if not np.allclose(known.table[-1, 1:], numbers, atol=1e-6):
-                self.conflicts.append(f"{what} was published twice and differs; the last is used")
-            else:
+            if not _differ(known.rows[1:8], numbers):
                 return
+            self.conflicts.append(f"{what} was published twice and differs; the last is used")
         if known is None or (static and not known.static):
             known = self._edges[child] = _Edge(parent, static)
             self.version += 1
@@ -182,13 +196,24 @@ class TransformTree:
             return
         elif static:
             self.version += 1
+        moved = known.moves
         known.add(seconds, numbers)
+        self.version += known.moves != moved
 
     def _leave_out(self, child: str, reason: str) -> None:
         """Note a transform that cannot be; the good ones of the same frame hold."""
         if child not in self._bad:
             self._bad[child] = reason
             self.version += 1
+
+    def forget(self, seconds: float) -> None:
+        """Forget the transforms of moving frames that are older than the newest by more [s].
+
+        Twice as many are kept before, so that it costs little to call it often.
+        """
+        for edge in self._edges.values():
+            if not edge.static:
+                edge.forget(seconds)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -267,6 +292,12 @@ class TransformTree:
         """Return the frames between two whose transforms change."""
         up, down = self._steps(name, base)
         return tuple(child for child in up + down if self._edges[child].moves)
+
+    def joint(self, name: str, base: str) -> str:
+        """Return the frame under the first that moves, on the way from a base to a frame."""
+        up, _ = self._steps(name, base)
+        moving = [child for child in up if self._edges[child].moves]
+        return self._edges[moving[-1]].parent if moving else name
 
     def span(self, name: str, base: str) -> tuple[float, float]:
         """Return from when to when the transforms between two frames are known [s]."""

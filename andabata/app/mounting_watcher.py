@@ -1,5 +1,6 @@
 """Watches a replay or a live robot for what its senses say of their own mountings."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,11 @@ class MountingWatcher:
         self._ground.look(np.array(assembler.around(odometry)), tilt)
         self._ground.verify()
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return where senses sit and what a person should know of that, ready for JSON."""
-        remarks = [*self._mounts.remarks, *self._ground.remarks]
+    def as_dict(self, further: Sequence[str] = ()) -> dict[str, Any]:
+        """Return where senses sit and what a person should know of that, ready for JSON.
+
+        Args:
+            further: Other remarks.
+        """
+        remarks = [*further, *self._mounts.remarks, *self._ground.remarks]
         return {"frames": self._mounts.as_dict(self._height), "remarks": remarks}

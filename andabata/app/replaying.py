@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from andabata.app.mounting_watcher import MountingWatcher
 from andabata.machine.senses import WheelSpeeds
 from andabata.models import Models
+from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import Bag
@@ -177,8 +178,23 @@ def replay_bag(
         "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
         "refused": gathering.refused + (assembler.refused if assembler else 0),
-        **watcher.as_dict(),
+        **watcher.as_dict(_blindness(compared, gathering, assembler)),
     }
+
+
+def _blindness(
+    compared: Comparison, gathering: Gathering, assembler: CloudAssembler | None
+) -> list[str]:
+    """Return why no virtual scan could be made, nothing where one was."""
+    if compared.scans:
+        return []
+    if gathering.refused:
+        reason = f"{gathering.refused} messages of the senses were left out"
+    elif assembler is not None and assembler.refused:
+        reason = f"{assembler.refused} clouds have stamps at which no pose is known"
+    else:
+        reason = "no cloud was complete"
+    return [f"no virtual scan could be made: {reason}"]
 
 
 def trust_in_words(data: Mapping[str, Any]) -> list[str]:

@@ -137,8 +137,9 @@ class Gathering:
             return
         try:
             self._frames.append(self.mounts.cloud(cloud, header_ns(content) / NS - stamp))
-        except PendingTransformError:
+        except PendingTransformError as error:
             if not rounds:
+                self.mounts.leave_out("laser", error)
                 raise
             self._pending.append((content, rounds - 1))
 

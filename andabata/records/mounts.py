@@ -133,13 +133,14 @@ class Mounts:
         """
         if self._version != self.tree.version:
             self._known.clear()
+            self.checks = MountingChecks()  # What was measured was turned otherwise.
             self._version = self.tree.version
         key = sense, clean(frame)
         if key not in self._known:
             try:
                 self._known[key] = self._resolve(*key)
             except FrameError as error:
-                self._refusals[f"{sense}: {error}"] = None
+                self.leave_out(sense, error)
                 raise
         self._used[sense] = self._known[key]
         return self._known[key]
@@ -312,6 +313,11 @@ class Mounts:
             if named or (mount.source == "assumed" and not own):
                 return False
         return True
+
+    def leave_out(self, sense: Sense, error: ValueError) -> None:
+        """Note why a measurement is left out, the first of each sense."""
+        if not any(text.startswith(f"{sense}: ") for text in self._refusals):
+            self._refusals[f"{sense}: {error}"] = None
 
     def verify(self) -> None:
         """Refuse a mounting that gravity contradicts.

@@ -10,6 +10,9 @@ from andabata.machine.mounting import Mounting
 from andabata.records.frames import SENSES
 from andabata.records.mounts import BARE, GivenMounting
 
+_TURN = 360.0
+"""A whole turn [deg]."""
+
 
 def read_mountings(
     texts: Sequence[str], senses: Sequence[str] = SENSES
@@ -92,6 +95,10 @@ def _given(text: str) -> GivenMounting:
     z = values[2] if count == 6 else None
     fields = {"x": x, "y": y, "z": z or 0.0}
     angles = {"roll": roll, "pitch": pitch, "yaw": yaw}
+    for name, angle in angles.items():
+        if abs(angle) > _TURN:
+            raise UsageError(f"--mounting: expected {name} within 360 degrees, got {angle:g}")
+        angles[name] = math.remainder(angle, _TURN)
     fields |= {name: math.radians(angle) for name, angle in angles.items()}
     checked = resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])
     return GivenMounting(x, y, z, checked.rotation)

@@ -22,6 +22,7 @@ from andabata.records.gathering import Gathering
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.playback import (
     Period,
+    check_frames,
     check_topics,
     choose_cloud,
     read_periods,
@@ -146,6 +147,7 @@ def replay_bag(
         topic = choose_cloud(bag, cloud)
         check_topics(bag, Gathering(0, topic), names)
         mounts = Mounts(mountings, read_transforms(bag))
+        check_frames(bag, Gathering(0, topic, mounts), names)
         setup = read_setup(bag, configure(RigConfig()).sensing.site, names, mounts)
         config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
         name = controller or str(setup.settings.get("controller", "learned"))

@@ -85,6 +85,10 @@ class Gathering:
         laser = SWEEPS if self._cloud is None else (self._cloud,)
         return (*SENSES, *laser, topics.FIX, topics.GOAL)
 
+    def sense_of(self, topic: Topic) -> Sense | None:
+        """Return whose place on the robot a topic's measurements depend on, None for nobody's."""
+        return "laser" if topic is self._cloud else _MOUNTED.get(topic)
+
     def seconds(self, stamp_ns: int) -> float:
         """Return a stamp as time since the epoch [s]."""
         return (stamp_ns - self.epoch_ns) / NS

@@ -193,8 +193,7 @@ class Mounts:
         if tree.moving(found, base):
             if sense != "laser":
                 raise FrameError(
-                    f"frame {frame}: expected one that is fixed to {base}, got one that /tf moves; "
-                    f"--mounting {sense}=X,Y,Z,ROLL,PITCH,YAW tells where it is fixed"
+                    f"frame {frame}: expected one that is fixed to {base}, got one that /tf moves"
                 )
             return Mount(frame, source, "base_link", Transform.identity(), (found, base), lift)
         place = tree.lookup(found, base)

@@ -16,7 +16,8 @@ from andabata.machine.site import Site
 from andabata.navigation.view import Area
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
-from andabata.records.gathering import SWEEPS, Gathering
+from andabata.records.frames import FrameError
+from andabata.records.gathering import SWEEPS, Gathering, frame_of
 from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.mounts import Mounts
 from andabata.records.recorder import SETUP
@@ -128,6 +129,26 @@ def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
             f"{bag.path}: expected the topics {', '.join(missing)}, got {found}; --map names those "
             "that are called otherwise, and `andabata scan --topic` judges a single cloud"
         )
+
+
+def check_frames(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
+    """Refuse a recording of whose senses one sits nobody knows where.
+
+    Raises:
+        FrameError: If so, by the frames of each sense's first message; the message names the sense
+            and the option that tells.
+    """
+    for topic in gathering.wanted:
+        sense = gathering.sense_of(topic)
+        names = tuple(_names((topic,), renamed)) if sense is not None else ()
+        first = next(bag.messages(names), None) if names else None
+        if sense is None or first is None or not hasattr(first.content, "header"):
+            continue
+        try:
+            gathering.mounts.mount(sense, frame_of(first.content))
+        except FrameError as error:
+            option = f"--mounting {sense}=X,Y,Z,ROLL,PITCH,YAW tells where it sits"
+            raise FrameError(f"{sense}: {error}; {option}") from error
 
 
 def read_setup(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None = None) -> Setup:

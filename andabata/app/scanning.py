@@ -30,6 +30,7 @@ class Scanned:
         scan: The virtual scan.
         grid: The cells' grid.
         ground_tilt: Of the ground within 5 m, before levelling [rad]; None without ground.
+        mounted: Whether the cloud came in a frame of its own and the mounting has placed it.
     """
 
     cloud: PointCloud
@@ -37,6 +38,7 @@ class Scanned:
     scan: VirtualScan
     grid: PolarGrid
     ground_tilt: float | None
+    mounted: bool = True
 
 
 class ScanConfig(BaseModel):
@@ -79,7 +81,8 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
             raise ValueError(
                 f"own_body: expected points beyond {config.own_body} m, got none; lower it"
             )
-    if is_base(cloud.frame):
+    mounted = not is_base(cloud.frame)
+    if not mounted:
         cloud = replace(cloud, frame="base_footprint")
     else:
         points = config.mounting.place(cloud.points)
@@ -92,7 +95,7 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
     grid = forest.grid.model_copy(update={"n_sectors": config.n_sectors})
     cells = TraversabilityScanner(forest, grid).cells(cloud.points)
     tilt = None if plane is None else tilt_of(plane[0])
-    return Scanned(cloud, cells, virtual_scan(cells, grid), grid, tilt)
+    return Scanned(cloud, cells, virtual_scan(cells, grid), grid, tilt, mounted)
 
 
 def doubts(scanned: Scanned, config: ScanConfig) -> list[str]:
@@ -105,7 +108,7 @@ def doubts(scanned: Scanned, config: ScanConfig) -> list[str]:
             "level? (--mounting, --level)"
         )
     if not config.level:
-        found += ground_remarks(scanned.cloud.points, config.mounting.z)
+        found += ground_remarks(scanned.cloud.points, config.mounting.z, scanned.mounted)
     if tilt is None:
         found.append("too few points within 5 m to see the ground; is it the right cloud?")
     if np.isnan(scanned.scan.ranges).mean() > 0.5:

@@ -173,14 +173,17 @@ def _dip_in_words(dip: float) -> str:
 class GroundCheck:
     """Holds the ground that the first clouds show against where the laser's mounting puts it."""
 
-    def __init__(self, laser_height: float, where: str = "robot.lidar_height") -> None:
+    def __init__(
+        self, laser_height: float, where: str = "robot.lidar_height", is_told: bool = True
+    ) -> None:
         """Begin without a cloud.
 
         Args:
             laser_height: Of the laser above the ground [m].
-            where: What says so.
+            where: What says where the ground is.
+            is_told: Whether the laser's height is told, not guessed.
         """
-        self._height, self._where = laser_height, where
+        self._height, self._where, self._is_told = laser_height, where, is_told
         self._seen: list[tuple[float, float]] = []
 
     @property
@@ -235,20 +238,24 @@ class GroundCheck:
         if abs(height) <= _OFF_HEIGHT:
             return []
         side = "below" if height < 0 else "above"
-        return [
-            f"laser: the ground lies {abs(height):.1f} m {side} where {self._where} puts it: the "
-            f"laser is {self._height - height:.2f} m above it, not {self._height:.2f} m"
-        ]
+        said = f"laser: the ground lies {abs(height):.1f} m {side} where {self._where} puts it"
+        if self._is_told:
+            real = self._height - height
+            said += f": the laser is {real:.2f} m above it, not {self._height:.2f} m"
+        return [said]
 
 
-def ground_remarks(points: NDArray[np.float32], laser_height: float) -> list[str]:
+def ground_remarks(
+    points: NDArray[np.float32], laser_height: float, mounted: bool = True
+) -> list[str]:
     """Return what the ground of one cloud says of its laser's height.
 
     Args:
         points: In ``base_footprint`` [m], shape (n, 3).
         laser_height: Of the laser above the ground [m].
+        mounted: Whether that height has put the cloud there; else its frame has.
     """
-    check = GroundCheck(laser_height, "--sensor-height")
+    check = GroundCheck(laser_height, "--sensor-height" if mounted else "its frame", mounted)
     check.look(points)
     return check.height_remarks
 

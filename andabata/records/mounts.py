@@ -296,7 +296,8 @@ class Mounts:
         where = {"option": "--mounting", "name": f"frame {mount.frame}"}.get(
             mount.source, f"/{mount.source}"
         )
-        return GroundCheck(height if height > 0 else lidar_height, where)
+        known = height > 0
+        return GroundCheck(height if known else lidar_height, where, known)
 
     @property
     def is_settled(self) -> bool:

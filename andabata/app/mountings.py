@@ -8,7 +8,7 @@ from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
 from andabata.records.frames import SENSES
-from andabata.records.mounts import BARE, GivenMounting
+from andabata.records.mounts import BARE, GivenMounting, yaw_pitch_roll
 
 _TURN = 360.0
 """A whole turn [deg]."""
@@ -53,7 +53,7 @@ def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mountin
     told = given.get("laser", given.get(BARE))
     if told is None:
         return resolve(Mounting, overrides=[f"z={height!r}"])
-    yaw, pitch, roll = told.rotation.as_euler("ZYX").tolist()
+    yaw, pitch, roll = yaw_pitch_roll(told.rotation)
     z = height if told.z is None else told.z
     fields = {"x": told.x, "y": told.y, "z": z, "roll": roll, "pitch": pitch, "yaw": yaw}
     return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])

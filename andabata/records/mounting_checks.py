@@ -15,6 +15,9 @@ _ROWS = 100
 _FALLEN = np.deg2rad(60.0)
 """No robot drives on ground that leans more: the IMU is mounted otherwise than was said."""
 
+_NO_GRAVITY = 0.5
+"""Mean specific force below which gravity was taken off: it is 9.8 m/s2, or 1 in its own units."""
+
 _STEEP = np.deg2rad(30.0)
 """Ground that leans more is worth a remark."""
 
@@ -74,8 +77,12 @@ class MountingChecks:
 
     def _direction(self, what: str) -> NDArray[np.float64] | None:
         """Return the mean direction of a vector, None before there are enough rows."""
-        length = float(np.linalg.norm(self._sums[what]))
-        return self._sums[what] / length if self._counts[what] >= _ROWS and length > 0 else None
+        if self._counts[what] < _ROWS:
+            return None
+        mean = self._sums[what] / self._counts[what]
+        length = float(np.linalg.norm(mean))
+        least = _NO_GRAVITY if what == "force" else 0.0
+        return mean / length if length > least else None
 
     def verify_gravity(self, frame: str, source: str, rotation: Rotation) -> None:
         """Refuse an IMU whose gravity does not point where it must.
@@ -109,6 +116,11 @@ class MountingChecks:
     def _of_gravity(self) -> list[str]:
         """Return what gravity says."""
         up = self._direction("force")
+        if up is None and self._counts["force"] >= _ROWS:
+            return [
+                "imu: expected a specific force that holds gravity, got one of less than "
+                f"{_NO_GRAVITY} m/s2 in the mean; nothing checks how the IMU is mounted"
+            ]
         lean = 0.0 if up is None else float(np.arccos(np.clip(up[2], -1, 1)))
         if lean < _STEEP:
             return []

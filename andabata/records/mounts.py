@@ -86,7 +86,7 @@ class Mount:
         """Return frame, transform to the base (x, y, z [m], roll, pitch, yaw [rad]) and source."""
         x, y, z = self.transform.translation.tolist()
         up = lidar_height if self.origin == "sensor" else 0.0
-        yaw, pitch, roll = _angles(self.transform.rotation)
+        yaw, pitch, roll = yaw_pitch_roll(self.transform.rotation)
         numbers = [round(number, 6) for number in (x, y, z + up, roll, pitch, yaw)]
         return {
             "frame": self.frame,
@@ -393,10 +393,10 @@ def _doubts(sense: Sense, mount: Mount, tree: TransformTree) -> list[str]:
 
 def _numbers(place: Transform) -> list[float]:
     """Return x, y, z [m], roll, pitch and yaw [deg], as ``--mounting`` takes them."""
-    return [*place.translation.tolist(), *np.rad2deg(_angles(place.rotation)[::-1]).tolist()]
+    return [*place.translation.tolist(), *np.rad2deg(yaw_pitch_roll(place.rotation)[::-1]).tolist()]
 
 
-def _angles(rotation: Rotation) -> list[float]:
+def yaw_pitch_roll(rotation: Rotation) -> list[float]:
     """Return yaw, pitch and roll [rad]; upright, where they are not unique, roll is 0."""
     import warnings
 

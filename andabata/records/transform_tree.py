@@ -340,8 +340,8 @@ class TransformTree:
         return found
 
 
-_KINDS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-"""Types of messages with transforms."""
+_KINDS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "tf2_msgs/TFMessage", "tf/tfMessage")
+"""Types of messages with transforms, as ROS 2 and ROS 1 write them."""
 
 
 def read_transforms(bag: Bag) -> TransformTree:

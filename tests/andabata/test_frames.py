@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.app.mountings import laser_mounting, read_mountings
+from andabata.app.usage import UsageError
+from andabata.records import topics
+from andabata.records.bags import Bag, open_writer
 from andabata.records.frames import FrameError, is_base, is_world, local, prefix, rotation_by_name
 from andabata.records.messages import NS, Composer
 from andabata.records.mounts import BARE, GivenMounting, Mounts, PendingTransformError
-from andabata.records.transform_tree import Transform, TransformTree
-from tests.edited_bags import stamped, turn
+from andabata.records.topics import Topic
+from andabata.records.transform_tree import Transform, TransformTree, read_transforms
+from tests.edited_bags import stamped, transforms, turn
 from traversability.cloud import PointCloud
 
 COMPOSE = Composer(1)
@@ -387,3 +392,42 @@ def test_the_turning_lasers_head_sits_where_the_tree_says():
     )
     pose, _ = Mounts(tree=turning).head("head")
     np.testing.assert_allclose(pose[:3], [0.2, 0, 0.5])
+
+
+def test_a_recordings_transforms_are_read_from_every_topic_of_theirs(tmp_path):
+    """Namespaced topics, several publishers, and a ROS 2 recording."""
+    path, compose = tmp_path / "x.mcap", Composer(2)
+    writer = open_writer(path)
+    for k, (name, placed) in enumerate(
+        [
+            ("/tf_static", ("base_link", "mast", (0, 0, 1), NONE)),
+            ("/husky1/tf_static", ("mast", "laser", (0, 0, 1), NONE)),
+            ("/tf", ("base_footprint", "base_link", (0, 0, 0.25), NONE)),
+        ]
+    ):
+        topic = Topic(name, name, topics.TF_STATIC.kind, None)
+        message = transforms(compose, topics.TF_STATIC.kind, placed)
+        writer.write(topic, compose.stamp_ns(k), message)
+    writer.close()
+    with Bag(path) as bag:
+        tree = read_transforms(bag)
+    assert tree.base_of("laser") == "base_footprint"
+    assert not tree.is_static("laser", "base_footprint")
+    np.testing.assert_allclose(place(tree, "laser").translation, [0, 0, 2.25])
+
+
+@pytest.mark.parametrize("pitch", [90, -90])
+def test_options_that_stand_upright_are_no_matter(pitch):
+    given = read_mountings([f"laser=0.1,0.2,0.3,30,{pitch},40"])
+    found = laser_mounting(given, 0.72)
+    apart = found.rotation.inv() * turn((30, pitch, 40))
+    assert apart.magnitude() == pytest.approx(0, abs=1e-6)
+    assert (found.x, found.y, found.z) == (0.1, 0.2, 0.3)
+
+
+def test_a_turn_over_half_is_the_other_way_round():
+    (given,) = read_mountings(["0,0,0,0,270"]).values()
+    assert given.z is None
+    assert given.rotation.as_euler("ZYX", degrees=True)[0] == pytest.approx(-90)
+    with pytest.raises(UsageError, match="yaw within 360 degrees, got 400"):
+        read_mountings(["0,0,0,0,400"])

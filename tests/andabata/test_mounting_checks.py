@@ -67,6 +67,12 @@ def test_slopes_are_no_reason_and_steep_ones_are_said():
     few.verify_gravity("base_link", "name", Rotation.identity())
 
 
+def test_without_gravity_nothing_is_refused_and_it_is_said():
+    checks = checks_of(np.array([0.1, -0.2, -0.1]))
+    checks.verify_gravity("imu_link", "assumed", Rotation.identity())
+    assert "expected a specific force that holds gravity" in checks.remarks[0]
+
+
 @pytest.mark.parametrize(("latitude", "dip"), [(36.7, 52.0), (-33.9, -64.0), (69.0, 78.0)])
 def test_the_field_dips_as_the_latitude_says(latitude, dip):
     down = np.deg2rad(dip)

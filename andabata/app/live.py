@@ -2,12 +2,13 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.mounting_watcher import MountingWatcher
 from andabata.localization.first_pose import first_pose
 from andabata.machine.pose import Pose
 from andabata.machine.proprioception import GRAVITY, TESLA
@@ -19,6 +20,7 @@ from andabata.navigation.view import Controller
 from andabata.records import topics
 from andabata.records.gathering import Gathering
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
+from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.recorder import Outbox, Recorder, post_senses
 from andabata.records.ros import RosError, RosGraph
 from andabata.records.topics import Ros, RosMessage, Topic
@@ -57,6 +59,8 @@ class NavigatorNode:
         forest: Forest,
         controller: Controller,
         cloud: Topic | None = None,
+        mountings: Mapping[str, GivenMounting] | None = None,
+        say: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Build the navigator and listen to its topics.
 
@@ -66,10 +70,13 @@ class NavigatorNode:
             forest: The cell classifier.
             controller: Where to steer.
             cloud: A 3D laser's topic, None for the turning laser's two.
+            mountings: Where senses sit, by sense, above what frames and /tf say.
+            say: Tells the user what is taken for granted.
         """
         self._graph, self._site = graph, config.sensing.site
         self._lock = threading.Lock()
-        self._gathering = Gathering(0, cloud)
+        self._say = say
+        self._gathering = Gathering(0, cloud, Mounts(mountings))
         self._told: Pose | None = None
         self._localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, forest)
@@ -78,10 +85,15 @@ class NavigatorNode:
         self._bearings = config.grid.bearings
         self._steps: list[Step] = []
         self._navigator.watch(self._steps.append)
+        self._mountings = MountingWatcher(
+            self._gathering.mounts, self._assembler, config.robot.lidar_height
+        )
         _rehearse(self._navigator, config)
         for topic in self._gathering.wanted:
             graph.subscribe(topic, self._hear)
         graph.subscribe(topics.INITIAL, self._hear_start)
+        for topic in (topics.TF_STATIC, topics.TF):
+            graph.subscribe(topic, self._hear_transforms)
         for topic in _SPOKEN:
             graph.advertise(topic)
 
@@ -89,6 +101,13 @@ class NavigatorNode:
         """Take in a sensor's message; called from the graph's threads."""
         with self._lock:
             self._gathering.add(topic, message)
+
+    def _hear_transforms(self, topic: Topic, message: RosMessage) -> None:
+        """Take in transforms; those of static frames are sent again to whoever comes late."""
+        with self._lock:
+            tree = self._gathering.mounts.tree
+            tree.add(message.transforms, topic is topics.TF_STATIC)
+            tree.forget(_TRANSFORMS)
 
     def _hear_start(self, _: Topic, message: RosMessage) -> None:
         """Take in where the robot is told to be."""
@@ -98,6 +117,7 @@ class NavigatorNode:
     def _sensed(self, stamp: float) -> Senses:
         """Return what came since the last call."""
         with self._lock:
+            self._gathering.mounts.verify()
             return self._gathering.senses(stamp)
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
@@ -127,6 +147,7 @@ class NavigatorNode:
         """
         graph = self._graph
         graph.wait_for_clock()
+        self._wait_for_frames()
         pose, rough = (start, False) if start else self._wait_for_start()
         epoch = graph.now_ns()
         self._sensed(0.0)  # What came before the begin is of no use.
@@ -145,6 +166,7 @@ class NavigatorNode:
             "health": str(self._localizer.health),
             "counts": getattr(self._localizer, "counts", {}),
             "refused": self._gathering.refused,
+            **self._mountings.as_dict(),
         }
 
     def _tick(
@@ -209,6 +231,22 @@ class NavigatorNode:
                     return found, True
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
+    def _wait_for_frames(self) -> None:
+        """Wait a while for the transforms of the senses' frames.
+
+        Those that come later count from then on. What is missing by then is among the remarks.
+        """
+        graph, begin = self._graph, self._graph.now_ns()
+        while not graph.is_over and graph.now_ns() - begin < _FRAMES_PATIENCE * NS:
+            graph.sleep_until(graph.now_ns() + _HALF)
+            with self._lock:
+                if self._gathering.mounts.is_settled:
+                    break
+        with self._lock:
+            remarks = self._gathering.mounts.remarks
+        for remark in remarks:
+            self._say(f"note: {remark}")
+
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
         with self._lock:
@@ -230,11 +268,18 @@ class NavigatorNode:
         self._steps.clear()
         self._navigator.decide(Senses(now))
         step = self._steps[0]
+        self._mountings.watch(self._localizer.odometry)
         self._recorder.act(step)
         self._recorder.believe(now)
         self._outbox.flush()
         return step
 
+
+_FRAMES_PATIENCE = 3.0
+"""How long to wait for the senses' first messages and for the transforms of their frames [s]."""
+
+_TRANSFORMS = 30.0
+"""Transforms of moving frames are kept for so long [s]."""
 
 _SPOKEN = (
     topics.TF,

@@ -44,3 +44,25 @@ SquaresFile = Annotated[
 PolicyFile = Annotated[
     Path | None, typer.Option("--policy", metavar="FILE", help="Policy instead of the shipped one.")
 ]
+LaserMounting = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="[laser=]X,Y,[Z,]ROLL,PITCH,YAW",
+        help="Where the laser sits, in metres and degrees: of one in a frame of its own, which "
+        "/tf_static or the frame's name tells otherwise; `laser=` overrides any frame.",
+    ),
+]
+Mountings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mounting",
+        metavar="[SENSE=]X,Y,[Z,]ROLL,PITCH,YAW",
+        help="Where a sense (laser, imu, compass, gnss) sits, in metres and degrees; may be "
+        "repeated. Without SENSE: a laser in a frame of its own, as in `scan`. Else /tf_static "
+        "tells, then the frame's name (base_link and base_footprint are on the ground).",
+    ),
+]
+SensorHeight = Annotated[
+    float | None,
+    typer.Option(min=0.0, max=10.0, help="Laser above the ground, in metres: robot.lidar_height."),
+]

@@ -1,5 +1,6 @@
 """A recording through the same navigator that drove."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -10,19 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.mounting_watcher import MountingWatcher
 from andabata.machine.senses import WheelSpeeds
 from andabata.models import Models
+from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import Bag
 from andabata.records.gathering import Gathering
+from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.playback import (
     Period,
+    check_frames,
     check_topics,
     choose_cloud,
     read_periods,
     read_setup,
 )
+from andabata.records.transform_tree import read_transforms
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
 
@@ -40,6 +46,8 @@ class Comparison:
         differing_commands: Recorded commands that differ from the present ones.
         moving: Periods in which the robot is told to move.
         unequal_sectors: Sectors of compared scans that differ.
+        unknown_sectors: Sectors of all scans that hold no judged cell.
+        complaints: Control periods in which the localizer complained, by what of.
     """
 
     periods: int = 0
@@ -50,7 +58,10 @@ class Comparison:
     differing_commands: int = 0
     moving: int = 0
     unequal_sectors: int = 0
+    unknown_sectors: int = 0
+    complaints: Counter[str] = field(default_factory=Counter)
     _sectors: int = field(default=0, repr=False)
+    _all_sectors: int = field(default=0, repr=False)
 
     def add(self, period: Period, step: Step) -> None:
         """Compare one period."""
@@ -58,6 +69,9 @@ class Comparison:
         self.moving += step.wheels != WheelSpeeds(0.0, 0.0)
         ranges = None if step.view is None else step.view.scan.ranges
         self.scans += ranges is not None
+        if ranges is not None:
+            self.unknown_sectors += int(np.isnan(ranges).sum())
+            self._all_sectors += len(ranges)
         self.recorded_scans += period.ranges is not None
         if ranges is not None and period.ranges is not None:
             self._compare(ranges, period.ranges)
@@ -90,6 +104,10 @@ class Comparison:
             "differing_sectors": share,
             "differing_commands": self.differing_commands,
             "moving_periods": self.moving,
+            "unknown_sectors": (
+                self.unknown_sectors / self._all_sectors if self._all_sectors else None
+            ),
+            "complaints": dict(self.complaints),
         }
 
 
@@ -101,6 +119,7 @@ def replay_bag(
     cloud: str | None = None,
     configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
     renamed: Mapping[str, str] | None = None,
+    mountings: Mapping[str, GivenMounting] | None = None,
 ) -> dict[str, Any]:
     """Send a recording through the navigator and compare what comes out with what came out then.
 
@@ -112,12 +131,14 @@ def replay_bag(
         cloud: A 3D laser's topic instead of the turning laser's two.
         configure: Given the recorded settings, or the defaults, returns those to use.
         renamed: Names of the recording's topics by ours, where they differ.
+        mountings: Where senses sit, by sense, above what frames and /tf say.
 
     Returns:
         Figures, ready for JSON.
 
     Raises:
         BagError: If the recording lacks the robot's senses, or is damaged.
+        FrameError: If gravity or the ground contradicts where a sense is said to sit.
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     models = models or Models()
@@ -125,7 +146,9 @@ def replay_bag(
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
         check_topics(bag, Gathering(0, topic), names)
-        setup = read_setup(bag, configure(RigConfig()).sensing.site, names)
+        mounts = Mounts(mountings, read_transforms(bag))
+        check_frames(bag, Gathering(0, topic, mounts), names)
+        setup = read_setup(bag, configure(RigConfig()).sensing.site, names, mounts)
         config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
         name = controller or str(setup.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
@@ -134,13 +157,17 @@ def replay_bag(
         navigator = Navigator(config.robot, localizer, perception, driver)
         navigator.reset(setup.start, 0.0, setup.rough)
         navigator.area = setup.area
-        gathering = Gathering(setup.epoch_ns, topic)
+        gathering = Gathering(setup.epoch_ns, topic, mounts)
+        watcher = MountingWatcher(mounts, assembler_of(perception), config.robot.lidar_height)
         for period in read_periods(bag, gathering, names):
             if period.goal is not None:
                 navigator.set_goal(period.goal)
             navigator.watch(partial(compared.add, period))
             navigator.step(period.senses)
+            watcher.watch(localizer.odometry)
             health[str(localizer.health)] += 1
+            for complaint in getattr(localizer, "complaints", ()):
+                compared.complaints[_without_numbers(complaint)] += 1
             if on_second is not None and compared.periods % 10 == 0:
                 on_second()
     recorded, now = setup.settings.get("models"), models.hashes
@@ -153,4 +180,39 @@ def replay_bag(
         "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
         "refused": gathering.refused + (assembler.refused if assembler else 0),
+        **watcher.as_dict(_blindness(compared, gathering, assembler)),
     }
+
+
+def _blindness(
+    compared: Comparison, gathering: Gathering, assembler: CloudAssembler | None
+) -> list[str]:
+    """Return why no virtual scan could be made, nothing where one was."""
+    if compared.scans:
+        return []
+    if gathering.refused:
+        reason = f"{gathering.refused} messages of the senses were left out"
+    elif assembler is not None and assembler.refused:
+        reason = f"{assembler.refused} clouds have stamps at which no pose is known"
+    else:
+        reason = "no cloud was complete"
+    return [f"no virtual scan could be made: {reason}"]
+
+
+def trust_in_words(data: Mapping[str, Any]) -> list[str]:
+    """Return how far the figures of ``replay_bag`` can be trusted, a line each."""
+    health = ", ".join(f"{name} in {n}" for name, n in data["health"].items())
+    lines = [f"health of the localizer: {health or 'none'} of {data['periods']} periods"]
+    if data["complaints"]:
+        said = ", ".join(f"{text} ({n} periods)" for text, n in data["complaints"].items())
+        lines.append(f"complaints: {said}")
+    if data["unknown_sectors"] is not None:
+        lines.append(f"unknown sectors: {100 * data['unknown_sectors']:.0f} % of all scans'")
+    if data["refused"]:
+        lines.append(f"left out: {data['refused']} messages")
+    return lines
+
+
+def _without_numbers(complaint: str) -> str:
+    """Return a complaint without its figures, so that those of one kind are counted together."""
+    return re.sub(r" (for|by) [\d.]+.*$", "", complaint)

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.spatial.transform import Rotation
 
+from andabata.machine.mounting import Mounting
+from andabata.records.frames import is_base
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
@@ -16,35 +17,6 @@ from traversability.levelling import ground_plane, levelled, tilt_of
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import CellScores
 from traversability.virtual_scan import VirtualScan, virtual_scan
-
-
-class Mounting(BaseModel):
-    """How the sensor sits on the robot: sensor coordinates to ``base_footprint``.
-
-    Attributes:
-        x: Forward of the base [m].
-        y: Left of the base [m].
-        z: Above the base plane [m].
-        roll: About x [rad].
-        pitch: About y [rad].
-        yaw: About z [rad].
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    x: float = Field(default=0.0, ge=-10, le=10)
-    y: float = Field(default=0.0, ge=-10, le=10)
-    z: float = Field(default=0.72, ge=0, le=10)
-    roll: float = Field(default=0.0, ge=-np.pi, le=np.pi)
-    pitch: float = Field(default=0.0, ge=-np.pi, le=np.pi)
-    yaw: float = Field(default=0.0, ge=-np.pi, le=np.pi)
-
-    def place(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return sensor points in ``base_footprint`` [m], shape (n, 3)."""
-        turn = Rotation.from_euler("ZYX", [self.yaw, self.pitch, self.roll])
-        R_base_sensor = turn.as_matrix().astype(np.float32)
-        shift = np.array([self.x, self.y, self.z], dtype=np.float32)
-        return points @ R_base_sensor.T + shift
 
 
 @dataclass(frozen=True)
@@ -74,7 +46,7 @@ class ScanConfig(BaseModel):
     """How a cloud is looked at.
 
     Attributes:
-        mounting: Of the sensor, for clouds that are not in ``base_footprint``.
+        mounting: Of the sensor, for clouds in a frame of their own, not in one of the robot's.
         own_body: Returns nearer than this to the sensor are the robot's own [m]; 0 keeps all.
         level: Whether to turn and shift the cloud so that the ground around the robot is the base
             plane, instead of trusting the mounting.
@@ -111,7 +83,9 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
                 f"own_body: expected points beyond {config.own_body} m, got none; lower it"
             )
     sensor = None
-    if cloud.frame != "base_footprint":
+    if is_base(cloud.frame):
+        cloud = replace(cloud, frame="base_footprint")
+    else:
         mounting = config.mounting
         sensor = np.array([mounting.x, mounting.y, mounting.z])
         points = mounting.place(cloud.points)

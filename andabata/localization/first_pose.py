@@ -29,7 +29,11 @@ def first_pose(senses: Senses, site: Site) -> Pose | None:
     level = Rotation.from_euler("ZYX", [0.0, pitch, roll]).apply(field)
     north = np.arctan2(site.flux[1], site.flux[0])
     yaw = float(north - np.arctan2(level[1], level[0]))
-    return Pose.from_euler(site.to_map(place[None])[0], roll, pitch, yaw)
+    pose = Pose.from_euler(site.to_map(place[None])[0], roll, pitch, yaw)
+    if senses.antenna is None:
+        return pose
+    arm = Rotation.from_quat(pose.quaternion).apply(senses.antenna)
+    return Pose(pose.position - arm, pose.quaternion)
 
 
 def _mean(rows: np.ndarray | None, columns: slice) -> np.ndarray | None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
+from andabata.localization.antenna import base_of_antenna
 from andabata.localization.localizer import Health
 from andabata.localization.model import (
     COMPASS,
@@ -190,7 +191,8 @@ class UkfLocalizer:
     def update(self, senses: Senses) -> None:
         """Take in one control period of senses, late ones where they belong."""
         before = self._counts[:, 0].copy()
-        arrived = early = self._in_map(senses.fixes)
+        places = self._in_map(senses.fixes)
+        arrived = early = base_of_antenna(places, self.pose.quaternion, senses.antenna)
         if len(arrived):
             late = arrived[:, 0] <= self._now
             for fix in arrived[late]:

@@ -143,7 +143,8 @@ def place_beams(
     Args:
         sweeps: The sweeps.
         track: Where the robot believes it was when.
-        lidar_height: Optical centre above ``base_footprint`` [m].
+        lidar_height: Optical centre above ``base_footprint`` [m], where the sweeps tell no mounting
+            in ``base_link``.
         tables: The caller's.
         rows: Which beams, counted through all sweeps; None for those that returned.
 
@@ -157,7 +158,33 @@ def place_beams(
     times = np.empty(len(rows))
     _leave(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
     interpolate(*track.table, times, poses)
+    if sweeps.mounting is not None:
+        lift = lidar_height if sweeps.frame == "sensor" else 0.0
+        _mount(poses, sweeps.mounting, lift, len(rows))
+        lidar_height = 0.0
     return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
+
+
+@njit(cache=True, nogil=True)
+def _mount(poses, mounting, lift, count):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Turn poses of the base into those of a head that is mounted on it, in place."""
+    a, b, c = mounting[0], mounting[1], mounting[2] + lift
+    u, v, s, t = mounting[3], mounting[4], mounting[5], mounting[6]
+    for k in range(count):
+        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+        poses[k, 0] += (
+            (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
+        )
+        poses[k, 1] += (
+            2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - x * w) * c
+        )
+        poses[k, 2] += (
+            2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
+        )
+        poses[k, 3] = w * u + x * t + y * s - z * v
+        poses[k, 4] = w * v - x * s + y * t + z * u
+        poses[k, 5] = w * s + x * v - y * u + z * t
+        poses[k, 6] = w * t - x * u - y * v - z * s
 
 
 _STILL = PoseTrack(1)

@@ -34,6 +34,9 @@ class Sweeps:
             [rad], float32, shape (b,), or (s, b) where they differ from sweep to sweep.
         ranges: Distances [m], float32, shape (s, b); ``inf`` is no return.
         classes: True semantic class of each return (simulation only), uint8, shape (s, b), or None.
+        mounting: Pose of the head in ``frame``: x, y, z [m], quaternion x, y, z, w, shape (7,);
+            None for its origin.
+        frame: ``sensor``, level at the robot's ``lidar_height``, or ``base_link``.
     """
 
     stamps: NDArray[np.float64]
@@ -43,6 +46,8 @@ class Sweeps:
     elevations: NDArray[np.float32]
     ranges: NDArray[np.float32]
     classes: NDArray[np.uint8] | None = None
+    mounting: NDArray[np.float64] | None = None
+    frame: str = "sensor"
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,8 @@ class Senses:
         fixes: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
             latitude, longitude [deg], altitude [m], horizontal variance of each axis [m2], which is
             infinite where the receiver had no fix, float64, shape (k, 5).
+        antenna: Place of the satellite antenna in the base frame [m], shape (3,); None for its
+            origin.
         truth: The true state at ``stamp`` (simulation only).
         true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation
             only), float64, shape (k, 8).
@@ -103,5 +110,6 @@ class Senses:
     encoders: NDArray[np.float64] | None = None
     field: NDArray[np.float64] | None = None
     fixes: NDArray[np.float64] | None = None
+    antenna: NDArray[np.float64] | None = None
     truth: VehicleState | None = None
     true_track: NDArray[np.float64] | None = None

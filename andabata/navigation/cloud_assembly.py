@@ -266,4 +266,6 @@ def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:
         sweeps.elevations if sweeps.elevations.ndim == 1 else sweeps.elevations[start:stop],
         sweeps.ranges[start:stop],
         None if sweeps.classes is None else sweeps.classes[start:stop],
+        sweeps.mounting,
+        sweeps.frame,
     )

@@ -2,16 +2,22 @@
 
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
+from andabata.records.frames import is_base
+from andabata.records.gathering import frame_of
+from andabata.records.messages import NS, header_ns
+from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
 from andabata.records.point_fields import point_columns
-from andabata.records.topics import POINT_CLOUD
+from andabata.records.topics import POINT_CLOUD, RosMessage
+from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
 from traversability.formats import ply
@@ -37,37 +43,62 @@ def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud
     return decode_bag_cloud(path, topic, number).cloud
 
 
-def decode_bag_cloud(path: Path, topic: str | None, number: int = 0) -> DecodedCloud:
-    """Return one cloud of a recording, and how it was read.
+def decode_bag_cloud(
+    path: Path,
+    topic: str | None,
+    number: int = 0,
+    given: Mapping[str, GivenMounting] = MappingProxyType({}),
+) -> DecodedCloud:
+    """Return one cloud of a recording, in ``base_footprint`` or in ``sensor``, and how it was read.
 
     Args:
         path: The recording.
-        topic: Whose; None for the only topic with clouds.
-        number: Which of them, from 0; negative ones count from the end.
+        topic: Topic of the cloud; None for the only topic with clouds.
+        number: Number of the cloud, from 0; negative ones count from the end.
+        given: Mountings that are told; the cloud of such a laser keeps its coordinates and is in
+            ``sensor``.
+
+    Raises:
+        BagError: If there is no such topic or cloud.
+        FrameError: If the place of its frame on the robot cannot be known.
+    """
+    with Bag(path, damaged=True) as bag:
+        message = _find_cloud(bag, topic, number)
+        mounts = Mounts(given, read_transforms(bag))
+    decoded = decode_point_cloud2(message, frame_of(message) or "sensor", header_ns(message) / NS)
+    cloud = decoded.cloud
+    if mounts.mount("laser", cloud.frame).source == "option":
+        return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
+    cloud = replace(mounts.cloud(cloud, 0.0), stamps=None)
+    frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
+    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*mounts.remarks)
+
+
+def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
+    """Return the message of a cloud.
 
     Raises:
         BagError: If there is no such topic or cloud.
     """
-    with Bag(path, damaged=True) as bag:
-        clouds = {name: n for name, (kind, n) in bag.topics.items() if kind == POINT_CLOUD}
-        if topic is None and len(clouds) == 1:
-            topic = next(iter(clouds))
-        if topic not in clouds:
-            found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
-            raise BagError(f"--topic: expected one of the clouds of {path}: {found}; got {topic}")
-        if topic in bag.unreadable:
-            raise BagError(f"{path}: {topic} can't be read: {bag.unreadable[topic]}")
-        messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)
-        # The last ones are kept, since not every message that is counted can be read.
-        kept: deque[Message] = deque(maxlen=max(-number, 1))
-        for k, message in enumerate(messages):
-            kept.append(message)
-            if k == number:
-                break
-        else:
-            k = len(kept) if number < 0 else -1
-        if (number >= 0 and k == number) or (number < 0 and len(kept) == -number):
-            return decode_point_cloud2(kept[-1 if number >= 0 else 0].content)
+    clouds = {name: n for name, (kind, n) in bag.topics.items() if kind == POINT_CLOUD}
+    if topic is None and len(clouds) == 1:
+        topic = next(iter(clouds))
+    if topic not in clouds:
+        found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
+        raise BagError(f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic}")
+    if topic in bag.unreadable:
+        raise BagError(f"{bag.path}: {topic} can't be read: {bag.unreadable[topic]}")
+    messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)
+    # The last ones are kept, since not every message that is counted can be read.
+    kept: deque[Message] = deque(maxlen=max(-number, 1))
+    for k, message in enumerate(messages):
+        kept.append(message)
+        if k == number:
+            break
+    else:
+        k = len(kept) if number < 0 else -1
+    if (number >= 0 and k == number) or (number < 0 and len(kept) == -number):
+        return kept[-1 if number >= 0 else 0].content
     raise BagError(f"--number: expected one of the {clouds[topic]} clouds of {topic}, got {number}")
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.senses import Senses, Sweeps, WheelSpeeds
 from andabata.records import topics
+from andabata.records.frames import Sense
 from andabata.records.messages import (
     NS,
     fix_of,
@@ -15,6 +16,7 @@ from andabata.records.messages import (
     sweep_angles,
     wheel_speeds_of,
 )
+from andabata.records.mounts import Mounts, PendingTransformError
 from andabata.records.point_cloud2 import cloud_of
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
@@ -28,6 +30,16 @@ SWEEPS = (topics.SCAN, topics.HEAD)
 _PATIENCE = 0.5
 """A sweep waits so long for the head's angle, and an angle for its sweep [s]."""
 
+_ROUNDS = 10
+"""A cloud waits for the transforms of its frame for so many periods."""
+
+_MOUNTED: dict[Topic, Sense] = {
+    topics.IMU: "imu",
+    topics.COMPASS: "compass",
+    topics.FIX: "gnss",
+}
+"""Senses whose rows depend on where they sit."""
+
 
 class Gathering:
     """Gathers the messages of a control period and gives them back as senses.
@@ -37,17 +49,24 @@ class Gathering:
         ranges: The virtual scan that was made in the period, None without one.
         wheels: The wheel speeds that were commanded in the period, None without.
         refused: Messages that said of themselves what can't be.
+        mounts: Where the senses sit.
     """
 
-    def __init__(self, epoch_ns: int, cloud: Topic | None = None) -> None:
+    def __init__(
+        self, epoch_ns: int, cloud: Topic | None = None, mounts: Mounts | None = None
+    ) -> None:
         """Begin with nothing.
 
         Args:
             epoch_ns: Stamp from which times are counted [ns].
             cloud: A 3D laser's topic, None for the turning laser's two.
+            mounts: Where the senses sit; None for what the frames' names say.
         """
         self.epoch_ns = epoch_ns
+        self.mounts = mounts or Mounts()
         self._cloud = cloud
+        self._levelled = cloud is not None and topics.RELATIVE.ros1 == cloud.ros1
+        self._pending: list[tuple[RosMessage, int]] = []
         self.goal: NDArray[np.float64] | None = None
         self.refused = 0
         self._scans: deque[tuple[int, RosMessage]] = deque()
@@ -66,6 +85,10 @@ class Gathering:
         laser = SWEEPS if self._cloud is None else (self._cloud,)
         return (*SENSES, *laser, topics.FIX, topics.GOAL)
 
+    def sense_of(self, topic: Topic) -> Sense | None:
+        """Return whose place on the robot a topic's measurements depend on, None for nobody's."""
+        return "laser" if topic is self._cloud else _MOUNTED.get(topic)
+
     def seconds(self, stamp_ns: int) -> float:
         """Return a stamp as time since the epoch [s]."""
         return (stamp_ns - self.epoch_ns) / NS
@@ -80,8 +103,9 @@ class Gathering:
     def _add(self, topic: Topic, content: RosMessage) -> None:
         """Put a message where it belongs."""
         if topic is self._cloud:
-            self._frames.append(cloud_of(content, None, self.seconds(header_ns(content))))
+            self._add_cloud(content, _ROUNDS)
         elif topic is topics.SCAN:
+            self.mounts.head(frame_of(content))  # Refuses a frame that is none of the robot's.
             self._scans.append((header_ns(content), content))
         elif topic is topics.HEAD:
             self._heads[header_ns(content)] = content
@@ -94,10 +118,47 @@ class Gathering:
             self.wheels = wheel_speeds_of(content)
         elif topic in _ROWS:
             name, row = _ROWS[topic]
-            self._rows[name].append([self.seconds(header_ns(content)), *row(content)])
+            numbers = self._mounted(topic, content, row(content))
+            self._rows[name].append([self.seconds(header_ns(content)), *numbers])
+
+    def _mounted(self, topic: Topic, content: RosMessage, numbers: list[float]) -> list[float]:
+        """Return a sense's numbers in the robot's axes."""
+        sense = _MOUNTED.get(topic)
+        if sense is None:
+            return numbers
+        return self.mounts.row(sense, frame_of(content), numbers)
+
+    def _add_cloud(self, content: RosMessage, rounds: int) -> None:
+        """Keep a cloud, which waits for the transforms of a frame that moves.
+
+        Raises:
+            ValueError: If it cannot be.
+        """
+        stamp = self.seconds(header_ns(content))
+        cloud = cloud_of(content, frame_of(content) or "sensor", stamp)
+        if self._levelled:  # Our own, whose frame is no body's.
+            self._frames.append(cloud)
+            return
+        try:
+            self._frames.append(self.mounts.cloud(cloud, header_ns(content) / NS - stamp))
+        except PendingTransformError as error:
+            if not rounds:
+                self.mounts.leave_out("laser", error)
+                raise
+            self._pending.append((content, rounds - 1))
+
+    def _retry(self) -> None:
+        """Try again the clouds that wait for transforms."""
+        pending, self._pending = self._pending, []
+        for content, rounds in pending:
+            try:
+                self._add_cloud(content, rounds)
+            except ValueError:
+                self.refused += 1
 
     def senses(self, stamp: float) -> Senses:
         """Return what was sensed in the period that ends at ``stamp`` [s], and begin the next."""
+        self._retry()
         rows = {name: np.array(found) if found else None for name, found in self._rows.items()}
         found = Senses(
             stamp=stamp,
@@ -107,7 +168,9 @@ class Gathering:
             encoders=rows["wheels"],
             field=rows["field"],
             fixes=rows["fix"],
+            antenna=self.mounts.antenna,
         )
+        self.mounts.checks.compare(found.imu, found.encoders)
         self._clear()
         return found
 
@@ -134,6 +197,7 @@ class Gathering:
         if not alike:
             return None
         first, head = alike[0]
+        mounting, frame = self.mounts.head(frame_of(first))
         return Sweeps(
             stamps=np.array([self.seconds(header_ns(scan)) for scan, _ in alike]),
             head_angles=np.array([head.angle for _, head in alike]),
@@ -141,6 +205,8 @@ class Gathering:
             beam_period=float(first.time_increment),
             elevations=sweep_angles(first),
             ranges=np.stack([_measured(scan) for scan, _ in alike]),
+            mounting=mounting,
+            frame=frame,
         )
 
 
@@ -150,6 +216,11 @@ def _measured(scan: RosMessage) -> NDArray[np.float32]:
     with np.errstate(invalid="ignore"):
         ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.inf
     return ranges
+
+
+def frame_of(message: RosMessage) -> str:
+    """Return the frame of a message's header."""
+    return str(message.header.frame_id)
 
 
 def _vector(v: Any) -> list[float]:  # noqa: ANN401

@@ -16,8 +16,10 @@ from andabata.machine.site import Site
 from andabata.navigation.view import Area
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
-from andabata.records.gathering import SWEEPS, Gathering
+from andabata.records.frames import FrameError
+from andabata.records.gathering import SWEEPS, Gathering, frame_of
 from andabata.records.messages import NS, header_ns, pose_of
+from andabata.records.mounts import Mounts
 from andabata.records.recorder import SETUP
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 
@@ -129,13 +131,34 @@ def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
         )
 
 
-def read_setup(bag: Bag, site: Site, renamed: Renamed) -> Setup:
+def check_frames(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
+    """Refuse a recording of whose senses one sits nobody knows where.
+
+    Raises:
+        FrameError: If so, by the frames of each sense's first message; the message names the sense
+            and the option that tells.
+    """
+    for topic in gathering.wanted:
+        sense = gathering.sense_of(topic)
+        names = tuple(_names((topic,), renamed)) if sense is not None else ()
+        first = next(bag.messages(names), None) if names else None
+        if sense is None or first is None or not hasattr(first.content, "header"):
+            continue
+        try:
+            gathering.mounts.mount(sense, frame_of(first.content))
+        except FrameError as error:
+            option = f"--mounting {sense}=X,Y,Z,ROLL,PITCH,YAW tells where it sits"
+            raise FrameError(f"{sense}: {error}; {option}") from error
+
+
+def read_setup(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None = None) -> Setup:
     """Return how a recorded drive began: as it was told then, else as its first senses tell.
 
     Args:
         bag: The recording.
         site: Where on Earth, for a recording that is not ours.
         renamed: What its topics are called.
+        mounts: Where its senses sit; None for what the frames' names say.
 
     Raises:
         BagError: If the recording tells no start.
@@ -154,17 +177,17 @@ def read_setup(bag: Bag, site: Site, renamed: Renamed) -> Setup:
             return Setup(start, epoch, settings)
     if start is not None:
         return Setup(start, epoch, settings or {})
-    return _setup_by_senses(bag, site, renamed)
+    return _setup_by_senses(bag, site, renamed, mounts)
 
 
-def _setup_by_senses(bag: Bag, site: Site, renamed: Renamed) -> Setup:
+def _setup_by_senses(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None) -> Setup:
     """Return a start at the first fix, with the heading of the compass and the tilt of gravity.
 
     Raises:
         BagError: If one of the three is missing.
     """
     names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
-    gathering = Gathering(0)
+    gathering = Gathering(0, mounts=mounts)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
         gathering.add(topic, message.content)

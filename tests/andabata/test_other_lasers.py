@@ -243,6 +243,38 @@ def test_points_land_where_their_beams_do():
     np.testing.assert_allclose(cloud.stamps, times, atol=1e-9)
 
 
+@pytest.mark.parametrize("frame", ["sensor", "base_link"])
+def test_beams_of_a_mounted_head_leave_from_where_it_sits(frame):
+    """As from a robot whose base is where the head is."""
+    stamps, rng = np.arange(20, 30) / 40, np.random.default_rng(0)
+    config = LidarConfig(beams=31)
+    bare = Sweeps(
+        stamps,
+        stamps * config.head_rate,
+        config.head_rate,
+        config.beam_period,
+        config.elevations(0, 10),
+        rng.uniform(1, 9, (10, 31)).astype(np.float32),
+    )
+    track = moving_track()
+    place = Pose.from_euler(np.array([0.3, -0.2, 0.5]), 0.1, 0.3, 1.2)
+    pose = np.concatenate([place.position, place.quaternion])
+    mounted = replace(bare, mounting=pose, frame=frame)
+    lift = np.array([0, 0, 0.7 if frame == "sensor" else 0.0])
+    points, times = place_beams(mounted, track, 0.7, BeamTables())
+    in_head, _ = place_beams(bare, still_track(), 0.0, BeamTables())
+    for k in range(0, len(points), 37):
+        base = Pose(*np.split(track.at(times[k : k + 1])[0], [3])).matrix
+        seen = place.matrix[:3, :3] @ in_head[k] + place.position + lift
+        np.testing.assert_allclose(points[k], base[:3, :3] @ seen + base[:3, 3], atol=1e-5)
+
+
+def still_track():
+    track = PoseTrack(1)
+    track.append(0.0, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+    return track
+
+
 def test_frames_differ_as_their_mounting_says():
     track, stamps = moving_track(), np.full(1, 0.5)
     point = np.array([[2.0, 1.0, 0.5]], dtype=np.float32)

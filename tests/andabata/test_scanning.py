@@ -7,6 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
+from andabata.records import topics
+from andabata.records.bags import open_writer
+from andabata.records.messages import Composer
+from tests.edited_bags import transforms
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 
@@ -220,3 +224,80 @@ def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):
     assert "tilts 16 degrees" in page
     assert all((tmp_path / each["picture"]).exists() for each in scans)
     assert main(["scan", "level.npz", "pitched.npz", "--picture", "one.png"]) == 2
+
+
+def bag_with(tmp_path, points, frame, *static):
+    """Return a recording with one cloud, and transforms to its frame."""
+    path = tmp_path / "cloud.bag"
+    writer, compose = open_writer(path), Composer(1)
+    for each in static:
+        message = transforms(compose, "tf2_msgs/msg/TFMessage", each)
+        writer.write(topics.TF_STATIC, compose.stamp_ns(2.0), message)  # After the cloud.
+    message = compose.cloud(1.0, PointCloud(points, frame))
+    writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+    writer.close()
+    return path
+
+
+def scan_bag(capsys, path, *options):
+    words = ["scan", str(path), "--picture", str(path.with_suffix(".png")), "--json", *options]
+    assert main(words) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    "frame", ["base_link", "/base_footprint", "husky1/base_footprint", "base_link/"]
+)
+def test_a_recorded_cloud_in_the_bodys_frame_is_not_lifted(capsys, tmp_path, frame):
+    points = sensor_cloud() + np.array([0, 0, 0.72], dtype=np.float32)
+    path = bag_with(tmp_path, points, frame)
+    data = scan_bag(capsys, path)
+    assert 2.0 < ahead(data) < 4.0
+    assert data["notes"] == []
+    for options in (("--mounting", "0,0,0,0,0"), ("--sensor-height", "1.5")):
+        again = scan_bag(capsys, path, *options)  # They are of a laser in a frame of its own.
+        assert again["ranges"] == data["ranges"]
+    raised = scan_bag(capsys, path, "--mounting", "laser=0,0,0.72,0,0,0")
+    assert "the ground lies 0.7 m above" in " ".join(raised["notes"])
+    named = tmp_path / "cloud.npz"
+    named.write_bytes(cloud_to_bytes(PointCloud(points, frame)))
+    assert scan_bag(capsys, named)["ranges"] == data["ranges"]
+
+
+def test_a_recorded_cloud_is_mounted_by_transforms_names_and_options(capsys, tmp_path):
+    straight = scan_bag(capsys, bag_with(tmp_path, sensor_cloud(), "velodyne"))
+    assert "nothing tells where frame velodyne is" in " ".join(straight["notes"])
+    (tmp_path / "cloud.bag").unlink()
+    backwards = sensor_cloud() * np.array([-1, -1, 1], dtype=np.float32)
+    static = ("base_link", "laser", (0, 0, 0.72), (0, 0, 180))
+    path = bag_with(tmp_path, backwards, "laser", static)
+    data = scan_bag(capsys, path, "--sensor-height", "0.3")  # The transform knows better.
+    assert data["ranges"] == straight["ranges"]
+    assert data["notes"] == []
+    path.unlink()
+    path = bag_with(tmp_path, backwards, "os_lidar")
+    data = scan_bag(capsys, path)
+    assert data["ranges"] == straight["ranges"]
+    assert "as its name says" in " ".join(data["notes"])
+    told = scan_bag(capsys, path, "--mounting", "0,0,0,0,180")
+    assert told["ranges"] == straight["ranges"]
+    told = scan_bag(capsys, path, "--mounting", "0,0,0.72,0,0,180", "--sensor-height", "0.3")
+    assert told["ranges"] == straight["ranges"]
+
+
+def test_the_ground_tells_a_wrong_height(capsys, tmp_path):
+    _, data = scan(capsys, tmp_path, sensor_cloud(), "--sensor-height", "0.3")
+    assert "the ground lies 0.4 m below where --sensor-height puts it" in " ".join(data["notes"])
+    hanging = sensor_cloud() * np.array([1, -1, -1], dtype=np.float32)
+    _, data = scan(capsys, tmp_path, hanging)
+    assert "the ground is above the laser" in " ".join(data["notes"])
+    _, data = scan(capsys, tmp_path, hanging, "--mounting", "0,0,180,0,0")
+    assert data["notes"] == []
+    assert 2.0 < ahead(data) < 4.0
+
+
+@pytest.mark.parametrize("option", ["1,2,3", "imu=0,0,0,0,0", "0,0,0,0,x"])
+def test_a_mounting_that_is_none_is_a_usage_error(capsys, tmp_path, option):
+    code, _ = scan(capsys, tmp_path, sensor_cloud(), "--mounting", option)
+    assert code == 2
+    assert "--mounting: expected" in capsys.readouterr().err

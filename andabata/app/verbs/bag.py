@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set, SquaresFile
+from andabata.app.options import (
+    ConfigFile,
+    ForestFile,
+    Json,
+    Mountings,
+    PolicyFile,
+    Quiet,
+    SensorHeight,
+    Set,
+    SquaresFile,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -82,6 +92,8 @@ def replay(
     robot: Annotated[
         str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
     ] = None,
+    mounting: Mountings = None,
+    sensor_height: SensorHeight = None,
     forest: ForestFile = None,
     squares: SquaresFile = None,
     policy: PolicyFile = None,
@@ -90,9 +102,14 @@ def replay(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Send a recording through the navigator and compare scans and commands with the recorded."""
+    """Send a recording through the navigator and compare scans and commands with the recorded.
+
+    Senses are turned into the robot's axes by /tf_static and /tf, or by --mounting. The exit code
+    is 3 when messages were left out, and 1 when no scan could be made.
+    """
     from andabata.app.console import Voice
-    from andabata.app.replaying import replay_bag
+    from andabata.app.mountings import mountings_in_words, read_mountings, with_height
+    from andabata.app.replaying import replay_bag, trust_in_words
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs
     from andabata.machine.robot import RobotModel
@@ -103,6 +120,8 @@ def replay(
         body = {"robot": RobotModel.load(robot)} if robot else {}
         return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
 
+    settings = with_height(settings, sensor_height)
+    mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
@@ -114,17 +133,28 @@ def replay(
             cloud,
             configure,
             names,
+            mountings,
         )
     if data["same_models"] is False:
         voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
-    text = (
-        f"{data['periods']} control periods, {data['scans']} virtual scans: "
-        f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "
-        f"{data['differing_commands']} commands differ"
+    for remark in data["remarks"]:
+        voice.say(f"note: {remark}")
+    text = "\n".join(
+        [
+            f"{data['periods']} control periods, {data['scans']} virtual scans: "
+            f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "
+            f"{data['differing_commands']} commands differ",
+            *trust_in_words(data),
+            mountings_in_words(data["frames"]),
+        ]
     )
     voice.result(data, text)
+    if not data["scans"]:
+        raise typer.Exit(1)
+    if data["refused"]:
+        raise typer.Exit(3)
 
 
 @app.command()

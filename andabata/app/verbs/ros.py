@@ -9,10 +9,12 @@ from andabata.app.options import (
     EvaluationSeed,
     ForestFile,
     Json,
+    Mountings,
     PolicyFile,
     Quiet,
     Robot,
     Sensor,
+    SensorHeight,
     Set,
     SquaresFile,
 )
@@ -45,6 +47,8 @@ def navigator(
     seconds: Annotated[
         float | None, typer.Option(min=0.1, help="Stop after so long; without, on Ctrl-C.")
     ] = None,
+    mounting: Mountings = None,
+    sensor_height: SensorHeight = None,
     robot: Robot = "andabata",
     forest: ForestFile = None,
     squares: SquaresFile = None,
@@ -59,6 +63,7 @@ def navigator(
 
     from andabata.app.console import Voice
     from andabata.app.live import NavigatorNode
+    from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import numbers, words
     from andabata.machine.pose import Pose
@@ -75,6 +80,8 @@ def navigator(
         pose = Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))
     target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
     voice = Voice(quiet, as_json)
+    mountings = read_mountings(mounting or ())
+    settings = with_height(settings, sensor_height)
     base = with_parts(RigConfig, "utm-30lx", robot)
     resolved = resolve(RigConfig, config, settings or (), base)
     models = Models.load(forest, squares, policy)
@@ -82,7 +89,7 @@ def navigator(
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
     graph = RosGraph("andabata")
     try:
-        node = NavigatorNode(graph, resolved, models.forest, driver, laser)
+        node = NavigatorNode(graph, resolved, models.forest, driver, laser, mountings, voice.say)
         if target is not None:
             node.set_goal(target)
         with voice.progress("seconds", None) as step:
@@ -91,8 +98,10 @@ def navigator(
         graph.close()
     text = (
         f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
-        f"missed; the filter is {data['health']}"
+        f"missed; the filter is {data['health']}\n{mountings_in_words(data['frames'])}"
     )
+    for remark in data["remarks"]:
+        voice.say(f"note: {remark}")
     voice.result(data, text)
 
 

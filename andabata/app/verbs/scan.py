@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andabata.app.options import ForestFile, Json, Quiet
+from andabata.app.options import ForestFile, Json, LaserMounting, Quiet
 
 if TYPE_CHECKING:
-    from andabata.app.scanning import Mounting, ScanConfig
+    from andabata.app.scanning import ScanConfig
+    from andabata.records.mounts import GivenMounting
     from traversability.decoding import DecodedCloud
     from traversability.forest import Forest
-
-_MOUNTING = "x, y (metres) and roll, pitch, yaw (degrees) of the sensor, as X,Y,ROLL,PITCH,YAW."
 
 
 def scan(
@@ -22,7 +21,7 @@ def scan(
     sensor_height: Annotated[
         float, typer.Option(help="Sensor above the robot's base plane, in metres.")
     ] = 0.72,
-    mounting: Annotated[str, typer.Option(help=_MOUNTING)] = "0,0,0,0,0",
+    mounting: LaserMounting = None,
     own_body: Annotated[
         float, typer.Option(help="Leave out returns nearer than this to the sensor, in metres.")
     ] = 0.0,
@@ -62,6 +61,7 @@ def scan(
     clouds or labels could not be read.
     """
     from andabata.app.console import Voice
+    from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.report import Report
     from andabata.app.scanning import ScanConfig
     from andabata.app.settings import resolve
@@ -76,7 +76,8 @@ def scan(
     options = {"own_body": own_body, "level": level, "n_sectors": sectors}
     overrides = [f"{name}={str(value).lower()}" for name, value in options.items()]
     at = None if sensor_at is None else numbers(sensor_at, 3, "--sensor-at")
-    base = ScanConfig(mounting=_mounting(mounting, sensor_height), sensor_at=at)
+    given = read_mountings(mounting or (), ("laser",))
+    base = ScanConfig(mounting=laser_mounting(given, sensor_height), sensor_at=at)
     config = resolve(ScanConfig, None, overrides, base)
     loaded = Forest.load(forest) if forest else shipped_forest()
     page = Report("Clouds and what the robot makes of them")
@@ -84,7 +85,8 @@ def scan(
     for file in files:
         where = picture or Path(f"{file.stem}_scan.png")
         try:
-            data, drawn = _look(_read(file, topic, number, columns), file.name, config, loaded)
+            decoded = _read(file, topic, number, columns, given)
+            data, drawn = _look(decoded, file.name, config, loaded)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
@@ -107,15 +109,26 @@ def scan(
         raise typer.Exit(code)
 
 
-def _read(file: Path, topic: str | None, number: int, columns: int | None) -> "DecodedCloud":
+def _read(
+    file: Path,
+    topic: str | None,
+    number: int,
+    columns: int | None,
+    given: "dict[str, GivenMounting]",
+) -> "DecodedCloud":
     """Return the cloud of a file, or one of a recording."""
+    from dataclasses import replace
+
     from andabata.records.containers.opening import is_recording
     from andabata.records.export import decode_bag_cloud
     from traversability.files import decode_cloud_file
 
     if file.suffix in (".bag", ".mcap") or is_recording(file):
-        return decode_bag_cloud(file, topic, number)
-    return decode_cloud_file(file, columns)
+        return decode_bag_cloud(file, topic, number, given)
+    decoded = decode_cloud_file(file, columns)
+    if "laser" not in given:
+        return decoded
+    return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
 
 
 def _look(
@@ -192,23 +205,3 @@ def _in_words(data: dict[str, Any]) -> str:
         f"{cells['white']} white cells; {said}; {100 * data['unknown_share']:.0f} % of the ranges "
         "unknown."
     )
-
-
-def _mounting(text: str, height: float) -> "Mounting":
-    """Return the mounting of the two options."""
-    import math
-
-    from andabata.app.scanning import Mounting
-    from andabata.app.settings import resolve
-    from andabata.app.usage import UsageError
-
-    try:
-        x, y, roll, pitch, yaw = (float(word) for word in text.split(","))
-    except ValueError as error:
-        raise UsageError(
-            f"--mounting: expected five numbers X,Y,ROLL,PITCH,YAW, got {text!r}"
-        ) from error
-    fields = {"x": x, "y": y, "z": height}
-    angles = {"roll": roll, "pitch": pitch, "yaw": yaw}
-    fields |= {name: math.radians(angle) for name, angle in angles.items()}
-    return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])

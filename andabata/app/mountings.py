@@ -1,0 +1,104 @@
+"""What ``--mounting`` says, in scan, replay and ros."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from andabata.app.settings import resolve
+from andabata.app.usage import UsageError, numbers
+from andabata.machine.mounting import Mounting
+from andabata.records.frames import SENSES
+from andabata.records.mounts import BARE, GivenMounting, yaw_pitch_roll
+
+_TURN = 360.0
+"""A whole turn [deg]."""
+
+
+def read_mountings(
+    texts: Sequence[str], senses: Sequence[str] = SENSES
+) -> dict[str, GivenMounting]:
+    """Return the mountings of options of the form ``[SENSE=]X,Y,[Z,]ROLL,PITCH,YAW``.
+
+    Args:
+        texts: Metres and degrees.
+        senses: Those that can be mounted here.
+
+    Returns:
+        By sense, or ``BARE`` where none is named.
+
+    Raises:
+        UsageError: If one is none, or a sense is told twice.
+        SettingsError: If a number is out of bounds.
+    """
+    found: dict[str, GivenMounting] = {}
+    for text in texts:
+        name, sign, value = text.rpartition("=")
+        sense = name.strip()
+        if sign and sense not in senses:
+            raise UsageError(
+                f"--mounting: expected one of {', '.join(senses)} before the sign, got {sense!r}"
+            )
+        if sense in found:
+            raise UsageError(f"--mounting: expected {sense or 'the laser'} once, got it twice")
+        found[sense] = _given(value)
+    return found
+
+
+def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mounting:
+    """Return the mounting of a laser: what was told, else level at a height [m].
+
+    Raises:
+        SettingsError: If the height is out of bounds.
+    """
+    told = given.get("laser", given.get(BARE))
+    if told is None:
+        return resolve(Mounting, overrides=[f"z={height!r}"])
+    yaw, pitch, roll = yaw_pitch_roll(told.rotation)
+    z = height if told.z is None else told.z
+    fields = {"x": told.x, "y": told.y, "z": z, "roll": roll, "pitch": pitch, "yaw": yaw}
+    return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])
+
+
+def with_height(settings: Sequence[str] | None, height: float | None) -> list[str]:
+    """Return ``--set`` options with that of ``--sensor-height`` [m] in front, if it is told."""
+    return [*([] if height is None else [f"robot.lidar_height={height!r}"]), *(settings or ())]
+
+
+def mountings_in_words(frames: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return where senses sit, as ``Mounts.as_dict`` tells, a line each."""
+    lines = []
+    for sense, mount in frames.items():
+        place = "moves"
+        if mount["transform"] is not None:
+            *xyz, roll, pitch, yaw = mount["transform"]
+            angles = (math.degrees(angle) for angle in (roll, pitch, yaw))
+            place = ",".join(f"{number + 0.0:.3g}" for number in (*xyz, *angles))
+        lines.append(f"{sense}: frame {mount['frame'] or '(none)'} at {place} ({mount['source']})")
+    return "\n".join(lines)
+
+
+def _given(text: str) -> GivenMounting:
+    """Return the mounting of five or six numbers.
+
+    Raises:
+        UsageError: If they are not.
+        SettingsError: If one is out of bounds.
+    """
+    count = text.count(",") + 1
+    if count not in (5, 6):
+        raise UsageError(
+            "--mounting: expected five numbers X,Y,ROLL,PITCH,YAW, or six with Z after Y, got "
+            f"{text!r}"
+        )
+    values = numbers(text, count, "--mounting")
+    x, y, roll, pitch, yaw = (*values[:2], *values[-3:])
+    z = values[2] if count == 6 else None
+    fields = {"x": x, "y": y, "z": z or 0.0}
+    angles = {"roll": roll, "pitch": pitch, "yaw": yaw}
+    for name, angle in angles.items():
+        if abs(angle) > _TURN:
+            raise UsageError(f"--mounting: expected {name} within 360 degrees, got {angle:g}")
+        angles[name] = math.remainder(angle, _TURN)
+    fields |= {name: math.radians(angle) for name, angle in angles.items()}
+    checked = resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])
+    return GivenMounting(x, y, z, checked.rotation)

@@ -53,7 +53,16 @@ def replay(
             "--map",
             metavar="OURS=THEIRS",
             help="A topic's name in this recording, as /fix=/navsat/fix; may be repeated. "
-            "/encoder_data may be a JointState.",
+            "/encoder_data may be a JointState, an Odometry or a TwistStamped.",
+        ),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY=UNIT",
+            help="Unit of acceleration (m/s2, g, mg), angular_velocity (rad/s, deg/s), "
+            "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
+            "to SI, where sizes don't tell it; may be repeated.",
         ),
     ] = None,
     controller: Annotated[
@@ -70,8 +79,12 @@ def replay(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Send a recording through the navigator and compare scans and commands with the recorded."""
+    """Send a recording through the navigator and compare scans and commands with the recorded.
+
+    The exit code is 3 when data were left out, 1 when no scan could be made.
+    """
     from andabata.app.console import Voice
+    from andabata.app.replay_result import UnscannedError, text_of, why_no_scan
     from andabata.app.replaying import replay_bag
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs
@@ -84,6 +97,7 @@ def replay(
         return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
 
     names = pairs(renamed or (), "--map")
+    told = pairs(unit or (), "--unit")
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
         data = replay_bag(
@@ -94,17 +108,17 @@ def replay(
             cloud,
             configure,
             names,
+            told,
         )
     if data["same_models"] is False:
         voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
-    text = (
-        f"{data['periods']} control periods, {data['scans']} virtual scans: "
-        f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "
-        f"{data['differing_commands']} commands differ"
-    )
-    voice.result(data, text)
+    voice.result(data, text_of(data))
+    if not data["scans"]:
+        raise UnscannedError(why_no_scan(data))
+    if data["left_out"]:
+        raise typer.Exit(3)
 
 
 @app.command()

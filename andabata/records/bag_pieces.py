@@ -191,6 +191,8 @@ class BagPiece(Bag):
         """Yield the messages of the piece, stamped by its clock; see ``Bag.messages``."""
         begin, end, clock = self._piece.begin_ns, self._piece.end_ns, self._piece.clock
         for message in self._bag.messages(topics):
+            if message.stamp_ns >= end and topics is not None and not set(_LATCHED) & set(topics):
+                return
             inside = begin <= message.stamp_ns < end
             if not inside and message.topic not in _LATCHED:
                 continue

@@ -39,6 +39,9 @@ _MOST_STEPS = 1000
 SHORTEST = 1.0
 """Shorter pieces are left out [s]."""
 
+MOST_PIECES = 30
+"""Pieces that are kept, the longest: for each the recording is read again."""
+
 _EARLY = -0.05
 """A header so far ahead of the recorder is of another clock [s]."""
 
@@ -194,7 +197,12 @@ def cut_pieces(senses: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece]
         # Nothing is sensed after the last: fixes alone don't go on driving.
         end = min(end, last + round(LONGEST_GAP * NS))
         pieces.append(Piece(begin, end, first, last, _clock(inside, remarks)))
-    return pieces, left_out
+    longest = sorted(pieces, key=lambda piece: piece.seconds)[-MOST_PIECES:]
+    if len(longest) < len(pieces):
+        count = len(pieces) - len(longest)
+        remarks.count("clock", f"a piece is left out: {MOST_PIECES} are longer", number=count)
+    kept = [piece for piece in pieces if piece in longest]
+    return kept, left_out + len(pieces) - len(kept)
 
 
 def _cuts(senses: list[SenseStamps], remarks: Remarks) -> list[int]:
@@ -226,14 +234,14 @@ def _cuts(senses: list[SenseStamps], remarks: Remarks) -> list[int]:
 
 
 def _goes_on(senses: list[SenseStamps], before: int, after: int) -> bool:
-    """Return whether headers go on as if there were no gap in what the recorder took down."""
+    """Return whether most headers go on as if there were no gap in what the recorder took down."""
+    votes = []
     for sense in senses:
         k = int(np.searchsorted(sense.recorder, after))
         if 0 < k < len(sense.recorder) and sense.header[k] and sense.header[k - 1]:
             passed = (sense.header[k] - sense.header[k - 1]) / NS
-            if sense.recorder[k - 1] <= before and 0 < passed < STEP:
-                return True
-    return False
+            votes.append(0 < passed < STEP)
+    return 2 * sum(votes) > len(votes)
 
 
 def _steps(sense: SenseStamps) -> list[tuple[int, float]]:

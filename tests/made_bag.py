@@ -80,7 +80,10 @@ def surroundings(begin):
     rings = [(r, -0.72) for r in (1.2, 1.6, 2.1, 2.8, 3.8, 5.0)]
     rings += [(6.0, z) for z in (-0.6, -0.4, -0.2, 0.0)]
     points = np.concatenate(
-        [np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(360, z)]) for r, z in rings]
+        [
+            np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(360, z)])
+            for r, z in rings
+        ]
     ).astype(np.float32)
     stamps = np.tile(begin + np.arange(360) / 3600, len(rings))
     return PointCloud(points, "sensor", stamps)

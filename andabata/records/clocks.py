@@ -33,6 +33,9 @@ STEP = 1.0
 _SETTLED = 3.0
 """How long before and after a step the difference is looked at [s]: a burst has passed then."""
 
+_FEW = 3
+"""Messages before and after a step that are needed to call it one."""
+
 _MOST_STEPS = 1000
 """Changes of recorder minus header that are looked at."""
 
@@ -47,6 +50,9 @@ _EARLY = -0.05
 
 _CROWDED = 1.6
 """Rate of stamps, as a multiple of the usual, at which two times overlap."""
+
+_MOST_BINS = 10_000_000
+"""Tenths of a second in which overlaps are looked for: eleven days."""
 
 _CROWD = 1.0
 """Window in which stamps are counted [s]."""
@@ -178,8 +184,12 @@ def cut_pieces(senses: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece]
     steady = [sense for sense in senses if sense.steady]
     if not steady:
         return [], 0
-    cuts, overlaps = _cuts(steady, remarks), _overlaps(steady, remarks)
-    bounds = sorted({*EVER, *cuts, *(at for overlap in overlaps for at in overlap)})
+    cuts = [EVER[0], *sorted(_cuts(steady, remarks)), EVER[1]]
+    overlaps: list[tuple[int, int]] = []
+    for begin, end in pairwise(cuts):
+        inside = [s for sense in steady if len((s := sense.within(begin, end)).recorder)]
+        overlaps += _overlaps(inside, remarks) if inside else []
+    bounds = sorted({*cuts, *(at for overlap in overlaps for at in overlap)})
     pieces, left_out = [], len(overlaps)
     for begin, end in pairwise(bounds):
         if (begin, end) in overlaps:
@@ -252,10 +262,12 @@ def _steps(sense: SenseStamps) -> list[tuple[int, float]]:
     for k in np.flatnonzero(np.abs(np.diff(offsets)) > STEP / 2)[:_MOST_STEPS] + 1:
         if found and stamps[k] - found[-1][0] < _SETTLED * NS:
             continue
-        lows = min(int(np.searchsorted(stamps, stamps[k] - int(_SETTLED * NS))), int(k) - 1)
+        lows = int(np.searchsorted(stamps, stamps[k] - int(_SETTLED * NS)))
         first = np.searchsorted(stamps, stamps[k] + NS // 5)
         high = np.searchsorted(stamps, stamps[k] + int(_SETTLED * NS))
-        after = offsets[first:high] if high - first > 2 else offsets[k : max(high, k + 1)]
+        if k - lows < _FEW or high - first < _FEW:
+            continue  # A straggler, not another clock.
+        after = offsets[first:high]
         size = float(np.median(offsets[lows:k]) - np.median(after))
         if abs(size) > STEP:
             found.append((int(stamps[k]), size))
@@ -272,7 +284,7 @@ def _overlaps(senses: list[SenseStamps], remarks: Remarks) -> list[tuple[int, in
     begin = min(int(sense.recorder[0]) for sense in senses)
     end = max(int(sense.recorder[-1]) for sense in senses)
     bins = np.arange(begin, end + 1, NS // 10)
-    if not 3 * _CROWD * 10 < len(bins) < 10_000_000:
+    if not 3 * _CROWD * 10 < len(bins) < _MOST_BINS:
         return []
     for sense in senses:
         window = _counts(sense, begin, len(bins))
@@ -284,7 +296,7 @@ def _overlaps(senses: list[SenseStamps], remarks: Remarks) -> list[tuple[int, in
     if found is None or not found.any():
         return []
     ends = np.flatnonzero(np.diff(np.concatenate([[0], found.astype(np.int8), [0]])))
-    margin = int(_CROWD * NS)
+    margin = int(0.3 * _CROWD * NS)
     overlaps = []
     for first, last in ends.reshape(-1, 2):
         if (last - first) * 0.1 < _CROWD:

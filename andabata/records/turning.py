@@ -86,14 +86,30 @@ def slope(a: Rows, b: Rows, least: float, alike: float) -> float | None:
 
 def _edges(given: list[Rows], begin: float, end: float) -> Rows:
     """Return begin and end of windows in which no sense is silent, shape (w, 2)."""
-    starts = np.arange(begin, end - _WINDOW, _WINDOW)
-    good = np.ones(len(starts), dtype=bool)
+    runs = [(begin, end)]
     for rows in given:
         stamps = rows[:, 0]
-        holes = np.flatnonzero(np.diff(stamps) > _HOLE)
-        for k in holes:
-            good &= (starts + _WINDOW <= stamps[k]) | (starts >= stamps[k + 1])
-    return np.column_stack([starts, starts + _WINDOW])[good]
+        holes = [(stamps[k], stamps[k + 1]) for k in np.flatnonzero(np.diff(stamps) > _HOLE)]
+        ends = [-np.inf, *(at for hole in holes for at in hole), np.inf]
+        runs = _common(runs, list(zip(ends[::2], ends[1::2], strict=True)))
+    starts = np.concatenate([np.arange(a, b - _WINDOW, _WINDOW) for a, b in runs] or [np.zeros(0)])
+    return np.column_stack([starts, starts + _WINDOW])
+
+
+def _common(
+    runs: list[tuple[float, float]], others: list[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    """Return where both of two lists of runs are, each in order of time."""
+    found, i, j = [], 0, 0
+    while i < len(runs) and j < len(others):
+        begin, end = max(runs[i][0], others[j][0]), min(runs[i][1], others[j][1])
+        if begin < end:
+            found.append((begin, end))
+        if runs[i][1] < others[j][1]:
+            i += 1
+        else:
+            j += 1
+    return found
 
 
 def _up(imu: Rows) -> Rows:

@@ -21,6 +21,7 @@ from andabata.records.gathering import Gathering
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
 from andabata.records.recorder import Outbox, Recorder, post_senses
 from andabata.records.ros import RosError, RosGraph
+from andabata.records.sense_decoding import SenseDecoder
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
@@ -69,7 +70,7 @@ class NavigatorNode:
         """
         self._graph, self._site = graph, config.sensing.site
         self._lock = threading.Lock()
-        self._gathering = Gathering(0, cloud)
+        self._gathering = Gathering(0, cloud, SenseDecoder(config.robot))
         self._told: Pose | None = None
         self._localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, forest)
@@ -88,7 +89,7 @@ class NavigatorNode:
     def _hear(self, topic: Topic, message: RosMessage) -> None:
         """Take in a sensor's message; called from the graph's threads."""
         with self._lock:
-            self._gathering.add(topic, message)
+            self._gathering.add(topic, message, self._graph.now_ns())
 
     def _hear_start(self, _: Topic, message: RosMessage) -> None:
         """Take in where the robot is told to be."""
@@ -145,6 +146,9 @@ class NavigatorNode:
             "health": str(self._localizer.health),
             "counts": getattr(self._localizer, "counts", {}),
             "refused": self._gathering.refused,
+            "refused_by_reason": self._gathering.remarks.refused_by_reason(),
+            "remarks": self._gathering.remarks.as_dicts(),
+            "remark_texts": self._gathering.remarks.texts,
         }
 
     def _tick(

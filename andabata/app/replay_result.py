@@ -158,6 +158,7 @@ def why_no_scan(data: dict[str, Any]) -> str:
         for reason, number in found.items()
     ]
     reasons += [f"localizer: {text}" for text in data["complaints"]]
+    reasons += [text for text in data["left_out"] if text.startswith("clock")]
     reasons += [piece["reason"] for piece in data["pieces"] if piece["reason"]]
     if not reasons:
         reasons.append(f"{data['laser']} made no whole cloud in {data['periods']} periods")

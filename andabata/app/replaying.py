@@ -17,6 +17,7 @@ from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
 from andabata.records.bag_pieces import BagPiece
 from andabata.records.bags import Bag, BagError
+from andabata.records.clocks import NS
 from andabata.records.gathering import Gathering
 from andabata.records.playback import (
     check_topics,
@@ -85,7 +86,8 @@ def replay_bag(
         for piece in pieces:
             part = BagPiece(bag, piece)
             decoder = SenseDecoder(config.robot, si, remarks)
-            told.append({"seconds": piece.seconds, "scans": 0, "reason": None})
+            begin = (piece.first_ns - pieces[0].first_ns) / NS
+            told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
             try:
                 setup = read_setup(part, config.sensing.site, names, decoder)
             except BagError as error:

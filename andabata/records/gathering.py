@@ -115,7 +115,7 @@ class Gathering:
     def _refuse(self, topic: Topic, reason: str, stamp_ns: int | None = None) -> None:
         """Count a message that is left out."""
         self.refused += 1
-        seconds = None if stamp_ns is None else self.seconds(stamp_ns)
+        seconds = self.seconds(stamp_ns) if stamp_ns is not None and self.epoch_ns else None
         self.remarks.refuse(topic.ros1, reason, seconds)
 
     def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:

@@ -177,7 +177,7 @@ class SenseDecoder:
             return []
         row = [stamp, *raw]
         if topic is topics.IMU and not np.isfinite(raw[3:]).all():
-            self.remarks.count(topic.ros1, "the acceleration is not a number", stamp)
+            self.remarks.count(topic.ros1, "the acceleration is not a number")
         if self._live is not None and not self._live.take(topic, row, type_of(message)):
             return []
         return [self.scaled(topic, row)]

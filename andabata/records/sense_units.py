@@ -338,12 +338,15 @@ def _wheels(
     """
     name = topics.ENCODERS.ros1
     found = slope(turning.wheels, turning.gyro, _TURN, _ALIKE)
+    backwards = found is not None and found < 0 and float(np.nanmean(rows[:, 1:3])) < 0
+    sign = -1.0 if backwards and "wheels" not in asked else 1.0
     if found is not None and found < 0:
-        remarks.note(
-            name,
-            "the wheels tell of turns against the gyro's: left and right are swapped, or they are "
-            "counted backwards",
+        how = (
+            "they are counted backwards and turned round"
+            if backwards
+            else "left and right are swapped (only their mean is used)"
         )
+        remarks.note(name, f"the wheels tell of turns against the gyro's: {how}")
     told = "wheels" in asked or not _names_no_unit(kind)
     if found is None:
         fast = float(np.nanpercentile(np.abs(rows[:, 1:3]), 95))
@@ -357,12 +360,12 @@ def _wheels(
     units = {**UNITS["wheels"], "m/s": 1 / robot.wheel_radius}
     fitting = [u for u, factor in units.items() if _SLIP[0] < abs(found) / factor < _SLIP[1]]
     if "rad/s" in fitting:
-        return 1.0
+        return sign
     if told or not fitting:
         text = f"the gyro turns by {abs(found):.3g} of what the wheels tell"
         if told:
             remarks.note(name, f"{text}; --robot and --set robot.wheel_radius tell of the body")
-            return 1.0
+            return sign
         raise UnitError(
             topics.ENCODERS,
             f"expected wheel speeds in rad/s, m/s, rpm or deg/s, but {text}; tell the factor: "
@@ -371,7 +374,7 @@ def _wheels(
     remarks.note(
         name, f"wheel speeds are taken as {fitting[0]}: the gyro turns by {abs(found):.3g} of them"
     )
-    return units[fitting[0]]
+    return sign * units[fitting[0]]
 
 
 def _names_no_unit(kind: str) -> bool:

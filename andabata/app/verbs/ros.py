@@ -93,7 +93,7 @@ def navigator(
         f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
         f"missed; the filter is {data['health']}"
     )
-    voice.result(data, text)
+    voice.result(data, "\n".join([text, *(f"remark: {r}" for r in data["remark_texts"])]))
 
 
 @app.command()

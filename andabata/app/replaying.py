@@ -89,7 +89,8 @@ def replay_bag(
             begin = (piece.first_ns - pieces[0].first_ns) / NS
             told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
             try:
-                setup = read_setup(part, config.sensing.site, names, decoder)
+                first = SenseDecoder(config.robot, si)
+                setup = read_setup(part, config.sensing.site, names, first)
             except BagError as error:
                 told[-1]["reason"] = str(error)
                 continue

@@ -23,6 +23,7 @@ from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.recorder import Outbox, Recorder, post_senses
 from andabata.records.ros import RosError, RosGraph
+from andabata.records.sense_decoding import SenseDecoder
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
@@ -76,7 +77,8 @@ class NavigatorNode:
         self._graph, self._site = graph, config.sensing.site
         self._lock = threading.Lock()
         self._say = say
-        self._gathering = Gathering(0, cloud, Mounts(mountings))
+        decoder, mounts = SenseDecoder(config.robot), Mounts(mountings)
+        self._gathering = Gathering(0, cloud, decoder, mounts)
         self._told: Pose | None = None
         self._localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, forest)
@@ -100,7 +102,7 @@ class NavigatorNode:
     def _hear(self, topic: Topic, message: RosMessage) -> None:
         """Take in a sensor's message; called from the graph's threads."""
         with self._lock:
-            self._gathering.add(topic, message)
+            self._gathering.add(topic, message, self._graph.now_ns())
 
     def _hear_transforms(self, topic: Topic, message: RosMessage) -> None:
         """Take in transforms; those of static frames are sent again to whoever comes late."""
@@ -161,12 +163,16 @@ class NavigatorNode:
             self._tick(epoch, seconds, on_second, found)
         finally:
             self._halt()
+        self._mountings.remark(self._gathering.remarks)
         return {
             **found,
             "health": str(self._localizer.health),
             "counts": getattr(self._localizer, "counts", {}),
             "refused": self._gathering.refused,
-            **self._mountings.as_dict(),
+            "frames": self._mountings.frames,
+            "refused_by_reason": self._gathering.remarks.refused_by_reason(),
+            "remarks": self._gathering.remarks.as_dicts(),
+            "remark_texts": self._gathering.remarks.texts,
         }
 
     def _tick(

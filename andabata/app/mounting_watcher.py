@@ -1,6 +1,5 @@
 """Watches a replay or a live robot for what its senses say of their own mountings."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from andabata.machine.pose import Pose
 from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.records.mounts import Mounts
+from andabata.records.remarks import Remarks
 
 
 class MountingWatcher:
@@ -49,11 +49,13 @@ class MountingWatcher:
         self._ground.look(np.array(assembler.around(odometry)), tilt)
         self._ground.verify()
 
-    def as_dict(self, further: Sequence[str] = ()) -> dict[str, Any]:
-        """Return where senses sit and what a person should know of that, ready for JSON.
+    @property
+    def frames(self) -> dict[str, Any]:
+        """Where senses sit, ready for JSON."""
+        return self._mounts.as_dict(self._height)
 
-        Args:
-            further: Other remarks.
-        """
-        remarks = [*further, *self._mounts.remarks, *self._ground.remarks]
-        return {"frames": self._mounts.as_dict(self._height), "remarks": remarks}
+    def remark(self, remarks: Remarks) -> None:
+        """Note what a person should know of where senses sit."""
+        for text in (*self._mounts.remarks, *self._ground.remarks):
+            sense, _, said = text.partition(": ")
+            remarks.note(sense, said)

@@ -1,114 +1,41 @@
 """A recording through the same navigator that drove."""
 
-import re
-from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from andabata.app.mounting_watcher import MountingWatcher
-from andabata.machine.senses import WheelSpeeds
+from andabata.app.replay_result import Comparison, Confidence, left_out
+from andabata.app.usage import UsageError
+from andabata.machine.proprioception import TESLA
+from andabata.machine.robot import RobotModel
 from andabata.models import Models
-from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.navigator import Navigator, Step
+from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
-from andabata.records.bags import Bag
+from andabata.records.bag_pieces import BagPiece
+from andabata.records.bags import Bag, BagError
+from andabata.records.clocks import NS
 from andabata.records.gathering import Gathering
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.playback import (
-    Period,
     check_frames,
     check_topics,
     choose_cloud,
     read_periods,
     read_setup,
+    survey,
 )
+from andabata.records.remarks import Remarks
+from andabata.records.sense_decoding import SenseDecoder
+from andabata.records.sense_units import SenseUnits, factor_of, judge_history
+from andabata.records.topics import SCAN
 from andabata.records.transform_tree import read_transforms
 from andabata.tasks.controllers import make_controller
 from andabata.tasks.rig import RigConfig, make_localizer, make_perception
-
-
-@dataclass
-class Comparison:
-    """What came out of a replay beside what came out then.
-
-    Attributes:
-        periods: Control periods.
-        scans: Of them, those with a virtual scan now.
-        recorded_scans: Those with a recorded one.
-        compared_scans: Those with both.
-        differing_scans: Those with one of the two, or two that differ.
-        differing_commands: Recorded commands that differ from the present ones.
-        moving: Periods in which the robot is told to move.
-        unequal_sectors: Sectors of compared scans that differ.
-        unknown_sectors: Sectors of all scans that hold no judged cell.
-        complaints: Control periods in which the localizer complained, by what of.
-    """
-
-    periods: int = 0
-    scans: int = 0
-    recorded_scans: int = 0
-    compared_scans: int = 0
-    differing_scans: int = 0
-    differing_commands: int = 0
-    moving: int = 0
-    unequal_sectors: int = 0
-    unknown_sectors: int = 0
-    complaints: Counter[str] = field(default_factory=Counter)
-    _sectors: int = field(default=0, repr=False)
-    _all_sectors: int = field(default=0, repr=False)
-
-    def add(self, period: Period, step: Step) -> None:
-        """Compare one period."""
-        self.periods += 1
-        self.moving += step.wheels != WheelSpeeds(0.0, 0.0)
-        ranges = None if step.view is None else step.view.scan.ranges
-        self.scans += ranges is not None
-        if ranges is not None:
-            self.unknown_sectors += int(np.isnan(ranges).sum())
-            self._all_sectors += len(ranges)
-        self.recorded_scans += period.ranges is not None
-        if ranges is not None and period.ranges is not None:
-            self._compare(ranges, period.ranges)
-        elif period.wheels is not None:
-            self.differing_scans += (ranges is None) != (period.ranges is None)
-        if period.wheels is not None:
-            self.differing_commands += step.wheels != period.wheels
-
-    def _compare(self, ranges: NDArray[np.float32], recorded: NDArray[np.float32]) -> None:
-        """Compare two virtual scans."""
-        self.compared_scans += 1
-        if ranges.shape != recorded.shape:
-            self.differing_scans += 1
-            return
-        with np.errstate(invalid="ignore"):
-            unequal = (ranges != recorded) & ~(np.isnan(ranges) & np.isnan(recorded))
-        self.differing_scans += bool(unequal.any())
-        self.unequal_sectors += int(unequal.sum())
-        self._sectors += len(ranges)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures, ready for JSON."""
-        share = self.unequal_sectors / self._sectors if self._sectors else None
-        return {
-            "periods": self.periods,
-            "scans": self.scans,
-            "recorded_scans": self.recorded_scans,
-            "compared_scans": self.compared_scans,
-            "differing_scans": self.differing_scans,
-            "differing_sectors": share,
-            "differing_commands": self.differing_commands,
-            "moving_periods": self.moving,
-            "unknown_sectors": (
-                self.unknown_sectors / self._all_sectors if self._all_sectors else None
-            ),
-            "complaints": dict(self.complaints),
-        }
 
 
 def replay_bag(
@@ -120,6 +47,7 @@ def replay_bag(
     configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
     renamed: Mapping[str, str] | None = None,
     mountings: Mapping[str, GivenMounting] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Send a recording through the navigator and compare what comes out with what came out then.
 
@@ -132,6 +60,7 @@ def replay_bag(
         configure: Given the recorded settings, or the defaults, returns those to use.
         renamed: Names of the recording's topics by ours, where they differ.
         mountings: Where senses sit, by sense, above what frames and /tf say.
+        units: Units of the senses by quantity, where they differ from what sizes tell.
 
     Returns:
         Figures, ready for JSON.
@@ -142,77 +71,94 @@ def replay_bag(
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     models = models or Models()
-    compared, health, names = Comparison(), Counter[str](), renamed or {}
+    compared, sure, names = Comparison(), Confidence(), renamed or {}
+    remarks, refused = Remarks(), 0
+    told: list[dict[str, Any]] = []
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
-        check_topics(bag, Gathering(0, topic), names)
+        names = check_topics(bag, Gathering(0, topic, SenseDecoder(remarks=remarks)), names)
         mounts = Mounts(mountings, read_transforms(bag))
-        check_frames(bag, Gathering(0, topic, mounts), names)
-        setup = read_setup(bag, configure(RigConfig()).sensing.site, names, mounts)
-        config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
-        name = controller or str(setup.settings.get("controller", "learned"))
+        check_frames(bag, Gathering(0, topic, mounts=mounts), names)
+        robot = configure(RigConfig()).robot
+        found = survey(bag, topic, names, SenseDecoder(robot, SenseUnits(), remarks))
+        config = configure(RigConfig.model_validate(found.settings.get("rig", {})))
+        asked = _factors(units or {}, config.robot)
+        flux = config.sensing.site.field * TESLA
+        si = judge_history(found.history, config.robot, asked, remarks, flux)
+        pieces, cut_out = found.pieces(remarks)
+        name = controller or str(found.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, models.forest)
         driver = make_controller(name, None, config, models)
         navigator = Navigator(config.robot, localizer, perception, driver)
-        navigator.reset(setup.start, 0.0, setup.rough)
-        navigator.area = setup.area
-        gathering = Gathering(setup.epoch_ns, topic, mounts)
-        watcher = MountingWatcher(mounts, assembler_of(perception), config.robot.lidar_height)
-        for period in read_periods(bag, gathering, names):
-            if period.goal is not None:
-                navigator.set_goal(period.goal)
-            navigator.watch(partial(compared.add, period))
-            navigator.step(period.senses)
-            watcher.watch(localizer.odometry)
-            health[str(localizer.health)] += 1
-            for complaint in getattr(localizer, "complaints", ()):
-                compared.complaints[_without_numbers(complaint)] += 1
-            if on_second is not None and compared.periods % 10 == 0:
-                on_second()
-    recorded, now = setup.settings.get("models"), models.hashes
-    assembler = assembler_of(perception)
-    return compared.as_dict() | {
+        assembler = assembler_of(perception)
+        watcher = MountingWatcher(mounts, assembler, config.robot.lidar_height)
+        for piece in pieces:
+            part = BagPiece(bag, piece)
+            decoder = SenseDecoder(config.robot, si, remarks)
+            begin = (piece.first_ns - pieces[0].first_ns) / NS
+            told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
+            try:
+                first = SenseDecoder(config.robot, si)
+                setup = read_setup(part, config.sensing.site, names, first, mounts)
+            except BagError as error:
+                told[-1]["reason"] = str(error)
+                continue
+            navigator.reset(setup.start, 0.0, setup.rough)
+            navigator.area = replace(setup, settings=found.settings).area
+            gathering, before = (
+                Gathering(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
+                compared.scans,
+            )
+            for period in read_periods(part, gathering, names):
+                if period.goal is not None:
+                    navigator.set_goal(period.goal)
+                navigator.watch(partial(compared.add, period))
+                navigator.step(period.senses)
+                watcher.watch(localizer.odometry)
+                sure.add(localizer)
+                if on_second is not None and compared.periods % 10 == 0:
+                    on_second()
+            sure.end(localizer)
+            told[-1]["scans"] = compared.scans - before
+            unplaced = assembler.refused if assembler else 0
+            refused += gathering.refused + unplaced
+            if unplaced:
+                laser = topic.ros1 if topic else SCAN.ros1
+                remarks.refuse(laser, "no pose is known at its stamp", number=unplaced)
+        read = {name for t in Gathering(0, topic).wanted for name in (t.ros1, t.ros2)}
+        unread = [str(lost) for lost in bag.left_out if lost.topic in read | set(names.values())]
+        for text in bag.notes:
+            remarks.note(path.name, text)
+    watcher.remark(remarks)
+    if told and all(piece["reason"] is not None for piece in told):
+        raise BagError(str(told[0]["reason"]))
+    recorded, now = found.settings.get("models"), models.hashes
+    data = compared.as_dict() | {
         "controller": name,
-        "recorded_controller": setup.settings.get("controller"),
+        "recorded_controller": found.settings.get("controller"),
         "laser": topic.ros1 if topic else "/2D_scan",
         "same_models": None if recorded is None else recorded == now,
-        "health": dict(health),
-        "counts": getattr(localizer, "counts", {}),
-        "refused": gathering.refused + (assembler.refused if assembler else 0),
-        **watcher.as_dict(_blindness(compared, gathering, assembler)),
+        "health": dict(sure.health),
+        "complaints": dict(sure.complaints),
+        "counts": sure.counts,
+        "refused": refused,
+        "refused_by_reason": remarks.refused_by_reason(),
+        "pieces": told,
+        "frames": watcher.frames,
+        "remarks": remarks.as_dicts(),
+        "remark_texts": remarks.texts,
     }
+    return data | {"left_out": [*left_out(data, found.messages, cut_out), *unread]}
 
 
-def _blindness(
-    compared: Comparison, gathering: Gathering, assembler: CloudAssembler | None
-) -> list[str]:
-    """Return why no virtual scan could be made, nothing where one was."""
-    if compared.scans:
-        return []
-    if gathering.refused:
-        reason = f"{gathering.refused} messages of the senses were left out"
-    elif assembler is not None and assembler.refused:
-        reason = f"{assembler.refused} clouds have stamps at which no pose is known"
-    else:
-        reason = "no cloud was complete"
-    return [f"no virtual scan could be made: {reason}"]
+def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
+    """Return the factors to SI of the units that the user tells.
 
-
-def trust_in_words(data: Mapping[str, Any]) -> list[str]:
-    """Return how far the figures of ``replay_bag`` can be trusted, a line each."""
-    health = ", ".join(f"{name} in {n}" for name, n in data["health"].items())
-    lines = [f"health of the localizer: {health or 'none'} of {data['periods']} periods"]
-    if data["complaints"]:
-        said = ", ".join(f"{text} ({n} periods)" for text, n in data["complaints"].items())
-        lines.append(f"complaints: {said}")
-    if data["unknown_sectors"] is not None:
-        lines.append(f"unknown sectors: {100 * data['unknown_sectors']:.0f} % of all scans'")
-    if data["refused"]:
-        lines.append(f"left out: {data['refused']} messages")
-    return lines
-
-
-def _without_numbers(complaint: str) -> str:
-    """Return a complaint without its figures, so that those of one kind are counted together."""
-    return re.sub(r" (for|by) [\d.]+.*$", "", complaint)
+    Raises:
+        UsageError: If there is no such quantity or unit.
+    """
+    try:
+        return {quantity: factor_of(quantity, unit, robot) for quantity, unit in units.items()}
+    except ValueError as error:
+        raise UsageError(str(error)) from None

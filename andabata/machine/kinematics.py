@@ -32,10 +32,15 @@ class SkidSteer:
         """
         if not (math.isfinite(speed) and math.isfinite(yaw_rate)):
             raise ValueError(f"twist: expected finite numbers, got ({speed}, {yaw_rate})")
+        wheels = self.unlimited_wheel_speeds(speed, yaw_rate)
+        scale = min(1.0, self._limit / max(abs(wheels.left), abs(wheels.right), 1e-12))
+        return WheelSpeeds(wheels.left * scale, wheels.right * scale)
+
+    def unlimited_wheel_speeds(self, speed: float, yaw_rate: float) -> WheelSpeeds:
+        """Return the wheel speeds that a measured twist [m/s, rad/s] stands for."""
         left = (speed - yaw_rate * self._half_track) / self._radius
         right = (speed + yaw_rate * self._half_track) / self._radius
-        scale = min(1.0, self._limit / max(abs(left), abs(right), 1e-12))
-        return WheelSpeeds(left * scale, right * scale)
+        return WheelSpeeds(left, right)
 
     def twist(self, wheels: WheelSpeeds) -> tuple[float, float]:
         """Return forward speed [m/s] and yaw rate [rad/s] of wheel speeds."""

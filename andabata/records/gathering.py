@@ -1,7 +1,6 @@
 """Messages on their way to senses: the same for a recording and for a live graph."""
 
 from collections import deque
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +10,21 @@ from andabata.records import topics
 from andabata.records.frames import Sense
 from andabata.records.messages import (
     NS,
-    fix_of,
     header_ns,
     sweep_angles,
     wheel_speeds_of,
 )
 from andabata.records.mounts import Mounts, PendingTransformError
-from andabata.records.point_cloud2 import cloud_of
+from andabata.records.point_cloud2 import decode_point_cloud2
+from andabata.records.remarks import Remarks
+from andabata.records.row_error import RowError
+from andabata.records.sense_decoding import (
+    SenseDecoder,
+    accepted_types,
+    as_point_cloud2,
+    row_name,
+    type_of,
+)
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
@@ -49,19 +56,27 @@ class Gathering:
         ranges: The virtual scan that was made in the period, None without one.
         wheels: The wheel speeds that were commanded in the period, None without.
         refused: Messages that said of themselves what can't be.
+        decoder: Reads the senses that come as rows.
         mounts: Where the senses sit.
     """
 
     def __init__(
-        self, epoch_ns: int, cloud: Topic | None = None, mounts: Mounts | None = None
+        self,
+        epoch_ns: int,
+        cloud: Topic | None = None,
+        decoder: SenseDecoder | None = None,
+        mounts: Mounts | None = None,
     ) -> None:
         """Begin with nothing.
 
         Args:
             epoch_ns: Stamp from which times are counted [ns].
             cloud: A 3D laser's topic, None for the turning laser's two.
+            decoder: Reads the senses that come as rows; None for one that judges units as they
+                come.
             mounts: Where the senses sit; None for what the frames' names say.
         """
+        self.decoder = decoder or SenseDecoder()
         self.epoch_ns = epoch_ns
         self.mounts = mounts or Mounts()
         self._cloud = cloud
@@ -80,6 +95,17 @@ class Gathering:
         self.wheels: WheelSpeeds | None = None
 
     @property
+    def epoch_ns(self) -> int:
+        """Stamp from which times are counted [ns]; with another one the senses begin anew."""
+        return self._epoch_ns
+
+    @epoch_ns.setter
+    def epoch_ns(self, epoch_ns: int) -> None:
+        self._epoch_ns = epoch_ns
+        self._delivered: dict[str, float] = {}
+        self.decoder.restart()
+
+    @property
     def wanted(self) -> tuple[Topic, ...]:
         """Topics to listen to for what is sensed, and the goal."""
         laser = SWEEPS if self._cloud is None else (self._cloud,)
@@ -89,21 +115,50 @@ class Gathering:
         """Return whose place on the robot a topic's measurements depend on, None for nobody's."""
         return "laser" if topic is self._cloud else _MOUNTED.get(topic)
 
+    @property
+    def _laser(self) -> str:
+        """Name of the topic that clouds come from."""
+        return (self._cloud or topics.SCAN).ros1
+
     def seconds(self, stamp_ns: int) -> float:
         """Return a stamp as time since the epoch [s]."""
         return (stamp_ns - self.epoch_ns) / NS
 
-    def add(self, topic: Topic, content: RosMessage) -> None:
-        """Take in a message; one that can't be is left out and counted."""
-        try:
-            self._add(topic, content)
-        except ValueError:
-            self.refused += 1
+    @property
+    def remarks(self) -> Remarks:
+        """What was taken otherwise than it says, and what was left out."""
+        return self.decoder.remarks
 
-    def _add(self, topic: Topic, content: RosMessage) -> None:
-        """Put a message where it belongs."""
+    def add(self, topic: Topic, content: RosMessage, stamp_ns: int | None = None) -> None:
+        """Take in a message; one that can't be is left out and counted.
+
+        Args:
+            topic: What it is of.
+            content: The message.
+            stamp_ns: When it came [ns], for types without a header.
+        """
+        try:
+            self._add(topic, content, stamp_ns)
+        except ValueError as error:
+            self._refuse(topic.ros1, str(error), stamp_ns)
+
+    def _refuse(self, sense: str, reason: str, stamp_ns: int | None = None) -> None:
+        """Count a message that is left out."""
+        self.refused += 1
+        seconds = self.seconds(stamp_ns) if stamp_ns is not None and self.epoch_ns else None
+        self.remarks.refuse(sense, reason, seconds)
+
+    def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+        """Put a message where it belongs.
+
+        Raises:
+            ValueError: If it is of a type that tells nothing of that, or can't be.
+        """
+        kind = type_of(content)
+        if kind not in accepted_types(topic):
+            raise RowError(f"expected {' or '.join(accepted_types(topic))}, got {kind}")
         if topic is self._cloud:
-            self._add_cloud(content, _ROUNDS)
+            self._add_cloud(as_point_cloud2(content), _ROUNDS)
         elif topic is topics.SCAN:
             self.mounts.head(frame_of(content))  # Refuses a frame that is none of the robot's.
             self._scans.append((header_ns(content), content))
@@ -116,17 +171,19 @@ class Gathering:
             self.ranges = np.asarray(content.ranges, dtype=np.float32)
         elif topic is topics.WHEELS:
             self.wheels = wheel_speeds_of(content)
-        elif topic in _ROWS:
-            name, row = _ROWS[topic]
-            numbers = self._mounted(topic, content, row(content))
-            self._rows[name].append([self.seconds(header_ns(content)), *numbers])
+        elif (name := row_name(topic)) is not None:
+            when = header_ns(content) if hasattr(content, "header") else stamp_ns
+            if when is None:
+                raise RowError(f"{kind} has no header, and nobody tells when it came")
+            rows = self.decoder.rows(topic, content, self.seconds(when))
+            self._rows[name] += [self._mounted(topic, content, row) for row in rows]
 
-    def _mounted(self, topic: Topic, content: RosMessage, numbers: list[float]) -> list[float]:
-        """Return a sense's numbers in the robot's axes."""
+    def _mounted(self, topic: Topic, content: RosMessage, row: list[float]) -> list[float]:
+        """Return a sense's row, a stamp and numbers, in the robot's axes."""
         sense = _MOUNTED.get(topic)
-        if sense is None:
-            return numbers
-        return self.mounts.row(sense, frame_of(content), numbers)
+        if sense is None or not hasattr(content, "header"):
+            return row
+        return [row[0], *self.mounts.row(sense, frame_of(content), row[1:])]
 
     def _add_cloud(self, content: RosMessage, rounds: int) -> None:
         """Keep a cloud, which waits for the transforms of a frame that moves.
@@ -135,7 +192,10 @@ class Gathering:
             ValueError: If it cannot be.
         """
         stamp = self.seconds(header_ns(content))
-        cloud = cloud_of(content, frame_of(content) or "sensor", stamp)
+        decoded = decode_point_cloud2(content, frame_of(content) or "sensor", stamp)
+        cloud = decoded.cloud
+        for text in decoded.remarks:
+            self.remarks.count(self._laser, text, stamp)
         if self._levelled:  # Our own, whose frame is no body's.
             self._frames.append(cloud)
             return
@@ -153,13 +213,13 @@ class Gathering:
         for content, rounds in pending:
             try:
                 self._add_cloud(content, rounds)
-            except ValueError:
-                self.refused += 1
+            except ValueError as error:
+                self._refuse(self._laser, str(error), header_ns(content))
 
     def senses(self, stamp: float) -> Senses:
         """Return what was sensed in the period that ends at ``stamp`` [s], and begin the next."""
         self._retry()
-        rows = {name: np.array(found) if found else None for name, found in self._rows.items()}
+        rows = {name: self._in_order(name) for name in self._rows}
         found = Senses(
             stamp=stamp,
             sweeps=self._sweeps(),
@@ -173,6 +233,34 @@ class Gathering:
         self.mounts.checks.compare(found.imu, found.encoders)
         self._clear()
         return found
+
+    def _in_order(self, name: str) -> NDArray[np.float64] | None:
+        """Return the rows of a sense by their stamps, each stamp once, None without any.
+
+        What is older than what the period before gave comes too late; a fix may.
+        """
+        if not self._rows[name]:
+            return None
+        rows = np.array(self._rows[name])
+        stamps, last = rows[:, 0], self._delivered.get(name, -np.inf)
+        if stamps[0] > last and (stamps[1:] > stamps[:-1]).all():
+            self._delivered[name] = float(stamps[-1])
+            return rows
+        topic = next(t for t in (*SENSES, topics.FIX) if row_name(t) == name)
+        _, first = np.unique(stamps, return_index=True)
+        twice, count = len(rows) - len(first), len(rows)
+        rows = rows[first]
+        if topic is not topics.FIX:
+            twice += int((rows[:, 0] == last).sum())
+            rows = rows[rows[:, 0] > last]
+            self._delivered[name] = max(last, float(rows[-1, 0])) if len(rows) else last
+        late = count - twice - len(rows)
+        if twice:
+            self.remarks.count(topic.ros1, "a stamp that came before is dropped", number=twice)
+        if late:
+            self.refused += late
+            self.remarks.refuse(topic.ros1, "older than what was used already", number=late)
+        return rows if len(rows) else None
 
     def _sweeps(self) -> Sweeps | None:
         """Return the sweeps whose head angle is known, oldest first.
@@ -193,7 +281,13 @@ class Gathering:
         for stamp in [s for s in self._heads if newest - s > _PATIENCE * NS]:
             del self._heads[stamp]
         alike = [pair for pair in found if len(pair[0].ranges) == len(found[0][0].ranges)]
-        self.refused += len(found) - len(alike)
+        if len(alike) < len(found):
+            self.refused += len(found) - len(alike)
+            self.remarks.refuse(
+                topics.SCAN.ros1,
+                "another number of beams than in the sweep before",
+                number=len(found) - len(alike),
+            )
         if not alike:
             return None
         first, head = alike[0]
@@ -221,36 +315,3 @@ def _measured(scan: RosMessage) -> NDArray[np.float32]:
 def frame_of(message: RosMessage) -> str:
     """Return the frame of a message's header."""
     return str(message.header.frame_id)
-
-
-def _vector(v: Any) -> list[float]:  # noqa: ANN401
-    return [float(v.x), float(v.y), float(v.z)]
-
-
-def _wheels(message: RosMessage) -> list[float]:
-    """Return left and right wheel speed [rad/s], of our own message or of a JointState.
-
-    Raises:
-        ValueError: If no joint is called left or none right.
-    """
-    if hasattr(message, "left"):
-        return [float(message.left), float(message.right)]
-    speeds = dict(zip(message.name, np.asarray(message.velocity).tolist(), strict=False))
-    sides = [
-        [speed for name, speed in speeds.items() if side in name and "wheel" in name]
-        for side in ("left", "right")
-    ]
-    if not all(sides):
-        raise ValueError(f"name: expected left and right wheels, got {', '.join(speeds)}")
-    return [float(np.mean(side)) for side in sides]
-
-
-_ROWS: dict[Topic, tuple[str, Any]] = {
-    topics.IMU: (
-        "imu",
-        lambda m: _vector(m.angular_velocity) + _vector(m.linear_acceleration),
-    ),
-    topics.ENCODERS: ("wheels", _wheels),
-    topics.COMPASS: ("field", lambda m: _vector(m.magnetic_field)),
-    topics.FIX: ("fix", fix_of),
-}

@@ -15,12 +15,15 @@ from andabata.machine.senses import Senses, WheelSpeeds
 from andabata.machine.site import Site
 from andabata.navigation.view import Area
 from andabata.records import topics
+from andabata.records.bag_pieces import Survey
 from andabata.records.bags import Bag, BagError
 from andabata.records.frames import FrameError
 from andabata.records.gathering import SWEEPS, Gathering, frame_of
 from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.mounts import Mounts
 from andabata.records.recorder import SETUP
+from andabata.records.remarks import Remarks
+from andabata.records.sense_decoding import OLD_POINT_CLOUD, SenseDecoder, accepted_types
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 
 CONTROL_HZ = 10
@@ -90,7 +93,9 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
     Raises:
         BagError: If the recording lacks it, or holds several to choose from.
     """
-    clouds = sorted(n for n, (kind, _) in bag.topics.items() if kind == POINT_CLOUD)
+    clouds = sorted(
+        n for n, (kind, _) in bag.topics.items() if _typed(kind) in (POINT_CLOUD, OLD_POINT_CLOUD)
+    )
     if name is None:
         if all({t.ros1, t.ros2} & set(bag.topics) for t in SWEEPS):
             return None
@@ -102,7 +107,8 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
         name = names[0]
     if name not in clouds:
         found = ", ".join(clouds) or "no cloud"
-        raise BagError(f"--cloud: expected one of {found}, got {name}")
+        kind = f" of {bag.topics[name][0]}" if name in bag.topics else ""
+        raise BagError(f"--cloud: expected one of {found}, got {name}{kind}")
     return Topic(name, name, POINT_CLOUD, None)
 
 
@@ -110,11 +116,24 @@ Renamed = Mapping[str, str]
 """The names that a recording uses, by ours of ROS 1."""
 
 
-def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
-    """Refuse a recording without the robot's senses.
+LEFT_OUT = "(left out)"
+"""The name of a topic that is not read: no recording has it."""
+
+
+def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> Renamed:
+    """Refuse a recording without the robot's senses, or with other types under their names.
+
+    Args:
+        bag: The recording.
+        gathering: Its remarks say what is left out, or missing and not needed.
+        renamed: What the user says of names.
+
+    Returns:
+        What to read: ``renamed``, and a choice where both of a topic's names are there.
 
     Raises:
-        BagError: If some are missing; the message names them and what was found.
+        BagError: If some are missing; the message names them and what was found. Or if one has a
+            type that tells nothing of it.
     """
     there = bag.topics
     unknown = sorted(set(renamed) - {topic.ros1 for topic in TOPICS})
@@ -129,6 +148,14 @@ def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
             f"{bag.path}: expected the topics {', '.join(missing)}, got {found}; --map names those "
             "that are called otherwise, and `andabata scan --topic` judges a single cloud"
         )
+    chosen = dict(renamed)
+    for topic in (*gathering.wanted, *_TYPED):
+        name = _choose_name(bag, topic, topic in needed, renamed, gathering.remarks)
+        if name is not None:
+            chosen[topic.ros1] = name
+    if not set(_names((topics.FIX,), chosen)) & set(there):
+        gathering.remarks.note(topics.FIX.ros1, "missing: positions are counted from the start")
+    return chosen
 
 
 def check_frames(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
@@ -151,13 +178,87 @@ def check_frames(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
             raise FrameError(f"{sense}: {error}; {option}") from error
 
 
-def read_setup(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None = None) -> Setup:
+_TYPED = (topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS, topics.VIRTUAL, topics.WHEELS)
+"""Topics that are read where they are there, besides what is sensed."""
+
+
+def _choose_name(
+    bag: Bag, topic: Topic, needed: bool, renamed: Renamed, remarks: Remarks
+) -> str | None:
+    """Return by which name to read a topic, None where nothing has to be chosen.
+
+    Raises:
+        BagError: If it is needed, or named by the user, and has another type.
+    """
+    there, accepted = bag.topics, accepted_types(topic)
+    names = [name for name in _names((topic,), renamed) if name in there]
+    if not names:
+        if topic.ros1 in renamed:
+            found = ", ".join(sorted(there)) or "none"
+            raise BagError(
+                f"--map {topic.ros1}: expected one of {found}, got {renamed[topic.ros1]}"
+            )
+        return None
+    fitting = [name for name in names if _typed(there[name][0]) in accepted]
+    if not fitting:
+        text = f"expected {' or '.join(accepted)}, got {there[names[0]][0]}"
+        if needed or topic.ros1 in renamed:
+            raise BagError(f"{names[0]}: {text}; --map names the topic that tells {topic.ros1}")
+        remarks.note(names[0], f"{text}: left out")
+        return LEFT_OUT
+    filled = [name for name in fitting if there[name][1]] or fitting
+    for other in names:
+        if other != filled[0]:
+            remarks.note(other, f"{filled[0]} is read instead; --map {topic.ros1}={other} tells")
+    return filled[0] if len(names) > 1 else None
+
+
+def _typed(kind: str) -> str:
+    """Return a type as ``package/msg/Name``, however it is written."""
+    return kind if "/msg/" in kind else kind.replace("/", "/msg/", 1)
+
+
+def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: SenseDecoder) -> Survey:
+    """Look a recording through for its clocks, its units and the drive's settings.
+
+    Args:
+        bag: The recording.
+        cloud: A 3D laser's topic, None for the turning laser's two.
+        renamed: What its topics are called.
+        decoder: Reads what its units are judged by.
+
+    Raises:
+        BagError: If a sense that is needed says nothing.
+    """
+    wanted = [topic for topic in Gathering(0, cloud).wanted if topic is not topics.GOAL]
+    names = {n: t for n, t in _names(tuple(wanted), renamed).items() if n in bag.topics}
+    found = Survey(bag, names, decoder, cloud, tuple(_names((topics.DIAGNOSTICS,), renamed)))
+    silent = [n for n, count in found.counts.items() if not count and names[n] != topics.FIX]
+    if silent:
+        raise BagError(
+            f"{bag.path}: expected messages of {', '.join(silent)}, got none; --map names another "
+            "topic that tells the same"
+        )
+    for topic in (topics.IMU, topics.ENCODERS, topics.COMPASS):
+        if not found.history.rows(topic):
+            raise BagError(f"{bag.path}: {found.why_none(topic)}")
+    return found
+
+
+def read_setup(
+    bag: Bag,
+    site: Site,
+    renamed: Renamed,
+    decoder: SenseDecoder | None = None,
+    mounts: Mounts | None = None,
+) -> Setup:
     """Return how a recorded drive began: as it was told then, else as its first senses tell.
 
     Args:
         bag: The recording.
         site: Where on Earth, for a recording that is not ours.
         renamed: What its topics are called.
+        decoder: Reads the first senses; None for one that judges their units as they come.
         mounts: Where its senses sit; None for what the frames' names say.
 
     Raises:
@@ -177,20 +278,26 @@ def read_setup(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None = N
             return Setup(start, epoch, settings)
     if start is not None:
         return Setup(start, epoch, settings or {})
-    return _setup_by_senses(bag, site, renamed, mounts)
+    return _setup_by_senses(bag, site, renamed, decoder, mounts)
 
 
-def _setup_by_senses(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | None) -> Setup:
+def _setup_by_senses(
+    bag: Bag,
+    site: Site,
+    renamed: Renamed,
+    decoder: SenseDecoder | None,
+    mounts: Mounts | None,
+) -> Setup:
     """Return a start at the first fix, with the heading of the compass and the tilt of gravity.
 
     Raises:
         BagError: If one of the three is missing.
     """
     names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
-    gathering = Gathering(0, mounts=mounts)
+    gathering = Gathering(0, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
-        gathering.add(topic, message.content)
+        gathering.add(topic, message.content, message.stamp_ns)
         if topic is topics.FIX:
             pose = first_pose(gathering.senses(0.0), site)
             if pose is not None:
@@ -205,7 +312,7 @@ def _setup_by_senses(bag: Bag, site: Site, renamed: Renamed, mounts: Mounts | No
 def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[Period]:
     """Yield the control periods of a recording, by the time at which its messages came in.
 
-    Periods end with the recorded commands, or ten times a second where there are none. The period
+    Periods end with the recorded commands, and ten times a second where there are none. The period
     of the start itself comes first, without anything sensed.
 
     Args:
@@ -219,23 +326,30 @@ def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[P
     for message in bag.messages(tuple(names)):
         while message.stamp_ns > end:
             yield _period(gathering, end)
-            following = next(ends, None)
-            if following is None:
-                return
-            end = following
+            end = next(ends)
         if message.stamp_ns >= gathering.epoch_ns:
-            gathering.add(names[message.topic], message.content)
+            gathering.add(names[message.topic], message.content, message.stamp_ns)
     yield _period(gathering, end)
 
 
+_SHORT, _LONG = NS // 20, NS // 2
+"""Commands closer than the first, as of a joystick, do not all end a period; where none comes for
+longer than the second, as of one that was put down, the clock ends periods [ns]."""
+
+
 def _period_ends(bag: Bag, epoch_ns: int, renamed: Renamed) -> Iterator[int]:
-    """Yield when the control periods end [ns], without end where no command was recorded."""
-    names = tuple(_names((topics.TWIST,), renamed))
-    given = [m.stamp_ns for m in bag.messages(names) if m.stamp_ns >= epoch_ns]
-    if given:
-        yield from given
-        return
-    yield from itertools.count(epoch_ns, NS // CONTROL_HZ)
+    """Yield when the control periods end [ns], without end."""
+    names, end = tuple(_names((topics.TWIST,), renamed)), None
+    for command in [m.stamp_ns for m in bag.messages(names) if m.stamp_ns >= epoch_ns]:
+        if end is not None and command - end < _SHORT:
+            continue
+        start = epoch_ns - NS // CONTROL_HZ if end is None else end
+        if command - start > _LONG:
+            yield from range(start + NS // CONTROL_HZ, command - _SHORT, NS // CONTROL_HZ)
+        end = command
+        yield end
+    start = epoch_ns if end is None else end + NS // CONTROL_HZ
+    yield from itertools.count(start, NS // CONTROL_HZ)
 
 
 def _period(gathering: Gathering, end_ns: int) -> Period:

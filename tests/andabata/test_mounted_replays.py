@@ -72,7 +72,7 @@ def same(replay, plain):
     if "ranges" not in plain:
         code, data, plain["ranges"] = replay()
         assert code == 0
-        assert data["remarks"] == []
+        assert data["remark_texts"] == []
 
     def run(*options, code=0, **edits):
         found, data, ranges = replay(*options, **edits)
@@ -101,7 +101,7 @@ def of_laser(rotation, shift, frame):
 def test_clouds_in_the_bodys_frame_are_lifted_by_nobody(same, frame):
     data = same(edit=of_laser(Rotation.identity(), (0, 0, 0), frame))
     assert data["frames"]["laser"]["source"] == "name"
-    assert data["remarks"] == []
+    assert data["remark_texts"] == []
 
 
 def test_a_laser_is_mounted_as_tf_static_says(same):
@@ -129,7 +129,7 @@ def test_a_laser_is_mounted_as_the_option_says(same):
 def test_ousters_frame_looks_backwards(same):
     data = same(edit=of_laser(turn((0, 0, 180)), (0, 0, HEIGHT), "os_lidar"))
     assert data["frames"]["laser"]["source"] == "name"
-    assert "os_lidar" in data["remarks"][0]
+    assert "os_lidar" in data["remark_texts"][0]
 
 
 def test_a_turning_head_is_followed_by_tf(same):
@@ -177,7 +177,7 @@ def test_an_imu_and_a_compass_are_turned_as_tf_static_says(same, degrees):
         ],
     )
     assert data["frames"]["imu"]["source"] == data["frames"]["compass"]["source"] == "tf_static"
-    assert data["remarks"] == []
+    assert data["remark_texts"] == []
 
 
 def upside_down(topic, message):
@@ -206,8 +206,8 @@ def test_a_wrong_height_is_said(replay):
     edit = of_laser(Rotation.identity(), (0, 0, 1.2), "velodyne")
     code, data, _ = replay(edit=edit)
     assert code == 0
-    assert "m below where robot.lidar_height puts it" in " ".join(data["remarks"])
-    assert "nothing tells where frame velodyne is" in " ".join(data["remarks"])
+    assert "m below where robot.lidar_height puts it" in " ".join(data["remark_texts"])
+    assert "nothing tells where frame velodyne is" in " ".join(data["remark_texts"])
 
 
 def test_senses_that_sit_nobody_knows_where_are_refused_by_name(replay):
@@ -241,7 +241,7 @@ def test_without_a_scan_the_exit_code_is_1(replay):
     assert code == 1
     assert data["scans"] == 0
     assert data["refused"] > 30
-    said = " ".join(data["remarks"])
+    said = " ".join(data["remark_texts"])
     assert "no virtual scan could be made" in said
     assert "fixed to the world" in said
 
@@ -263,7 +263,7 @@ def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):
     assert code == 3
     assert data["scans"] > 10
     assert 5 < data["refused"] < 40
-    assert "expected transforms from head to base_link until" in " ".join(data["remarks"])
+    assert "expected transforms from head to base_link until" in " ".join(data["remark_texts"])
 
 
 def test_a_loop_of_frames_is_refused_by_name(replay):

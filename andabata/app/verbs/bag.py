@@ -83,7 +83,16 @@ def replay(
             "--map",
             metavar="OURS=THEIRS",
             help="A topic's name in this recording, as /fix=/navsat/fix; may be repeated. "
-            "/encoder_data may be a JointState.",
+            "/encoder_data may be a JointState, an Odometry or a TwistStamped.",
+        ),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY=UNIT",
+            help="Unit of acceleration (m/s2, g, mg), angular_velocity (rad/s, deg/s), "
+            "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
+            "to SI, where sizes don't tell it; may be repeated.",
         ),
     ] = None,
     controller: Annotated[
@@ -105,11 +114,12 @@ def replay(
     """Send a recording through the navigator and compare scans and commands with the recorded.
 
     Senses are turned into the robot's axes by /tf_static and /tf, or by --mounting. The exit code
-    is 3 when messages were left out, and 1 when no scan could be made.
+    is 3 when data were left out, 1 when no scan could be made.
     """
     from andabata.app.console import Voice
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
-    from andabata.app.replaying import replay_bag, trust_in_words
+    from andabata.app.replay_result import UnscannedError, text_of, why_no_scan
+    from andabata.app.replaying import replay_bag
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs
     from andabata.machine.robot import RobotModel
@@ -123,6 +133,7 @@ def replay(
     settings = with_height(settings, sensor_height)
     mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
+    told = pairs(unit or (), "--unit")
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
         data = replay_bag(
@@ -134,26 +145,16 @@ def replay(
             configure,
             names,
             mountings,
+            told,
         )
     if data["same_models"] is False:
         voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
-    for remark in data["remarks"]:
-        voice.say(f"note: {remark}")
-    text = "\n".join(
-        [
-            f"{data['periods']} control periods, {data['scans']} virtual scans: "
-            f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "
-            f"{data['differing_commands']} commands differ",
-            *trust_in_words(data),
-            mountings_in_words(data["frames"]),
-        ]
-    )
-    voice.result(data, text)
+    voice.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
     if not data["scans"]:
-        raise typer.Exit(1)
-    if data["refused"]:
+        raise UnscannedError(why_no_scan(data))
+    if data["left_out"]:
         raise typer.Exit(3)
 
 

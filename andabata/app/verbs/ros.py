@@ -100,9 +100,7 @@ def navigator(
         f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
         f"missed; the filter is {data['health']}\n{mountings_in_words(data['frames'])}"
     )
-    for remark in data["remarks"]:
-        voice.say(f"note: {remark}")
-    voice.result(data, text)
+    voice.result(data, "\n".join([text, *(f"remark: {r}" for r in data["remark_texts"])]))
 
 
 @app.command()

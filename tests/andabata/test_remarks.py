@@ -1,0 +1,33 @@
+"""Remarks are counted by sense and reason, with the times of the first and the last."""
+
+from andabata.records.remarks import Remarks
+
+
+def test_refusals_are_counted_by_reason_with_their_times():
+    remarks = Remarks()
+    for stamp in (1.0, 2.5, 4.0):
+        remarks.refuse("/imu", "not a number", stamp)
+    remarks.refuse("/imu", "too old", number=2)
+    remarks.count("/fix", "a stamp that came before is dropped", 3.0)
+    assert remarks.refused_by_reason() == {"/imu": {"not a number": 3, "too old": 2}}
+    assert remarks.refused == 5
+    assert "/imu: 3 left out: not a number, from 1.0 to 4.0 s" in remarks.texts
+    first = next(r for r in remarks.as_dicts() if r["text"] == "not a number")
+    assert (first["count"], first["first_s"], first["last_s"]) == (3, 1.0, 4.0)
+    assert first["refused"] is True
+
+
+def test_a_note_stands_once_and_before_what_is_counted():
+    remarks = Remarks()
+    remarks.refuse("/imu", "too old")
+    for _ in range(3):
+        remarks.note("clock", "cut")
+    assert remarks.texts == ("clock: cut", "/imu: 1 left out: too old")
+
+
+def test_reasons_that_quote_numbers_do_not_fill_memory():
+    remarks = Remarks()
+    for k in range(1000):
+        remarks.refuse("/imu", f"row {k}")
+    assert len(remarks.as_dicts()) < 20
+    assert remarks.refused == 1000

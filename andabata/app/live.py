@@ -1,14 +1,19 @@
 """The nodes of a live ROS 1 graph: the robot's mind, and a simulated robot for it."""
 
+import json
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.first_pose import first_pose
+from andabata.app.datum import fixes_by_reason, use_datum
+from andabata.localization.datum import Datum, consistent_fixes, make_datum
+from andabata.localization.initial_pose import initial_pose
+from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
 from andabata.machine.proprioception import GRAVITY, TESLA
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
@@ -19,7 +24,7 @@ from andabata.navigation.view import Controller
 from andabata.records import topics
 from andabata.records.gathering import Gathering
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
-from andabata.records.recorder import Outbox, Recorder, post_senses
+from andabata.records.recorder import DATUM, Outbox, Recorder, post_senses
 from andabata.records.ros import RosError, RosGraph
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.tasks.judge import Judge, JudgeConfig, Outcome
@@ -41,6 +46,12 @@ _LAST_WORDS = 0.2
 _PATIENCE = 1.0
 """How long to wait for someone who tells the start before the senses tell it [s]."""
 
+_FEW_FIXES = 3
+"""Number of fixes that have to fit each other before the first of them is the datum."""
+
+_MOST_FIXES = 30
+"""Number of fixes that are kept for that."""
+
 
 class NavigatorNode:
     """The nodes of the paper's Figure 11 in one process.
@@ -57,6 +68,8 @@ class NavigatorNode:
         forest: Forest,
         controller: Controller,
         cloud: Topic | None = None,
+        given: Mapping[str, float] | None = None,
+        say: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Build the navigator and listen to its topics.
 
@@ -66,8 +79,13 @@ class NavigatorNode:
             forest: The cell classifier.
             controller: Where to steer.
             cloud: A 3D laser's topic, None for the turning laser's two.
+            given: Fields of ``GeoReference`` that the user gives; the first good fix and the
+                World Magnetic Model tell the others.
+            say: Tells the user where the map lies, once.
         """
-        self._graph, self._site = graph, config.sensing.site
+        self._graph, self._given, self._say = graph, given or {}, say
+        self._datum: Datum | None = None
+        self._fixes = np.empty((0, 5))
         self._lock = threading.Lock()
         self._gathering = Gathering(0, cloud)
         self._told: Pose | None = None
@@ -124,6 +142,7 @@ class NavigatorNode:
 
         Raises:
             RosError: If the senses have another clock than the graph, or time runs back.
+            DatumError: If the fixes lie far from the datum that is given.
         """
         graph = self._graph
         graph.wait_for_clock()
@@ -135,16 +154,22 @@ class NavigatorNode:
         self._navigator.reset(pose, 0.0, rough)
         self._outbox = Outbox(graph, Composer(1, epoch))
         self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
+        if self._datum is not None:
+            self._take(self._datum)
         found = {"commands": 0, "scans": 0, "moving": 0, "missed_ticks": 0}
         try:
             self._tick(epoch, seconds, on_second, found)
         finally:
             self._halt()
+        localizer, datum = self._localizer, self._datum
         return {
             **found,
-            "health": str(self._localizer.health),
-            "counts": getattr(self._localizer, "counts", {}),
+            "health": str(localizer.health),
+            "counts": getattr(localizer, "counts", {}),
             "refused": self._gathering.refused,
+            "refused_by_reason": fixes_by_reason(localizer, "refused"),
+            "assumed_by_reason": fixes_by_reason(localizer, "assumed"),
+            **({"datum": None, "magnetic": None} if datum is None else datum.as_dict()),
         }
 
     def _tick(
@@ -185,6 +210,7 @@ class NavigatorNode:
 
         Raises:
             RosError: If the senses have another clock than the graph.
+            DatumError: If the fixes lie far from the datum that is given.
         """
         graph, kept = self._graph, Senses(0.0)
         begin = graph.now_ns()
@@ -204,10 +230,52 @@ class NavigatorNode:
             if told is not None:
                 return told, False
             if graph.now_ns() - begin > _PATIENCE * NS:
-                found = first_pose(kept, self._site)
+                found = self._located(kept)
                 if found is not None:
                     return found, True
         raise RosError("start: expected someone to tell it, got the end of the graph")
+
+    def _located(self, kept: Senses) -> Pose | None:
+        """Return the pose that the senses tell, once enough fixes fit each other."""
+        if kept.fixes is None:
+            return None
+        fitting = kept.fixes[consistent_fixes(kept.fixes)]
+        if len(fitting) < _FEW_FIXES:
+            return None
+        datum = make_datum(self._given, kept.fixes, self._year())
+        assert datum is not None  # A fix is good.
+        self._datum = datum.with_compass(kept)
+        return initial_pose(replace(kept, fixes=fitting), datum.reference)
+
+    def _year(self) -> float:
+        """Return the decimal year by the graph's clock."""
+        return decimal_year(self._graph.now_ns())
+
+    def _take(self, datum: Datum) -> None:
+        """Use a datum from now on, and say so."""
+        self._datum = datum
+        use_datum(self._localizer, datum)
+        self._recorder.facts[DATUM] = json.dumps(datum.as_dict())
+        for note in datum.notes:
+            self._say(note)
+
+    def _referred(self, senses: Senses) -> Senses:
+        """Return senses without fixes and field while nothing tells where the map lies.
+
+        A start that is told comes before the first fixes: once some fit each other, the datum is
+        laid so that the last of them is where the robot believes to be.
+        """
+        if self._datum is not None:
+            return senses
+        if senses.fixes is not None:
+            self._fixes = np.concatenate([self._fixes, senses.fixes])[-_MOST_FIXES:]
+        fitting = self._fixes[consistent_fixes(self._fixes)]
+        if len(fitting) >= _FEW_FIXES and senses.imu is not None and senses.field is not None:
+            place = self._localizer.pose.position
+            datum = make_datum(self._given, fitting[::-1], self._year(), place)
+            assert datum is not None  # A fix is good.
+            self._take(datum.with_compass(senses))
+        return replace(senses, fixes=None, field=None)
 
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
@@ -215,7 +283,7 @@ class NavigatorNode:
             told, self._told = self._told, None
         if told is not None:
             self._navigator.reset(told, now)
-        senses = self._sensed(now)
+        senses = self._referred(self._sensed(now))
         self._navigator.listen(senses)
         self._recorder.move(senses)
         self._recorder.relate(now)

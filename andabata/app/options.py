@@ -38,3 +38,11 @@ SquaresFile = Annotated[
 PolicyFile = Annotated[
     Path | None, typer.Option("--policy", metavar="FILE", help="Policy instead of the shipped one.")
 ]
+
+Datum = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LAT,LON[,ALT]",
+        help="Origin of the map, in degrees and metres; without, the first good fix.",
+    ),
+]

@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.datum import fixes_by_reason, given_site, use_datum
+from andabata.localization.datum import Datum, check_distance, make_datum
+from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.senses import WheelSpeeds
 from andabata.models import Models
 from andabata.navigation.navigator import Navigator, Step
@@ -18,8 +21,11 @@ from andabata.records.bags import Bag
 from andabata.records.gathering import Gathering
 from andabata.records.playback import (
     Period,
+    Renamed,
+    Setup,
     check_topics,
     choose_cloud,
+    read_first_fixes,
     read_periods,
     read_setup,
 )
@@ -118,6 +124,7 @@ def replay_bag(
 
     Raises:
         BagError: If the recording lacks the robot's senses, or is damaged.
+        DatumError: If the fixes lie far from the datum that is given or recorded.
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     models = models or Models()
@@ -125,10 +132,13 @@ def replay_bag(
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
         check_topics(bag, Gathering(0, topic), names)
-        setup = read_setup(bag, configure(RigConfig()).sensing.site, names)
+        given = given_site(configure)
+        setup = read_setup(bag, given, names)
         config = configure(RigConfig.model_validate(setup.settings.get("rig", {})))
+        datum = setup.datum or _recorded_datum(bag, setup, config, given, names)
         name = controller or str(setup.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
+        use_datum(localizer, datum)
         perception = make_perception(config, models.forest)
         driver = make_controller(name, None, config, models)
         navigator = Navigator(config.robot, localizer, perception, driver)
@@ -153,4 +163,24 @@ def replay_bag(
         "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
         "refused": gathering.refused + (assembler.refused if assembler else 0),
+        "refused_by_reason": fixes_by_reason(localizer, "refused"),
+        "assumed_by_reason": fixes_by_reason(localizer, "assumed"),
+        **datum.as_dict(),
     }
+
+
+def _recorded_datum(
+    bag: Bag, setup: Setup, config: RigConfig, given: Mapping[str, float], renamed: Renamed
+) -> Datum:
+    """Return the datum of a recording that names it in its settings.
+
+    Raises:
+        DatumError: If the fixes lie far from it.
+    """
+    site, (fixes, stamp_ns) = config.sensing.site, read_first_fixes(bag, renamed)
+    if {"latitude_deg", "longitude_deg"} & set(given):
+        ours = site.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
+        year = decimal_year(stamp_ns or setup.epoch_ns)
+        return make_datum({**ours, **given}, fixes, year) or Datum(site, "given", "given")
+    check_distance(site, fixes, "the recording")
+    return Datum(site, "the recording", "given" if given else "the recording")

@@ -7,11 +7,11 @@ import pytest
 
 from andabata.localization.localizer import Health
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig, Simulator
-from andabata.machine.site import Site
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
 from worlds.world import Start
@@ -44,7 +44,7 @@ def drive():
 
 def run(drive, change=lambda s: s, config=None, seconds=120.0):
     """Return the localizer and its errors in x, y [m] and yaw [rad] after each step."""
-    localizer = UkfLocalizer(config or UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(config or UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     errors = []
     for senses in drive:
@@ -70,7 +70,7 @@ def test_it_knows_where_it_is(drive):
 
 
 def test_the_odometry_never_jumps_though_the_map_pose_does(drive):
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     steps, before = [], localizer.odometry.position
     for senses in drive:
@@ -219,7 +219,7 @@ def test_a_long_detour_of_the_signals_is_waited_out(drive):
 
 def test_a_wrong_start_is_doubted_and_mended(drive):
     """The robot was put down 40 m from where it was told."""
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     pose = drive[0].truth.pose
     localizer.reset(replace(pose, position=pose.position + np.array([40.0, 0, 0])), 0.0)
     for senses in drive:
@@ -229,6 +229,6 @@ def test_a_wrong_start_is_doubted_and_mended(drive):
 
 
 def test_rows_of_another_width_are_an_error(drive):
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     with pytest.raises(ValueError, match=r"expected shape \(k, 7\)"):
         localizer.update(replace(drive[5], imu=np.zeros((3, 6))))

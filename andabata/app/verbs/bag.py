@@ -5,7 +5,16 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.options import ConfigFile, ForestFile, Json, PolicyFile, Quiet, Set, SquaresFile
+from andabata.app.options import (
+    ConfigFile,
+    Datum,
+    ForestFile,
+    Json,
+    PolicyFile,
+    Quiet,
+    Set,
+    SquaresFile,
+)
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
@@ -59,6 +68,7 @@ def replay(
     controller: Annotated[
         str | None, typer.Option(help="Who steers instead of the recorded controller.")
     ] = None,
+    datum: Datum = None,
     robot: Annotated[
         str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
     ] = None,
@@ -72,6 +82,7 @@ def replay(
 ) -> None:
     """Send a recording through the navigator and compare scans and commands with the recorded."""
     from andabata.app.console import Voice
+    from andabata.app.datum import datum_notes, datum_overrides
     from andabata.app.replaying import replay_bag
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs
@@ -79,9 +90,11 @@ def replay(
     from andabata.models import Models
     from andabata.tasks.rig import RigConfig
 
+    overrides = (*(settings or ()), *datum_overrides(datum))
+
     def configure(recorded: RigConfig) -> RigConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
-        return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
+        return resolve(RigConfig, config, overrides, recorded.model_copy(update=body))
 
     names = pairs(renamed or (), "--map")
     voice = Voice(quiet, as_json)
@@ -99,6 +112,8 @@ def replay(
         voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
+    for note in datum_notes(data):
+        voice.say(f"note: {note}")
     text = (
         f"{data['periods']} control periods, {data['scans']} virtual scans: "
         f"{data['differing_scans']} of {data['recorded_scans']} recorded scans and "

@@ -6,6 +6,7 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    Datum,
     ForestFile,
     Json,
     PolicyFile,
@@ -45,6 +46,7 @@ def navigator(
     seconds: Annotated[
         float | None, typer.Option(min=0.1, help="Stop after so long; without, on Ctrl-C.")
     ] = None,
+    datum: Datum = None,
     robot: Robot = "andabata",
     forest: ForestFile = None,
     squares: SquaresFile = None,
@@ -58,6 +60,7 @@ def navigator(
     import numpy as np
 
     from andabata.app.console import Voice
+    from andabata.app.datum import datum_overrides, given_site
     from andabata.app.live import NavigatorNode
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import numbers, words
@@ -75,14 +78,20 @@ def navigator(
         pose = Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))
     target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
     voice = Voice(quiet, as_json)
-    base = with_parts(RigConfig, "utm-30lx", robot)
-    resolved = resolve(RigConfig, config, settings or (), base)
+    overrides = (*(settings or ()), *datum_overrides(datum))
+
+    def configure(base: RigConfig) -> RigConfig:
+        return resolve(RigConfig, config, overrides, base)
+
+    resolved = configure(with_parts(RigConfig, "utm-30lx", robot))
     models = Models.load(forest, squares, policy)
     driver = make_controller(name, None, resolved, models)
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
     graph = RosGraph("andabata")
     try:
-        node = NavigatorNode(graph, resolved, models.forest, driver, laser)
+        node = NavigatorNode(
+            graph, resolved, models.forest, driver, laser, given_site(configure), voice.say
+        )
         if target is not None:
             node.set_goal(target)
         with voice.progress("seconds", None) as step:

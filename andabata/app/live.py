@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from andabata.app.datum import fixes_by_reason, use_datum
 from andabata.localization.datum import Datum, consistent_fixes, make_datum
+from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
@@ -48,6 +49,9 @@ _PATIENCE = 1.0
 
 _FEW_FIXES = 3
 """Number of fixes that have to fit each other before the first of them is the datum."""
+
+_SILENCE = 10.0
+"""How often a navigator that waits for its start says what is missing [s]."""
 
 _MOST_FIXES = 30
 """Number of fixes that are kept for that."""
@@ -213,7 +217,7 @@ class NavigatorNode:
             DatumError: If the fixes lie far from the datum that is given.
         """
         graph, kept = self._graph, Senses(0.0)
-        begin = graph.now_ns()
+        begin = said = graph.now_ns()
         while not graph.is_over:
             graph.sleep_until(graph.now_ns() + _HALF)
             senses = self._sensed(0.0)
@@ -233,6 +237,9 @@ class NavigatorNode:
                 found = self._located(kept)
                 if found is not None:
                     return found, True
+            if graph.now_ns() - said > _SILENCE * NS:
+                said = graph.now_ns()
+                self._say(f"no start yet: {_missing(kept)}, or /initialpose")
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
     def _located(self, kept: Senses) -> Pose | None:
@@ -244,8 +251,10 @@ class NavigatorNode:
             return None
         datum = make_datum(self._given, kept.fixes, self._year())
         assert datum is not None  # A fix is good.
-        self._datum = datum.with_compass(kept)
-        return initial_pose(replace(kept, fixes=fitting), datum.reference)
+        pose = initial_pose(replace(kept, fixes=fitting), datum.reference)
+        if pose is not None:
+            self._datum = datum.with_compass(kept)
+        return pose
 
     def _year(self) -> float:
         """Return the decimal year by the graph's clock."""
@@ -452,6 +461,24 @@ def _check_clock(stamp: float, now: float) -> None:
             f"{now - stamp:.1f} s behind; play recordings with `rosbag play --clock` and "
             "`rosparam set use_sim_time true`"
         )
+
+
+def _missing(kept: Senses) -> str:
+    """Return what a start by the senses still lacks, in words."""
+    fixes = np.empty((0, 5)) if kept.fixes is None else kept.fixes
+    fitting, refused = int(consistent_fixes(fixes).sum()), check_fixes(fixes).refused
+    reasons = "".join(f", {n} refused {reason}" for reason, n in refused.items())
+    found = [
+        topic.ros1
+        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.field))
+        if rows is None
+    ]
+    if fitting < _FEW_FIXES:
+        found.append(
+            f"{_FEW_FIXES} good fixes of {topics.FIX.ros1} that fit each other, got {fitting} of "
+            f"{len(fixes)}{reasons}"
+        )
+    return "expected " + " and ".join(found or ["a compass and gravity that are numbers"])
 
 
 def _joined(

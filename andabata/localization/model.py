@@ -92,9 +92,9 @@ class Body(NamedTuple):
         flux_x: Magnetic field to the east [uT].
         flux_y: To the north [uT].
         flux_z: Upwards [uT].
-        loose: Whether the field is known only roughly: a fix then corrects heading and place, and
-            the compass these, what the robot's iron makes and the gyro's bias about the vertical.
-            Tilt and speeds are those of gravity, gyro and wheels wherever on Earth the robot is.
+        loose: Whether the field is known only roughly: compass and fixes then correct heading,
+            place and their own errors, while tilt, speeds and biases are those of gravity, gyro and
+            wheels, wherever on Earth the robot is.
         period: Longest step of a prediction [s]; longer gaps are refused.
     """
 
@@ -361,23 +361,21 @@ def see_fix(x, P, fix, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN
     return _innovate(x, P, fix[1], fix[2], fix[3], r0, r0, r2, gate, room)
 
 
-_MOTION = np.array([0, 1, 3, 4, 9, 10, 16, 17])
-"""States that a loose compass does not correct: tilt, two gyro biases, speeds, accelerometer."""
-
-_BODY = np.array([0, 1, 3, 4, 5, 9, 10, 11, 12, 13, 16, 17])
-"""States that a loose fix does not correct: all but heading, place and its own error."""
+_MOTION = np.array([0, 1, 3, 4, 5, 9, 10, 16, 17])
+"""States of the motion, which need no place on Earth: tilt, speeds, biases of gyro and
+accelerometer."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _keep(x, P, old_x, old_P, kept):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Put some states back as they were before a correction.
+def _keep(x, P, old_x, old_P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Put the motion's states back as they were before a correction.
 
     Their covariance with the other states stays corrected: that is the filter of Schmidt (1966),
     which considers states that a measurement does not correct.
     """
-    for i in kept:
+    for i in _MOTION:
         x[i] = old_x[i]
-        for j in kept:
+        for j in _MOTION:
             P[i, j] = old_P[i, j]
 
 
@@ -471,7 +469,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
                     old_x, old_P = x.copy(), P.copy()
                 distance = see_field(x, P, field[m], body, noise, gates.vector, weights, room)
                 if body.loose:
-                    _keep(x, P, old_x, old_P, _MOTION)
+                    _keep(x, P, old_x, old_P)
                 _count(counts, COMPASS, distance, gates.vector)
             else:
                 counts[COMPASS, 2] += 1
@@ -482,7 +480,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
                     old_x, old_P = x.copy(), P.copy()
                 distance = see_fix(x, P, fixes[f], gates.fix, room)
                 if body.loose:
-                    _keep(x, P, old_x, old_P, _BODY)
+                    _keep(x, P, old_x, old_P)
                 _count(counts, FIX, distance, gates.fix)
             else:
                 counts[FIX, 2] += 1

@@ -1,5 +1,6 @@
 """Datum that a user gives: an option of its own, or single fields of ``sensing.site``."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -76,14 +77,23 @@ def use_datum(localizer: Localizer, datum: Datum) -> None:
         localizer.refer(datum.expected, datum.loose)
 
 
-def fixes_by_reason(localizer: Localizer, name: str) -> dict[str, int]:
-    """Return how many fixes a localizer has ``refused``, or ``assumed`` something of, by reason."""
-    return {f"{FIX.ros1}: {text}": n for text, n in getattr(localizer, name, {}).items()}
+def fixes_by_reason(
+    localizer: Localizer, name: str, before: Mapping[str, int] | None = None
+) -> dict[str, int]:
+    """Return how many fixes a localizer has ``refused``, or ``assumed`` something of, by reason.
+
+    Args:
+        localizer: Any.
+        name: Which of the two.
+        before: The same of fixes before its start.
+    """
+    found = Counter(before or {}) + Counter(getattr(localizer, name, {}))
+    return {f"{FIX.ros1}: {text}": n for text, n in found.items()}
 
 
 def datum_notes(data: Mapping[str, Any]) -> list[str]:
     """Return what a user must know of the datum and the fixes, from a replay's figures."""
     datum = Datum.from_dict(data)
     notes = [] if datum.source == "the recording" else list(datum.notes)
-    notes += [f"{n} refused, {text}" for text, n in data["refused_by_reason"].items()]
-    return [*notes, *(f"{n} with {text}" for text, n in data["assumed_by_reason"].items())]
+    notes += [f"refused {n} of {text}" for text, n in data["refused_by_reason"].items()]
+    return [*notes, *(f"took {n} of {text}" for text, n in data["assumed_by_reason"].items())]

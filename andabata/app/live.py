@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.app.datum import fixes_by_reason, use_datum
-from andabata.localization.datum import Datum, consistent_fixes, make_datum
-from andabata.localization.fix_check import check_fixes
+from andabata.localization.datum import Datum, consistent_fixes, make_datum, refused_fixes
 from andabata.localization.initial_pose import initial_pose
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
@@ -466,7 +465,7 @@ def _check_clock(stamp: float, now: float) -> None:
 def _missing(kept: Senses) -> str:
     """Return what a start by the senses still lacks, in words."""
     fixes = np.empty((0, 5)) if kept.fixes is None else kept.fixes
-    fitting, refused = int(consistent_fixes(fixes).sum()), check_fixes(fixes).refused
+    fitting, refused = int(consistent_fixes(fixes).sum()), refused_fixes(fixes)
     reasons = "".join(f", {n} refused {reason}" for reason, n in refused.items())
     found = [
         topic.ros1

@@ -163,7 +163,7 @@ def replay_bag(
         "health": dict(health),
         "counts": getattr(localizer, "counts", {}),
         "refused": gathering.refused + (assembler.refused if assembler else 0),
-        "refused_by_reason": fixes_by_reason(localizer, "refused"),
+        "refused_by_reason": fixes_by_reason(localizer, "refused", setup.refused),
         "assumed_by_reason": fixes_by_reason(localizer, "assumed"),
         **datum.as_dict(),
     }

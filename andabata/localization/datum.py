@@ -1,5 +1,6 @@
 """Datum of the map: given, or the first good fix, with the magnetic field that holds there."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -184,6 +185,21 @@ def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
     apart = np.linalg.norm(places - np.median(places, axis=0), axis=1)
     kept[kept] = apart <= MAX_JUMP
     return kept
+
+
+def refused_fixes(fixes: NDArray[np.float64], until: float = np.inf) -> Counter[str]:
+    """Return how many of the first fixes cannot tell the place, by reason.
+
+    Args:
+        fixes: Rows as in ``Senses.fixes``, shape (k, 5); all of them tell which fit each other.
+        until: Stamp of the first that is not counted [s].
+    """
+    early = ~(fixes[:, 0] >= until)
+    check = check_fixes(fixes[early])
+    refused = Counter(check.refused)
+    if jumped := int((check.good & ~consistent_fixes(fixes)[early]).sum()):
+        refused[f"more than {MAX_JUMP / 1000:.0f} km from the others at the start"] += jumped
+    return refused
 
 
 def make_datum(

@@ -3,13 +3,13 @@
 import itertools
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.datum import Datum, consistent_fixes, make_datum
+from andabata.localization.datum import Datum, consistent_fixes, make_datum, refused_fixes
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
 from andabata.machine.geo_reference import GeoReference
@@ -47,6 +47,7 @@ class Setup:
         settings: The drive's settings, empty in a recording that is not ours.
         rough: Whether the start is only what the first senses tell.
         datum: Datum of the map, None where the settings name it, or nothing does.
+        refused: Number of fixes before the start that could not be used, by reason.
     """
 
     start: Pose
@@ -54,6 +55,7 @@ class Setup:
     settings: dict[str, Any]
     rough: bool = False
     datum: Datum | None = None
+    refused: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def area(self) -> Area | None:
@@ -167,7 +169,7 @@ def read_setup(bag: Bag, given: Mapping[str, float], renamed: Renamed) -> Setup:
     setup = None if datum is None else _setup_by_senses(bag, datum, fixes, renamed)
     if setup is not None:
         return setup
-    refused = check_fixes(fixes).refused
+    refused = refused_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
@@ -249,8 +251,14 @@ def _setup_by_senses(
         senses = replace(senses, fixes=rows[np.array(kept, dtype=bool)])
         pose = initial_pose(senses, datum.reference)
         if pose is not None:
-            datum = datum.with_compass(senses)
-            return Setup(pose, message.stamp_ns + 1, {}, rough=True, datum=datum)
+            return Setup(
+                pose,
+                message.stamp_ns + 1,
+                {},
+                rough=True,
+                datum=datum.with_compass(senses),
+                refused=refused_fixes(fixes, float(rows[-1, 0])),
+            )
     return None
 
 

@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.app.datum import fixes_by_reason, use_datum
-from andabata.localization.datum import Datum, consistent_fixes, make_datum, refused_fixes
+from andabata.localization.datum import (
+    Datum,
+    consistent_fixes,
+    datum_of_heading,
+    make_datum,
+    refused_fixes,
+)
 from andabata.localization.initial_pose import initial_pose
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
@@ -89,6 +95,7 @@ class NavigatorNode:
         self._graph, self._given, self._say = graph, given or {}, say
         self._datum: Datum | None = None
         self._fixes = np.empty((0, 5))
+        self._is_turned = False  # Whether the compass is compared with a heading that was told.
         self._lock = threading.Lock()
         self._gathering = Gathering(0, cloud)
         self._told: Pose | None = None
@@ -238,7 +245,7 @@ class NavigatorNode:
                     return found, True
             if graph.now_ns() - said > _SILENCE * NS:
                 said = graph.now_ns()
-                self._say(f"no start yet: {_missing(kept)}, or /initialpose")
+                self._say(f"no start yet: expected {_missing_senses(kept)}; or /initialpose")
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
     def _located(self, kept: Senses) -> Pose | None:
@@ -267,7 +274,7 @@ class NavigatorNode:
         for note in datum.notes:
             self._say(note)
 
-    def _referred(self, senses: Senses) -> Senses:
+    def _referred(self, senses: Senses, now: float) -> Senses:
         """Return senses without fixes and field while nothing tells where the map lies.
 
         A start that is told comes before the first fixes: once some fit each other, the datum is
@@ -283,7 +290,12 @@ class NavigatorNode:
             datum = make_datum(self._given, fitting[::-1], self._year(), place)
             assert datum is not None  # A fix is good.
             self._take(datum.with_compass(senses))
-        return replace(senses, fixes=None, field=None)
+        elif not self._is_turned and now > _SILENCE and senses.field is not None:
+            # Without fixes the compass still keeps the heading that was told.
+            use_datum(self._localizer, datum_of_heading(senses, self._localizer.pose.yaw))
+            self._is_turned = True
+            self._say(f"no place yet: expected {_missing_fixes(self._fixes)}")
+        return replace(senses, fixes=None, field=senses.field if self._is_turned else None)
 
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
@@ -291,7 +303,7 @@ class NavigatorNode:
             told, self._told = self._told, None
         if told is not None:
             self._navigator.reset(told, now)
-        senses = self._referred(self._sensed(now))
+        senses = self._referred(self._sensed(now), now)
         self._navigator.listen(senses)
         self._recorder.move(senses)
         self._recorder.relate(now)
@@ -462,22 +474,24 @@ def _check_clock(stamp: float, now: float) -> None:
         )
 
 
-def _missing(kept: Senses) -> str:
+def _missing_senses(kept: Senses) -> str:
     """Return what a start by the senses still lacks, in words."""
-    fixes = np.empty((0, 5)) if kept.fixes is None else kept.fixes
-    fitting, refused = int(consistent_fixes(fixes).sum()), refused_fixes(fixes)
-    reasons = "".join(f", {n} refused {reason}" for reason, n in refused.items())
     found = [
         topic.ros1
         for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.field))
         if rows is None
     ]
-    if fitting < _FEW_FIXES:
-        found.append(
-            f"{_FEW_FIXES} good fixes of {topics.FIX.ros1} that fit each other, got {fitting} of "
-            f"{len(fixes)}{reasons}"
-        )
-    return "expected " + " and ".join(found or ["a compass and gravity that are numbers"])
+    return " and ".join([*found, _missing_fixes(kept.fixes)])
+
+
+def _missing_fixes(given: NDArray[np.float64] | None) -> str:
+    """Return which fixes a datum still lacks, and why, in words."""
+    fixes = np.empty((0, 5)) if given is None else given
+    reasons = "".join(f", {n} refused {why}" for why, n in refused_fixes(fixes).items())
+    return (
+        f"{_FEW_FIXES} good fixes of {topics.FIX.ros1} that fit each other, got "
+        f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"
+    )
 
 
 def _joined(

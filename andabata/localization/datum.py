@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import levelled_field
@@ -164,6 +165,24 @@ class Datum:
         if not MIN_FIELD < strength < MAX_FIELD:
             return self  # No field on Earth: the filter refuses it, and says so.
         return replace(self, sensed=(strength, dip))
+
+
+def datum_of_heading(senses: Senses, yaw: float) -> Datum:
+    """Return a datum nowhere in particular whose declination is what a told heading makes of it.
+
+    Args:
+        senses: What was sensed at the start; without a compass the default's field is expected.
+        yaw: Heading that is told [rad].
+    """
+    nowhere = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
+    field = levelled_field(senses)
+    if field is None:
+        return nowhere
+    east, north = Rotation.from_euler("Z", yaw).apply(field)[:2]
+    turned = {"declination_deg": float(np.rad2deg(np.arctan2(east, north)))}
+    reference = nowhere.reference.model_copy(update=turned)
+    source = "the compass, by the heading that is told"
+    return replace(nowhere, reference=reference, magnetic_source=source).with_compass(senses)
 
 
 def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:

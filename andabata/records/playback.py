@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.datum import Datum, consistent_fixes, make_datum, refused_fixes
+from andabata.localization.datum import (
+    Datum,
+    consistent_fixes,
+    datum_of_heading,
+    make_datum,
+    refused_fixes,
+)
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
-from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
 from andabata.machine.senses import Senses, WheelSpeeds
@@ -32,9 +37,6 @@ _FIRST_FIXES = 30.0
 
 _FIRST_WORDS = 100
 """Number of diagnostics in which a recording of ours says what its datum is."""
-
-_NOWHERE = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
-"""Datum of a recording that tells its start and no place on Earth."""
 
 
 @dataclass(frozen=True)
@@ -163,8 +165,10 @@ def read_setup(bag: Bag, given: Mapping[str, float], renamed: Renamed) -> Setup:
     fixes, epoch_ns = read_first_fixes(bag, renamed)
     year = decimal_year(epoch_ns)
     if told is not None:
-        found = make_datum(given, fixes, year, told.start.position) or _NOWHERE
-        return replace(told, datum=found.with_compass(_first_second(bag, told.epoch_ns, renamed)))
+        first = _first_second(bag, told.epoch_ns, renamed)
+        found = make_datum(given, fixes, year, told.start.position)
+        found = found or datum_of_heading(first, told.start.yaw)
+        return replace(told, datum=found.with_compass(first))
     datum = make_datum(given, fixes, year)
     setup = None if datum is None else _setup_by_senses(bag, datum, fixes, renamed)
     if setup is not None:

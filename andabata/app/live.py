@@ -1,25 +1,15 @@
 """The nodes of a live ROS 1 graph: the robot's mind, and a simulated robot for it."""
 
-import json
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.datum import fixes_by_reason, use_datum
-from andabata.localization.datum import (
-    Datum,
-    consistent_fixes,
-    datum_of_heading,
-    make_datum,
-    refused_fixes,
-)
-from andabata.localization.initial_pose import initial_pose
-from andabata.machine.magnetic_model import decimal_year
+from andabata.app.datum import fixes_by_reason
+from andabata.app.live_datum import SILENCE, LiveDatum, missing_senses
 from andabata.machine.pose import Pose
 from andabata.machine.proprioception import GRAVITY, TESLA
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
@@ -52,15 +42,6 @@ _LAST_WORDS = 0.2
 _PATIENCE = 1.0
 """How long to wait for someone who tells the start before the senses tell it [s]."""
 
-_FEW_FIXES = 3
-"""Number of fixes that have to fit each other before the first of them is the datum."""
-
-_SILENCE = 10.0
-"""How often a navigator that waits for its start says what is missing [s]."""
-
-_MOST_FIXES = 30
-"""Number of fixes that are kept for that."""
-
 
 class NavigatorNode:
     """The nodes of the paper's Figure 11 in one process.
@@ -92,10 +73,8 @@ class NavigatorNode:
                 World Magnetic Model tell the others.
             say: Tells the user where the map lies, once.
         """
-        self._graph, self._given, self._say = graph, given or {}, say
-        self._datum: Datum | None = None
-        self._fixes = np.empty((0, 5))
-        self._is_turned = False  # Whether the compass is compared with a heading that was told.
+        self._graph, self._say = graph, say
+        self._where = LiveDatum(given or {}, say)
         self._lock = threading.Lock()
         self._gathering = Gathering(0, cloud)
         self._told: Pose | None = None
@@ -164,14 +143,13 @@ class NavigatorNode:
         self._navigator.reset(pose, 0.0, rough)
         self._outbox = Outbox(graph, Composer(1, epoch))
         self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
-        if self._datum is not None:
-            self._take(self._datum)
+        self._where.take(self._localizer, self._recorder.facts, DATUM)
         found = {"commands": 0, "scans": 0, "moving": 0, "missed_ticks": 0}
         try:
             self._tick(epoch, seconds, on_second, found)
         finally:
             self._halt()
-        localizer, datum = self._localizer, self._datum
+        localizer, datum = self._localizer, self._where.datum
         return {
             **found,
             "health": str(localizer.health),
@@ -240,62 +218,22 @@ class NavigatorNode:
             if told is not None:
                 return told, False
             if graph.now_ns() - begin > _PATIENCE * NS:
-                found = self._located(kept)
+                found = self._where.locate(kept, graph.now_ns())
                 if found is not None:
                     return found, True
-            if graph.now_ns() - said > _SILENCE * NS:
+            if graph.now_ns() - said > SILENCE * NS:
                 said = graph.now_ns()
-                self._say(f"no start yet: expected {_missing_senses(kept)}; or /initialpose")
+                self._say(f"no start yet: expected {missing_senses(kept)}; or /initialpose")
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
-    def _located(self, kept: Senses) -> Pose | None:
-        """Return the pose that the senses tell, once enough fixes fit each other."""
-        if kept.fixes is None:
-            return None
-        fitting = kept.fixes[consistent_fixes(kept.fixes)]
-        if len(fitting) < _FEW_FIXES:
-            return None
-        datum = make_datum(self._given, kept.fixes, self._year())
-        assert datum is not None  # A fix is good.
-        pose = initial_pose(replace(kept, fixes=fitting), datum.reference)
-        if pose is not None:
-            self._datum = datum.with_compass(kept)
-        return pose
-
-    def _year(self) -> float:
-        """Return the decimal year by the graph's clock."""
-        return decimal_year(self._graph.now_ns())
-
-    def _take(self, datum: Datum) -> None:
-        """Use a datum from now on, and say so."""
-        self._datum = datum
-        use_datum(self._localizer, datum)
-        self._recorder.facts[DATUM] = json.dumps(datum.as_dict())
-        for note in datum.notes:
-            self._say(note)
-
     def _referred(self, senses: Senses, now: float) -> Senses:
-        """Return senses without fixes and field while nothing tells where the map lies.
-
-        A start that is told comes before the first fixes: once some fit each other, the datum is
-        laid so that the last of them is where the robot believes to be.
-        """
-        if self._datum is not None:
+        """Return senses without those that need a datum, until the fixes tell one."""
+        known, graph = self._where, self._graph
+        if known.datum is not None:
             return senses
-        if senses.fixes is not None:
-            self._fixes = np.concatenate([self._fixes, senses.fixes])[-_MOST_FIXES:]
-        fitting = self._fixes[consistent_fixes(self._fixes)]
-        if len(fitting) >= _FEW_FIXES and senses.imu is not None and senses.field is not None:
-            place = self._localizer.pose.position
-            datum = make_datum(self._given, fitting[::-1], self._year(), place)
-            assert datum is not None  # A fix is good.
-            self._take(datum.with_compass(senses))
-        elif not self._is_turned and now > _SILENCE and senses.field is not None:
-            # Without fixes the compass still keeps the heading that was told.
-            use_datum(self._localizer, datum_of_heading(senses, self._localizer.pose.yaw))
-            self._is_turned = True
-            self._say(f"no place yet: expected {_missing_fixes(self._fixes)}")
-        return replace(senses, fixes=None, field=senses.field if self._is_turned else None)
+        if known.find(senses, graph.now_ns(), self._localizer.pose.position):
+            known.take(self._localizer, self._recorder.facts, DATUM)
+        return known.usable(senses, now, self._localizer)
 
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
@@ -472,26 +410,6 @@ def _check_clock(stamp: float, now: float) -> None:
             f"{now - stamp:.1f} s behind; play recordings with `rosbag play --clock` and "
             "`rosparam set use_sim_time true`"
         )
-
-
-def _missing_senses(kept: Senses) -> str:
-    """Return what a start by the senses still lacks, in words."""
-    found = [
-        topic.ros1
-        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.field))
-        if rows is None
-    ]
-    return " and ".join([*found, _missing_fixes(kept.fixes)])
-
-
-def _missing_fixes(given: NDArray[np.float64] | None) -> str:
-    """Return which fixes a datum still lacks, and why, in words."""
-    fixes = np.empty((0, 5)) if given is None else given
-    reasons = "".join(f", {n} refused {why}" for why, n in refused_fixes(fixes).items())
-    return (
-        f"{_FEW_FIXES} good fixes of {topics.FIX.ros1} that fit each other, got "
-        f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"
-    )
 
 
 def _joined(

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
 from andabata.records.messages import Composer
 from andabata.records.playback import read_setup
+from andabata.records.recorder import DATUM
 from tests.andabata.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -243,6 +245,43 @@ def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_pa
     assert setup.datum.source == "the first good fix, at the start that is told"
     np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
     assert setup.datum.sensed is not None
+
+
+def test_a_pose_in_odom_is_no_start(plain, tmp_path):
+    """robot_localization's /odometry/filtered stands in odom, which lies anywhere."""
+    path = tmp_path / "odom.bag"
+    writer = open_writer(path)
+    pose = Pose.from_euler(np.array([5e5, 4e6, 0.0]), 0.0, 0.0, 0.3)
+    with Bag(plain) as bag:
+        for k, message in enumerate(bag.messages()):
+            if k % 200 == 0:
+                told = replace(Composer(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
+                header = replace(told.header, frame_id="odom")
+                writer.write(topics.FILTERED, message.stamp_ns, replace(told, header=header))
+            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+    writer.close()
+    with Bag(path) as bag, Bag(plain) as other:
+        assert read_setup(bag, {}, {}).datum == read_setup(other, {}, {}).datum
+
+
+def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_path):
+    path, datum = tmp_path / "live.bag", Datum(PLACES["Hobart"], "the first good fix", "x", True)
+    writer = open_writer(path)
+    pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.3)
+    with Bag(plain) as bag:
+        for k, message in enumerate(bag.messages()):
+            if k % 200 == 0:
+                compose = replace(Composer(1), epoch_ns=message.stamp_ns)
+                values = {DATUM: json.dumps(datum.as_dict())} if k else {}
+                said = compose.diagnostics(0.0, 0, "ok", values)
+                writer.write(topics.DIAGNOSTICS, message.stamp_ns, said)
+                writer.write(topics.FILTERED, message.stamp_ns, compose.odometry(0.0, pose))
+            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+    writer.close()
+    with Bag(path) as bag:
+        setup = read_setup(bag, {}, {})
+    assert setup.datum == replace(datum, source="the recording")
+    assert not setup.rough
 
 
 def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):

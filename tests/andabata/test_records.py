@@ -275,3 +275,22 @@ def test_a_receiver_without_a_fix_says_so_there_and_back():
     np.testing.assert_array_equal(fix_of(message), row[1:])
     known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
     np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "east", "north", "expected"),
+    [
+        (2, 1.0, 4.0, 4.0),
+        (2, 4.0, 1.0, 4.0),
+        (0, 1.0, 1.0, np.nan),
+        (2, 0.0, 0.0, np.nan),
+        (1, np.nan, np.nan, np.nan),
+        (2, np.inf, 1.0, np.nan),
+        (2, -1.0, 2.0, -1.0),
+    ],
+)
+def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
+    fix = Composer(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
+    covariance = np.diag([east, north, 9.0]).ravel()
+    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
+    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.datum import note_fixes
+from andabata.app.live_datum import SILENCE, LiveDatum, missing_senses
 from andabata.app.mounting_watcher import MountingWatcher
-from andabata.localization.first_pose import first_pose
 from andabata.machine.pose import Pose
 from andabata.machine.proprioception import GRAVITY, TESLA
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
@@ -21,7 +22,7 @@ from andabata.records import topics
 from andabata.records.gathering import Gathering
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
 from andabata.records.mounts import GivenMounting, Mounts
-from andabata.records.recorder import Outbox, Recorder, post_senses
+from andabata.records.recorder import DATUM, Outbox, Recorder, post_senses
 from andabata.records.ros import RosError, RosGraph
 from andabata.records.sense_decoding import SenseDecoder
 from andabata.records.topics import Ros, RosMessage, Topic
@@ -61,6 +62,7 @@ class NavigatorNode:
         controller: Controller,
         cloud: Topic | None = None,
         mountings: Mapping[str, GivenMounting] | None = None,
+        given: Mapping[str, float] | None = None,
         say: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Build the navigator and listen to its topics.
@@ -72,11 +74,13 @@ class NavigatorNode:
             controller: Where to steer.
             cloud: A 3D laser's topic, None for the turning laser's two.
             mountings: Where senses sit, by sense, above what frames and /tf say.
-            say: Tells the user what is taken for granted.
+            given: Fields of ``GeoReference`` that the user gives; the first good fix and the
+                World Magnetic Model tell the others.
+            say: Tells the user where the map lies, once, and what is taken for granted.
         """
-        self._graph, self._site = graph, config.sensing.site
+        self._graph, self._say = graph, say
+        self._where = LiveDatum(given or {}, say)
         self._lock = threading.Lock()
-        self._say = say
         decoder, mounts = SenseDecoder(config.robot), Mounts(mountings)
         self._gathering = Gathering(0, cloud, decoder, mounts)
         self._told: Pose | None = None
@@ -146,6 +150,7 @@ class NavigatorNode:
 
         Raises:
             RosError: If the senses have another clock than the graph, or time runs back.
+            DatumError: If the fixes lie far from the datum that is given.
         """
         graph = self._graph
         graph.wait_for_clock()
@@ -158,21 +163,26 @@ class NavigatorNode:
         self._navigator.reset(pose, 0.0, rough)
         self._outbox = Outbox(graph, Composer(1, epoch))
         self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
+        self._where.take(self._localizer, self._recorder.facts, DATUM)
         found = {"commands": 0, "scans": 0, "moving": 0, "missed_ticks": 0}
         try:
             self._tick(epoch, seconds, on_second, found)
         finally:
             self._halt()
-        self._mountings.remark(self._gathering.remarks)
+        localizer, datum = self._localizer, self._where.datum
+        remarks = self._gathering.remarks
+        self._mountings.remark(remarks)
+        note_fixes(remarks, localizer)
         return {
             **found,
-            "health": str(self._localizer.health),
-            "counts": getattr(self._localizer, "counts", {}),
+            "health": str(localizer.health),
+            "counts": getattr(localizer, "counts", {}),
             "refused": self._gathering.refused,
             "frames": self._mountings.frames,
-            "refused_by_reason": self._gathering.remarks.refused_by_reason(),
-            "remarks": self._gathering.remarks.as_dicts(),
-            "remark_texts": self._gathering.remarks.texts,
+            "refused_by_reason": remarks.refused_by_reason(),
+            "remarks": remarks.as_dicts(),
+            "remark_texts": remarks.texts,
+            **({"datum": None, "magnetic": None} if datum is None else datum.as_dict()),
         }
 
     def _tick(
@@ -213,9 +223,10 @@ class NavigatorNode:
 
         Raises:
             RosError: If the senses have another clock than the graph.
+            DatumError: If the fixes lie far from the datum that is given.
         """
         graph, kept = self._graph, Senses(0.0)
-        begin = graph.now_ns()
+        begin = said = graph.now_ns()
         while not graph.is_over:
             graph.sleep_until(graph.now_ns() + _HALF)
             senses = self._sensed(0.0)
@@ -232,9 +243,12 @@ class NavigatorNode:
             if told is not None:
                 return told, False
             if graph.now_ns() - begin > _PATIENCE * NS:
-                found = first_pose(kept, self._site)
+                found = self._where.locate(kept, graph.now_ns())
                 if found is not None:
                     return found, True
+            if graph.now_ns() - said > SILENCE * NS:
+                said = graph.now_ns()
+                self._say(f"no start yet: expected {missing_senses(kept)}; or /initialpose")
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
     def _wait_for_frames(self) -> None:
@@ -253,13 +267,22 @@ class NavigatorNode:
         for remark in remarks:
             self._say(f"note: {remark}")
 
+    def _referred(self, senses: Senses, now: float) -> Senses:
+        """Return senses without those that need a datum, until the fixes tell one."""
+        known, graph = self._where, self._graph
+        if known.datum is not None:
+            return senses
+        if known.find(senses, graph.now_ns(), self._localizer.pose.position):
+            known.take(self._localizer, self._recorder.facts, DATUM)
+        return known.usable(senses, now, self._localizer)
+
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
         with self._lock:
             told, self._told = self._told, None
         if told is not None:
             self._navigator.reset(told, now)
-        senses = self._sensed(now)
+        senses = self._referred(self._sensed(now), now)
         self._navigator.listen(senses)
         self._recorder.move(senses)
         self._recorder.relate(now)

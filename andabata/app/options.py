@@ -66,3 +66,11 @@ SensorHeight = Annotated[
     float | None,
     typer.Option(min=0.0, max=10.0, help="Laser above the ground, in metres: robot.lidar_height."),
 ]
+
+Datum = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LAT,LON[,ALT]",
+        help="Origin of the map, in degrees and metres; without, the first good fix.",
+    ),
+]

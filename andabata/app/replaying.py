@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from andabata.app.datum import given_site, note_fixes, use_datum
 from andabata.app.mounting_watcher import MountingWatcher
 from andabata.app.replay_result import Comparison, Confidence, left_out
 from andabata.app.usage import UsageError
+from andabata.localization.datum import Datum, check_distance, make_datum
+from andabata.machine.geo_reference import GeoReference
+from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
 from andabata.models import Models
@@ -22,9 +26,12 @@ from andabata.records.clocks import NS
 from andabata.records.gathering import Gathering
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.playback import (
+    Renamed,
+    Setup,
     check_frames,
     check_topics,
     choose_cloud,
+    read_first_fixes,
     read_periods,
     read_setup,
     survey,
@@ -68,12 +75,14 @@ def replay_bag(
     Raises:
         BagError: If the recording lacks the robot's senses, or is damaged.
         FrameError: If gravity or the ground contradicts where a sense is said to sit.
+        DatumError: If the fixes lie far from the datum that is given or recorded.
         ValueError: If there is no such controller, or it cannot be replayed.
     """
     models = models or Models()
     compared, sure, names = Comparison(), Confidence(), renamed or {}
     remarks, refused = Remarks(), 0
     told: list[dict[str, Any]] = []
+    datum: Datum | None = None
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
         names = check_topics(bag, Gathering(0, topic, SenseDecoder(remarks=remarks)), names)
@@ -83,7 +92,8 @@ def replay_bag(
         found = survey(bag, topic, names, SenseDecoder(robot, SenseUnits(), remarks))
         config = configure(RigConfig.model_validate(found.settings.get("rig", {})))
         asked = _factors(units or {}, config.robot)
-        flux = config.sensing.site.field * TESLA
+        given = given_site(configure)
+        flux = _field_strength(bag, given, names, config) * TESLA
         si = judge_history(found.history, config.robot, asked, remarks, flux)
         pieces, cut_out = found.pieces(remarks)
         name = controller or str(found.settings.get("controller", "learned"))
@@ -100,10 +110,14 @@ def replay_bag(
             told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
             try:
                 first = SenseDecoder(config.robot, si)
-                setup = read_setup(part, config.sensing.site, names, first, mounts)
+                setup = read_setup(part, given, names, first, mounts)
             except BagError as error:
                 told[-1]["reason"] = str(error)
                 continue
+            if datum is None:
+                datum = setup.datum or _recorded_datum(part, setup, config, given, names)
+                given = {**given, **_place(datum)}
+                use_datum(localizer, datum)
             navigator.reset(setup.start, 0.0, setup.rough)
             navigator.area = replace(setup, settings=found.settings).area
             gathering, before = (
@@ -120,6 +134,7 @@ def replay_bag(
                 if on_second is not None and compared.periods % 10 == 0:
                     on_second()
             sure.end(localizer)
+            note_fixes(remarks, localizer, setup.refused)
             told[-1]["scans"] = compared.scans - before
             unplaced = assembler.refused if assembler else 0
             refused += gathering.refused + unplaced
@@ -148,6 +163,7 @@ def replay_bag(
         "frames": watcher.frames,
         "remarks": remarks.as_dicts(),
         "remark_texts": remarks.texts,
+        **({"datum": None, "magnetic": None} if datum is None else datum.as_dict()),
     }
     return data | {"left_out": [*left_out(data, found.messages, cut_out), *unread]}
 
@@ -162,3 +178,41 @@ def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
         return {quantity: factor_of(quantity, unit, robot) for quantity, unit in units.items()}
     except ValueError as error:
         raise UsageError(str(error)) from None
+
+
+def _field_strength(
+    bag: Bag, given: Mapping[str, float], renamed: Renamed, config: RigConfig
+) -> float:
+    """Return the strength of the magnetic field where a recording was made [uT].
+
+    Raises:
+        DatumError: If its fixes lie far from the datum that is given.
+    """
+    if config.sensing.site != GeoReference():
+        return config.sensing.site.field
+    fixes, stamp_ns = read_first_fixes(bag, renamed)
+    datum = make_datum(given, fixes, decimal_year(stamp_ns)) if stamp_ns else None
+    return (config.sensing.site if datum is None else datum.reference).field
+
+
+def _place(datum: Datum) -> dict[str, float]:
+    """Return the place of a datum as fields that are given: later pieces count from it, too."""
+    fields = datum.reference.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
+    return {name: value for name, value in fields.items() if value is not None}
+
+
+def _recorded_datum(
+    bag: Bag, setup: Setup, config: RigConfig, given: Mapping[str, float], renamed: Renamed
+) -> Datum:
+    """Return the datum of a recording that names it in its settings.
+
+    Raises:
+        DatumError: If the fixes lie far from it.
+    """
+    site, (fixes, stamp_ns) = config.sensing.site, read_first_fixes(bag, renamed)
+    if {"latitude_deg", "longitude_deg"} & set(given):
+        ours = site.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
+        year = decimal_year(stamp_ns or setup.epoch_ns)
+        return make_datum({**ours, **given}, fixes, year) or Datum(site, "given", "given")
+    check_distance(site, fixes, "the recording")
+    return Datum(site, "the recording", "given" if given else "the recording")

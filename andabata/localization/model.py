@@ -92,6 +92,9 @@ class Body(NamedTuple):
         flux_x: Magnetic field to the east [uT].
         flux_y: To the north [uT].
         flux_z: Upwards [uT].
+        loose: Whether the field is known only roughly: compass and fixes then correct heading,
+            place and their own errors, while tilt, speeds and biases are those of gravity, gyro and
+            wheels, wherever on Earth the robot is.
         period: Longest step of a prediction [s]; longer gaps are refused.
     """
 
@@ -102,6 +105,7 @@ class Body(NamedTuple):
     flux_x: float
     flux_y: float
     flux_z: float
+    loose: bool = False
     period: float = 2.0
 
 
@@ -357,6 +361,24 @@ def see_fix(x, P, fix, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN
     return _innovate(x, P, fix[1], fix[2], fix[3], r0, r0, r2, gate, room)
 
 
+_MOTION = np.array([0, 1, 3, 4, 5, 9, 10, 16, 17])
+"""States of the motion, which need no place on Earth: tilt, speeds, biases of gyro and
+accelerometer."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _keep(x, P, old_x, old_P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Put the motion's states back as they were before a correction.
+
+    Their covariance with the other states stays corrected: that is the filter of Schmidt (1966),
+    which considers states that a measurement does not correct.
+    """
+    for i in _MOTION:
+        x[i] = old_x[i]
+        for j in _MOTION:
+            P[i, j] = old_P[i, j]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def see_rest(x, P, imu, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct the gyro's bias with what it reads while the wheels stand still."""
@@ -414,6 +436,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
     body, noise, gates, weights = belief
     filled = 0
     w = m = f = 0
+    old_x, old_P = x, P
     for i in range(len(imu)):
         dt = imu[i, 0] - now
         turning = np.isfinite(imu[i, 0]) and _whole(imu[i, 1:4])
@@ -442,14 +465,22 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
                 _count(counts, REST, distance, gates.vector)
         while m < len(field) and not field[m, 0] > now + 1e-9:
             if _whole(field[m]):
+                if body.loose:
+                    old_x, old_P = x.copy(), P.copy()
                 distance = see_field(x, P, field[m], body, noise, gates.vector, weights, room)
+                if body.loose:
+                    _keep(x, P, old_x, old_P)
                 _count(counts, COMPASS, distance, gates.vector)
             else:
                 counts[COMPASS, 2] += 1
             m += 1
         while f < len(fixes) and not fixes[f, 0] > now + 1e-9:
             if _whole(fixes[f]):
+                if body.loose:
+                    old_x, old_P = x.copy(), P.copy()
                 distance = see_fix(x, P, fixes[f], gates.fix, room)
+                if body.loose:
+                    _keep(x, P, old_x, old_P)
                 _count(counts, FIX, distance, gates.fix)
             else:
                 counts[FIX, 2] += 1

@@ -1,7 +1,7 @@
 """The robot's one filter: inertial unit, wheels, compass and satellites to a pose."""
 
 import math
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.antenna import base_of_antenna
+from andabata.localization.fix_check import check_fixes
 from andabata.localization.localizer import Health
 from andabata.localization.model import (
     COMPASS,
@@ -27,11 +28,11 @@ from andabata.localization.model import (
     Weights,
     run_period,
 )
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses
-from andabata.machine.site import Site
 from andabata.machine.vehicle import TICK
 
 MOST_TURN = 50.0
@@ -51,6 +52,16 @@ _FEW = 5
 _BLIND_TURN = 0.1
 """Gyro noise of a prediction by wheels [rad/sqrt(s)]."""
 
+_FAR = 10_000.0
+"""Distance from the map's origin from which ``odom`` begins at its own [m]: clouds in ``odom`` are
+float32, which has millimetres there and half metres at a thousand kilometres."""
+
+_NO_HEIGHT = 1e6
+"""Vertical standard deviation of a fix without an altitude [m]: it tells nothing."""
+
+_LEAST_VARIANCE = 1e-4
+"""Least variance of a fix that is believed [m2]: a centimetre."""
+
 
 class UkfConfig(BaseModel):
     """What the filter expects of its senses, and when it says so.
@@ -61,6 +72,7 @@ class UkfConfig(BaseModel):
         rough_start: The same of a start that the first fix, the compass and gravity tell.
         noise: Numbers of the model.
         gates: Squared Mahalanobis distances beyond which a measurement is not believed.
+        fix_sigma: Standard deviation of a fix that does not tell its own [m].
         vertical: Noise of a fix's altitude, as a multiple of the horizontal one.
         memory: How late a measurement may come [s].
         overtaking: How far a measurement may be ahead of the inertial rows [s].
@@ -102,6 +114,7 @@ class UkfConfig(BaseModel):
     )
     noise: Noise = Noise()
     gates: Gates = Gates()
+    fix_sigma: float = Field(default=3.0, gt=0, le=100)
     vertical: float = Field(default=2.0, gt=0)
     memory: float = Field(default=2.0, gt=0, le=30)
     overtaking: float = Field(default=0.5, gt=0, le=5)
@@ -135,30 +148,55 @@ class UkfLocalizer:
     A fix that comes late is put where it belongs: the filter goes back to the period in which the
     fix was taken and runs on from there. A sense that falls silent, or speaks nonsense, is done
     without as long as the rest suffices, and ``health`` and ``complaints`` say so.
+
+    Attributes:
+        refused: Number of fixes that were refused before the filter saw them, by reason.
+        assumed: Number of fixes in which something was missing, by what was assumed.
     """
 
-    def __init__(self, config: UkfConfig, robot: RobotModel, site: Site) -> None:
+    def __init__(self, config: UkfConfig, robot: RobotModel, site: GeoReference) -> None:
         """Begin without a pose; ``reset`` gives one.
 
         Args:
             config: What to expect.
             robot: Wheel radius and track.
-            site: Where on Earth.
+            site: Datum of the map, and the magnetic field there.
         """
         self._config = config
-        self._site = site
-        flux = (float(part) for part in site.flux)
-        self._body = Body(robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, *flux)
+        self._body = Body(
+            robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, 0.0, 0.0, 0.0
+        )
         self._yaw_rate = robot.wheel_radius / robot.effective_track
         self._belief = Belief(self._body, config.noise, config.gates, Weights.make())
+        self.refused, self.assumed = Counter[str](), Counter[str]()
+        self.refer(site)
         self._room = Room.make()
         self._track = PoseTrack()
         self._rows = np.zeros((64, 8))
         self._scratch = np.zeros(4)
         self.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
 
+    def refer(self, site: GeoReference, loose: bool = False) -> None:
+        """Take another datum of the map, and the magnetic field there, from now on.
+
+        Args:
+            site: The datum.
+            loose: Whether its field is known only roughly, so that the compass tells the heading
+                and nothing of the tilt.
+        """
+        self._site = site
+        # Added to heights by fixes [m]; None until the first that has an altitude.
+        self._height: float | None = None if site.altitude is None else 0.0
+        x, y, z = (float(part) for part in site.flux)
+        self._body = self._body._replace(flux_x=x, flux_y=y, flux_z=z, loose=loose)
+        self._belief = self._belief._replace(body=self._body)
+
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
-        """Start at a pose that is known as well as ``start`` says, or ``rough_start``."""
+        """Start at a pose that is known as well as ``start`` says, or ``rough_start``.
+
+        From a rough start, and far from the map's origin, ``odom`` begins at its own origin: clouds
+        then depend neither on where on Earth the robot is nor on the compass.
+        """
         known = self._config.rough_start if rough else self._config.start
         tilt, yaw, bias, position, height, speed, iron, force = known
         noise = self._config.noise
@@ -174,7 +212,8 @@ class UkfLocalizer:
         self._x, self._P = np.zeros(STATES), np.diag(sigma**2)
         self._x[:3] = Rotation.from_quat(pose.quaternion).as_euler("ZYX")[::-1]
         self._x[6:9] = pose.position
-        self._odometry = np.array([*pose.position, self._x[2]])
+        own = rough or float(np.abs(pose.position).max()) > _FAR
+        self._odometry = np.zeros(4) if own else np.array([*pose.position, self._x[2]])
         self._now = stamp
         self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
         self._periods: deque[_Period] = deque()
@@ -186,7 +225,8 @@ class UkfLocalizer:
         self._offsets: list[NDArray[np.float64]] = []  # Of fixes since the last that was believed.
         self._whole = True
         self._track.clear()
-        self._track.append(stamp, pose.position, pose.quaternion)
+        first = self.odometry if own else pose
+        self._track.append(stamp, first.position, first.quaternion)
 
     def update(self, senses: Senses) -> None:
         """Take in one control period of senses, late ones where they belong."""
@@ -215,16 +255,37 @@ class UkfLocalizer:
         given = _rows(fixes, 5)
         if not len(given):
             return _NOTHING.fixes
-        given = given[~np.isinf(given[:, 4])]  # The receiver had no fix, and says so.
-        good = np.isfinite(given).all(axis=1) & (np.abs(given[:, 1]) <= 90) & (given[:, 4] > 0)
-        self._counts[FIX, 2] += int((~good).sum())
-        given = given[good]
+        check = check_fixes(given)
+        self._counts[FIX, 2] += check.refused.total()
+        self.refused += check.refused
+        self.assumed += check.assumed
+        given = given[check.good]
+        if not len(given):
+            return _NOTHING.fixes
+        config, variance = self._config, given[:, 4]
+        known = np.isfinite(variance) & (variance > 0)
+        variance = np.where(known, np.maximum(variance, _LEAST_VARIANCE), config.fix_sigma**2)
         found = np.empty((len(given), 6))
-        found[:, 0], found[:, 1:4] = given[:, 0], self._site.to_map(given[:, 1:4])
+        found[:, 0], found[:, 1:4] = given[:, 0], self._places(given[:, 1:4])
         # What a receiver calls its error holds the wandering part, which is a state here.
-        white = np.sqrt(np.maximum(given[:, 4] - self._config.noise.wander**2, 0.01))
-        found[:, 4], found[:, 5] = white, self._config.vertical * np.sqrt(given[:, 4])
+        found[:, 4] = np.sqrt(np.maximum(variance - config.noise.wander**2, 0.01))
+        found[:, 5] = config.vertical * np.sqrt(variance)
+        found[np.isnan(given[:, 3]), 5] = _NO_HEIGHT
         return found
+
+    def _places(self, geodetic: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places in the map [m]; without an altitude at the height that is believed."""
+        site, flat = self._site, np.isnan(geodetic[:, 2])
+        if not flat.any() and self._height == 0.0:
+            return site.to_map(geodetic)
+        filled = geodetic.copy()
+        filled[flat, 2] = site.altitude or 0.0
+        places = site.to_map(filled)
+        if self._height is None and not flat.all():
+            self._height = float(self._x[8] - places[~flat, 2][0])
+        places[:, 2] += self._height or 0.0
+        places[flat, 2] = self._x[8]
+        return places
 
     def _inertial(self, senses: Senses) -> tuple[NDArray[np.float64], Noise]:
         """Return inertial rows that can be, and the model's noise.
@@ -374,8 +435,10 @@ class UkfLocalizer:
 
     def _start_over(self, stamp: float) -> None:
         """Begin afresh at the last pose that was a number, knowing it badly."""
-        last = self._track.at(np.array([stamp]))[0]
-        self.reset(Pose(last[:3], last[3:]), stamp)
+        begins = (period.x for period in reversed(self._periods))
+        x = next((x for x in begins if np.isfinite(x).all()), np.zeros(STATES))
+        pose = Pose.from_euler(x[6:9].copy(), float(x[0]), float(x[1]), float(x[2]))
+        self.reset(pose, stamp)
         diagonal = np.arange(6, 8)
         self._P[diagonal, diagonal] += 10.0**2
 

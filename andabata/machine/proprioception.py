@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial import cKDTree
 
-from andabata.machine.site import Site
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.vehicle import TICK
 from terrain.classes import SemanticClass
 from terrain.objects import SceneObject
@@ -122,7 +122,7 @@ class Proprioception:
     """The senses of one robot in one world, sampled each control period."""
 
     def __init__(
-        self, config: ProprioceptionConfig, site: Site, objects: Sequence[SceneObject]
+        self, config: ProprioceptionConfig, site: GeoReference, objects: Sequence[SceneObject]
     ) -> None:
         """Mount the senses.
 

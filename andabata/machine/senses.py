@@ -93,8 +93,9 @@ class Senses:
         field: Rows of stamp [s], magnetic flux density in the base frame [T], float64, shape (k,
             4).
         fixes: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
-            latitude, longitude [deg], altitude [m], horizontal variance of each axis [m2], which is
-            infinite where the receiver had no fix, float64, shape (k, 5).
+            latitude, longitude [deg], altitude [m], which is NaN where it is unknown, horizontal
+            variance of each axis [m2], which is infinite where the receiver had no fix and NaN
+            where it does not know it, float64, shape (k, 5).
         antenna: Place of the satellite antenna in the base frame [m], shape (3,); None for its
             origin.
         truth: The true state at ``stamp`` (simulation only).

@@ -9,12 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import BeamTables, cloud_of_sweeps
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
-from andabata.machine.site import Site
 from andabata.machine.vehicle import TICK_HZ, Plant, make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
@@ -48,7 +48,7 @@ class SensingConfig(BaseModel):
     lidar: LidarConfig = Field(default_factory=LidarConfig)
     grid: PolarGrid = Field(default_factory=PolarGrid)
     proprioception: ProprioceptionConfig | None = Field(default_factory=ProprioceptionConfig)
-    site: Site = Field(default_factory=Site)
+    site: GeoReference = Field(default_factory=GeoReference)
 
 
 class Simulator:

@@ -18,6 +18,9 @@ NS = 1_000_000_000
 NO_FIX = -1
 """Status of a satellite receiver without a fix."""
 
+UNKNOWN_COVARIANCE = 0
+"""Type of a NavSatFix's covariance that says nothing."""
+
 
 @dataclass(frozen=True)
 class Composer:
@@ -300,10 +303,20 @@ def sweep_angles(message: RosMessage) -> NDArray[np.float32]:
 
 
 def fix_of(message: RosMessage) -> list[float]:
-    """Return latitude, longitude [deg], altitude [m] and variance [m2] of a satellite fix."""
-    found = int(message.status.status) > NO_FIX
-    variance = float(message.position_covariance[0]) if found else np.inf
-    return [float(message.latitude), float(message.longitude), float(message.altitude), variance]
+    """Return latitude, longitude [deg], altitude [m] and variance [m2] of a satellite fix.
+
+    The variance is the larger of east's and north's, infinite without a fix, and NaN where the
+    receiver does not know it: NavSatFix writes that as type 0, as zeros or as NaN.
+    """
+    place = [float(message.latitude), float(message.longitude), float(message.altitude)]
+    if int(message.status.status) <= NO_FIX:
+        return [*place, np.inf]
+    east, north = (float(message.position_covariance[k]) for k in (0, 4))
+    if min(east, north) < 0:
+        return [*place, min(east, north)]
+    is_known = int(message.position_covariance_type) != UNKNOWN_COVARIANCE and east > 0 < north
+    # An infinite variance is no statement either, and must not look like a missing fix.
+    return [*place, max(east, north) if is_known and np.isfinite(max(east, north)) else np.nan]
 
 
 def header_ns(message: RosMessage) -> int:

@@ -3,16 +3,24 @@
 import itertools
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.first_pose import first_pose
+from andabata.localization.datum import (
+    Datum,
+    consistent_fixes,
+    datum_of_heading,
+    make_datum,
+    refused_fixes,
+)
+from andabata.localization.fix_check import check_fixes
+from andabata.localization.initial_pose import initial_pose
+from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
 from andabata.machine.senses import Senses, WheelSpeeds
-from andabata.machine.site import Site
 from andabata.navigation.view import Area
 from andabata.records import topics
 from andabata.records.bag_pieces import Survey
@@ -21,13 +29,19 @@ from andabata.records.frames import FrameError
 from andabata.records.gathering import SWEEPS, Gathering, frame_of
 from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.mounts import Mounts
-from andabata.records.recorder import SETUP
+from andabata.records.recorder import DATUM, SETUP
 from andabata.records.remarks import Remarks
 from andabata.records.sense_decoding import OLD_POINT_CLOUD, SenseDecoder, accepted_types
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 
 CONTROL_HZ = 10
 """Control periods of a second where no recorded command ends them."""
+
+_FIRST_FIXES = 30.0
+"""Span of the first fixes, which have to fit each other [s]."""
+
+_FIRST_WORDS = 100
+"""Number of diagnostics in which a recording of ours says what its datum is."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +53,16 @@ class Setup:
         epoch_ns: Stamp of that [ns]; times are counted from there.
         settings: The drive's settings, empty in a recording that is not ours.
         rough: Whether the start is only what the first senses tell.
+        datum: Datum of the map, None where the settings name it, or nothing does.
+        refused: Number of fixes before the start that could not be used, by reason.
     """
 
     start: Pose
     epoch_ns: int
     settings: dict[str, Any]
     rough: bool = False
+    datum: Datum | None = None
+    refused: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def area(self) -> Area | None:
@@ -247,7 +265,7 @@ def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: SenseDecode
 
 def read_setup(
     bag: Bag,
-    site: Site,
+    given: Mapping[str, float],
     renamed: Renamed,
     decoder: SenseDecoder | None = None,
     mounts: Mounts | None = None,
@@ -256,57 +274,142 @@ def read_setup(
 
     Args:
         bag: The recording.
-        site: Where on Earth, for a recording that is not ours.
+        given: Fields of ``GeoReference`` that the user gives, for a recording that is not ours.
         renamed: What its topics are called.
         decoder: Reads the first senses; None for one that judges their units as they come.
         mounts: Where its senses sit; None for what the frames' names say.
 
     Raises:
         BagError: If the recording tells no start.
+        DatumError: If its fixes lie far from the datum that is given.
+    """
+    told = _read_told(bag, renamed)
+    if told is not None and (told.settings or told.datum is not None):
+        return told
+    fixes, epoch_ns = read_first_fixes(bag, renamed, mounts)
+    year = decimal_year(epoch_ns)
+    if told is not None:
+        first = _first_second(bag, told.epoch_ns, renamed, decoder, mounts)
+        found = make_datum(given, fixes, year, told.start.position)
+        found = found or datum_of_heading(first, told.start.yaw)
+        return replace(told, datum=found.with_compass(first))
+    datum = make_datum(given, fixes, year)
+    setup = None if datum is None else _setup_by_senses(bag, datum, fixes, renamed, decoder, mounts)
+    if setup is not None:
+        return setup
+    refused = refused_fixes(fixes)
+    reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
+    raise BagError(
+        f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
+        f"drive began, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to find "
+        f"out, got neither{f' ({reasons})' if reasons else ''}"
+    )
+
+
+def _read_told(bag: Bag, renamed: Renamed) -> Setup | None:
+    """Return the start, the settings and the datum that a recording tells, None without a start.
+
+    A pose in a frame other than ``map`` tells no start: where that frame lies is known to nobody.
     """
     names = _names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS), renamed)
     start: Pose | None = None
-    epoch, settings = 0, None
+    epoch, words, settings, datum = 0, 0, None, None
     for message in bag.messages(tuple(names)):
-        topic = names[message.topic]
+        topic, content = names[message.topic], message.content
         if topic in (topics.INITIAL, topics.FILTERED) and start is None:
-            start, epoch = pose_of(message.content.pose.pose), header_ns(message.content)
-        if topic is topics.DIAGNOSTICS and settings is None:
-            values = {v.key: v.value for s in message.content.status for v in s.values}
-            settings = json.loads(values.get(SETUP, "{}"))
-        if start is not None and settings is not None:
-            return Setup(start, epoch, settings)
-    if start is not None:
-        return Setup(start, epoch, settings or {})
-    return _setup_by_senses(bag, site, renamed, decoder, mounts)
+            if str(content.header.frame_id).strip("/").rpartition("/")[2] == "map":
+                start, epoch = pose_of(content.pose.pose), header_ns(content)
+        elif topic is topics.DIAGNOSTICS:
+            words += 1
+            values = {v.key: v.value for s in content.status for v in s.values}
+            if SETUP in values:
+                settings = json.loads(values[SETUP])
+            if DATUM in values and values[DATUM].startswith("{"):
+                datum = Datum.from_dict(json.loads(values[DATUM]))
+        if start is not None and (settings or datum or words > _FIRST_WORDS):
+            break
+    if start is None:
+        return None
+    source = None if datum is None else replace(datum, source="the recording")
+    return Setup(start, epoch, settings or {}, datum=source)
+
+
+def read_first_fixes(
+    bag: Bag, renamed: Renamed, mounts: Mounts | None = None
+) -> tuple[NDArray[np.float64], int]:
+    """Return the first half minute of fixes, and the stamp of the first good one [ns].
+
+    Fixes are rows as in ``Senses.fixes``, shape (k, 5), with stamps since 1970.
+    """
+    gathering, begin, rows = Gathering(0, mounts=mounts), 0, []
+    names = _names((topics.FIX,), renamed)
+    for message in bag.messages(tuple(names)):
+        if begin and message.stamp_ns > begin + _FIRST_FIXES * NS:
+            break
+        gathering.add(names[message.topic], message.content, message.stamp_ns)
+        found = gathering.senses(0.0).fixes
+        if found is None:
+            continue
+        rows.append(found)
+        if not begin and check_fixes(found).good.any():
+            begin = message.stamp_ns
+    return np.concatenate(rows) if rows else np.empty((0, 5)), begin
 
 
 def _setup_by_senses(
     bag: Bag,
-    site: Site,
+    datum: Datum,
+    fixes: NDArray[np.float64],
     renamed: Renamed,
     decoder: SenseDecoder | None,
     mounts: Mounts | None,
-) -> Setup:
-    """Return a start at the first fix, with the heading of the compass and the tilt of gravity.
+) -> Setup | None:
+    """Return a start at the first fix that fits, with the compass's heading and gravity's tilt.
 
-    Raises:
-        BagError: If one of the three is missing.
+    None if one of the three is missing.
     """
+    first = fixes[consistent_fixes(fixes)]
+    last, fitting = fixes[:, 0].max(initial=-np.inf), set(first[:, 0].tolist())
     names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
     gathering = Gathering(0, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
         gathering.add(topic, message.content, message.stamp_ns)
-        if topic is topics.FIX:
-            pose = first_pose(gathering.senses(0.0), site)
-            if pose is not None:
-                return Setup(pose, message.stamp_ns + 1, {}, rough=True)
-    raise BagError(
-        f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
-        f"drive began, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to find "
-        "out, got neither"
-    )
+        if topic is not topics.FIX:
+            continue
+        senses = gathering.senses(0.0)
+        rows = np.empty((0, 5)) if senses.fixes is None else senses.fixes
+        kept = [row[0] > last or float(row[0]) in fitting for row in rows]
+        senses = replace(senses, fixes=rows[np.array(kept, dtype=bool)])
+        pose = initial_pose(senses, datum.reference)
+        if pose is not None:
+            return Setup(
+                pose,
+                message.stamp_ns + 1,
+                {},
+                rough=True,
+                datum=datum.with_compass(senses),
+                refused=refused_fixes(fixes, float(rows[-1, 0])),
+            )
+    return None
+
+
+def _first_second(
+    bag: Bag,
+    epoch_ns: int,
+    renamed: Renamed,
+    decoder: SenseDecoder | None,
+    mounts: Mounts | None,
+) -> Senses:
+    """Return what inertial unit and compass sensed in the first second of a drive."""
+    names = _names((topics.IMU, topics.COMPASS), renamed)
+    gathering = Gathering(epoch_ns, decoder=decoder, mounts=mounts)
+    for message in bag.messages(tuple(names)):
+        if message.stamp_ns > epoch_ns + NS:
+            break
+        if message.stamp_ns >= epoch_ns:
+            gathering.add(names[message.topic], message.content, message.stamp_ns)
+    return gathering.senses(1.0)
 
 
 def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[Period]:

@@ -21,6 +21,9 @@ from traversability.cloud import PointCloud
 SETUP = "setup"
 """Key of the diagnostics' first message under which the drive's settings stand, as JSON."""
 
+DATUM = "datum"
+"""Key of the diagnostics under which the datum stands that a live navigator took, as JSON."""
+
 _LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
 
 
@@ -80,6 +83,7 @@ class Recorder:
 
     Attributes:
         begun: Whether the begin is recorded.
+        facts: Values that are added to the diagnostics, by key.
     """
 
     def __init__(
@@ -105,6 +109,7 @@ class Recorder:
         self._goal: NDArray[np.float64] | None = None
         self._said = ""
         self.begun = False
+        self.facts: dict[str, str] = {}
 
     def begin(self, pose: Pose, stamp: float, setup: dict[str, Any]) -> None:
         """Record where the robot believes to start, and the settings of the drive.
@@ -193,7 +198,7 @@ class Recorder:
     def _diagnosis(self, now: float, level: int) -> RosMessage:
         """Return health, complaints and counts in words."""
         localizer, assembler = self._localizer, self._assembler
-        values: dict[str, str] = {}
+        values = dict(self.facts)
         said = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
             said += localizer.complaints

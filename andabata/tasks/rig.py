@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.localizer import Localizer
 from andabata.localization.noisy_truth import NoisyTruthConfig, NoisyTruthLocalizer
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.senses import Senses
@@ -144,6 +145,11 @@ def make_perception(config: RigConfig, forest: Forest | None) -> Perception:
     return CloudPerception(
         CloudAssembler(config.assembly, config.robot.lidar_height), forest, config.grid
     )
+
+
+def with_site(config: RigConfig, site: GeoReference) -> RigConfig:
+    """Return a robot's configuration with another datum of the map."""
+    return config.model_copy(update={"sensing": config.sensing.model_copy(update={"site": site})})
 
 
 def make_localizer(config: RigConfig, rng: np.random.Generator) -> Localizer:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.localization.first_pose import first_pose
+from andabata.localization.initial_pose import initial_pose
 from andabata.localization.localizer import Health
 from andabata.machine.pose import wrap
 from andabata.machine.senses import Senses, WheelSpeeds
@@ -107,7 +107,7 @@ def test_a_silent_laser_is_said_when_the_robot_holds(rig):
 def test_a_robot_at_rest_tells_where_it_stands(rig):
     rig.senses = rig.place(Start(3.0, -2.0, 0.7), np.array([25.0, 0.0]), np.random.default_rng(0))
     first, kept = rig.senses, []
-    assert first_pose(first, rig.config.sensing.site) is None
+    assert initial_pose(first, rig.config.sensing.site) is None
     for _ in range(25):
         senses = rig.simulator.step(STANDSTILL)
         kept.append(senses)
@@ -115,7 +115,7 @@ def test_a_robot_at_rest_tells_where_it_stands(rig):
         name: np.concatenate([getattr(s, name) for s in kept if len(getattr(s, name))])
         for name in ("imu", "field", "fixes")
     }
-    pose = first_pose(Senses(2.5, **rows), rig.config.sensing.site)
+    pose = initial_pose(Senses(2.5, **rows), rig.config.sensing.site)
     truth = kept[-1].truth.pose
     assert np.hypot(*(pose.position - truth.position)[:2]) < 3.0
     assert abs(wrap(pose.yaw - truth.yaw)) < np.deg2rad(10)

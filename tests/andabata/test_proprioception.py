@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.proprioception import (
     GRAVITY,
     CompassConfig,
@@ -13,7 +14,6 @@ from andabata.machine.proprioception import (
     Proprioception,
     ProprioceptionConfig,
 )
-from andabata.machine.site import Site
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 
@@ -49,7 +49,7 @@ def poses(seconds=2.0, yaw_rate=0.0, speed=0.0, roll=0.0, pitch=0.0, wheels=(3.0
 
 def felt(config=PERFECT, objects=(), seed=0, **motion):
     rows = poses(**motion)
-    senses = Proprioception(config, Site(), objects)
+    senses = Proprioception(config, GeoReference(), objects)
     start = Rotation.from_euler("ZYX", [0, motion.get("pitch", 0.0), motion.get("roll", 0.0)])
     senses.reset(np.concatenate([np.zeros(3), start.as_quat()]), np.random.default_rng(seed))
     parts = [senses.sample(rows[k : k + 10]) for k in range(0, len(rows), 10)]
@@ -73,7 +73,9 @@ def test_a_turning_robot_feels_its_turn_and_the_pull_inwards():
 def test_the_compass_sees_the_field_of_the_place():
     rows, (_, _, field, _) = felt(yaw_rate=0.4, pitch=0.1)
     back = Rotation.from_quat(rows[:, 4:8]).apply(field[:, 1:4])
-    np.testing.assert_allclose(back, np.tile(Site().flux * 1e-6, (len(rows), 1)), atol=1e-12)
+    np.testing.assert_allclose(
+        back, np.tile(GeoReference().flux * 1e-6, (len(rows), 1)), atol=1e-12
+    )
 
 
 def test_encoders_tell_the_speed_of_each_side():
@@ -91,7 +93,7 @@ def test_coarse_encoders_lose_nothing_in_the_long_run():
 def test_fixes_come_once_a_second_late_and_where_the_robot_was():
     rows, (_, _, _, fixes) = felt(seconds=5.5, speed=1.0)
     np.testing.assert_allclose(fixes[:, 0], [1, 2, 3, 4, 5], atol=1e-9)
-    places = Site().to_map(fixes[:, 1:4])
+    places = GeoReference().to_map(fixes[:, 1:4])
     np.testing.assert_allclose(places, rows[[99, 199, 299, 399, 499], 1:4], atol=1e-4)
 
 
@@ -105,7 +107,7 @@ def test_the_error_of_fixes_is_a_metre_in_the_open():
     _, (_, _, _, fixes) = felt(ProprioceptionConfig(gnss=GnssConfig(detour=0)), seconds=900.0)
     assert len(fixes) == 899  # The last one is on its way.
     fixes = found(fixes)
-    error = Site().to_map(fixes[:, 1:4])[:, :2]
+    error = GeoReference().to_map(fixes[:, 1:4])[:, :2]
     assert np.sqrt((error**2).sum(axis=1).mean()) == pytest.approx(1.0, abs=0.1)
     assert 0.002 < 1 - len(fixes) / 900 < 0.03
 
@@ -117,7 +119,9 @@ def test_trees_shade_the_receiver():
     _, (_, _, _, shaded) = felt(config, objects=(tree,), seconds=900.0)
     clear, shaded = found(clear), found(shaded)
     assert len(shaded) < 0.85 * len(clear)
-    far = [(np.hypot(*Site().to_map(f[:, 1:4])[:, :2].T) > 4).mean() for f in (clear, shaded)]
+    far = [
+        (np.hypot(*GeoReference().to_map(f[:, 1:4])[:, :2].T) > 4).mean() for f in (clear, shaded)
+    ]
     assert far[1] > 2 * far[0]
 
 

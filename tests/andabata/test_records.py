@@ -16,7 +16,6 @@ from andabata.records.messages import Composer, fix_of
 from andabata.records.playback import Setup, read_setup
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
 from andabata.records.topics import TOPICS
-from andabata.tasks.rig import RigConfig
 from andabata.tasks.scenes import SceneShelf
 from andabata.tasks.seeds import evaluation_world
 from traversability.cloud import PointCloud
@@ -76,7 +75,7 @@ def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
     limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
-        area = read_setup(bag, RigConfig().sensing.site, {}).area
+        area = read_setup(bag, {}, {}).area
     assert area == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).area
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
@@ -279,3 +278,22 @@ def test_a_receiver_without_a_fix_says_so_there_and_back():
     np.testing.assert_array_equal(fix_of(message), row[1:])
     known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
     np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "east", "north", "expected"),
+    [
+        (2, 1.0, 4.0, 4.0),
+        (2, 4.0, 1.0, 4.0),
+        (0, 1.0, 1.0, np.nan),
+        (2, 0.0, 0.0, np.nan),
+        (1, np.nan, np.nan, np.nan),
+        (2, np.inf, 1.0, np.nan),
+        (2, -1.0, 2.0, -1.0),
+    ],
+)
+def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
+    fix = Composer(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
+    covariance = np.diag([east, north, 9.0]).ravel()
+    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
+    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])

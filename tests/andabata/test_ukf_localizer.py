@@ -7,11 +7,11 @@ import pytest
 
 from andabata.localization.localizer import Health
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import SkidSteer
-from andabata.machine.pose import wrap
+from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig, Simulator
-from andabata.machine.site import Site
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
 from worlds.world import Start
@@ -44,7 +44,7 @@ def drive():
 
 def run(drive, change=lambda s: s, config=None, seconds=120.0):
     """Return the localizer and its errors in x, y [m] and yaw [rad] after each step."""
-    localizer = UkfLocalizer(config or UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(config or UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     errors = []
     for senses in drive:
@@ -70,7 +70,7 @@ def test_it_knows_where_it_is(drive):
 
 
 def test_the_odometry_never_jumps_though_the_map_pose_does(drive):
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     steps, before = [], localizer.odometry.position
     for senses in drive:
@@ -219,7 +219,7 @@ def test_a_long_detour_of_the_signals_is_waited_out(drive):
 
 def test_a_wrong_start_is_doubted_and_mended(drive):
     """The robot was put down 40 m from where it was told."""
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     pose = drive[0].truth.pose
     localizer.reset(replace(pose, position=pose.position + np.array([40.0, 0, 0])), 0.0)
     for senses in drive:
@@ -229,6 +229,148 @@ def test_a_wrong_start_is_doubted_and_mended(drive):
 
 
 def test_rows_of_another_width_are_an_error(drive):
-    localizer = UkfLocalizer(UkfConfig(), ROBOT, Site())
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     with pytest.raises(ValueError, match=r"expected shape \(k, 7\)"):
         localizer.update(replace(drive[5], imu=np.zeros((3, 6))))
+
+
+def fix_at(drive, k, **columns):
+    """Return a period of the drive with one fix, of which columns are replaced."""
+    senses = drive[k]
+    place = senses.truth.pose.position + np.array([0.5, 0.0, 0.0])
+    row = np.array([senses.stamp - 0.05, *GeoReference().to_geodetic(place[None])[0], 0.5])
+    for name, value in columns.items():
+        row[["stamp", "latitude", "longitude", "altitude", "variance"].index(name)] = value
+    return replace(senses, fixes=row[None])
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ({"latitude": 0.0, "longitude": 0.0}, "at latitude 0, longitude 0"),
+        ({"latitude": 140.0}, "latitude beyond 90 degrees"),
+        ({"latitude": 89.5}, "latitude beyond 89 degrees"),
+        ({"longitude": 400.0}, "longitude beyond 360 degrees"),
+        ({"altitude": 1e5}, "altitude outside of -500 to 9000 m"),
+        ({"altitude": np.inf}, "altitude outside of -500 to 9000 m"),
+        ({"variance": -1.0}, "a negative variance"),
+        ({"variance": 1e7}, "a standard deviation beyond 1000 m"),
+        ({"longitude": np.nan}, "a place that is no number"),
+        ({"stamp": np.nan}, "a stamp that is no number"),
+    ],
+)
+def test_a_fix_that_cannot_be_is_refused_by_reason(drive, columns, reason):
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
+    localizer.reset(drive[0].truth.pose, 0.0)
+    localizer.update(drive[1])
+    localizer.update(fix_at(drive, 2, **columns))
+    assert [n for text, n in localizer.refused.items() if reason in text] == [1]
+    assert localizer.counts["gnss"] == (0, 0, 1)
+    assert not localizer.assumed
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0])
+def test_a_fix_without_a_covariance_counts_for_the_default(drive, value):
+    def pulled(variance, sigma):
+        localizer = UkfLocalizer(UkfConfig(fix_sigma=sigma), ROBOT, GeoReference())
+        localizer.reset(drive[0].truth.pose, 0.0)
+        for k in range(1, 4):
+            localizer.update(fix_at(drive, k, variance=variance))
+        return localizer
+
+    unknown, known = pulled(value, 2.0), pulled(4.0, 1.0)
+    np.testing.assert_array_equal(unknown.pose.position, known.pose.position)
+    assert list(unknown.assumed.values()) == [3]
+    assert not known.assumed
+    assert unknown.counts["gnss"][0] == 3
+    wider = pulled(value, 50.0)
+    assert wider.covariance[0, 0] > unknown.covariance[0, 0]
+
+
+def test_a_fix_without_an_altitude_tells_the_place_and_no_height(drive):
+    def flat(senses):
+        if senses.fixes is None:
+            return senses
+        fixes = senses.fixes.copy()
+        fixes[:, 3] = np.nan
+        return replace(senses, fixes=fixes)
+
+    localizer, errors = run(drive, flat)
+    believed = localizer.counts["gnss"][0]
+    assert believed > 100
+    assert position(errors) < 0.7
+    blind, _ = run(drive, lambda s: replace(s, fixes=None))
+    assert abs(localizer.pose.position[2] - blind.pose.position[2]) < 0.5
+    assert sum(localizer.assumed.values()) == sum(localizer.counts["gnss"])
+
+
+def test_heights_are_counted_from_the_first_where_the_datum_has_none(drive):
+    """Above the sea or above the ellipsoid: what a receiver counts from does not matter."""
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference(altitude=None))
+    localizer.reset(drive[0].truth.pose, 0.0)
+    for senses in drive[:600]:
+        fixes = senses.fixes
+        if fixes is not None:
+            fixes = fixes + np.array([0, 0, 0, 1234.5, 0])
+        localizer.update(replace(senses, fixes=fixes))
+    truth = drive[599].truth.pose.position
+    assert localizer.counts["gnss"][0] > 50
+    assert np.hypot(*(localizer.pose.position - truth)[:2]) < 1.5
+    assert abs(localizer.pose.position[2] - truth[2]) < 4.0
+
+
+def rough(drive, reference, loose=True, change=lambda s: s):
+    """Return the poses in odom of a drive that begins with a rough start."""
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, reference)
+    localizer.refer(reference, loose)
+    pose = drive[0].truth.pose
+    turned = np.deg2rad(GeoReference().declination_deg - reference.declination_deg)
+    localizer.reset(Pose.from_euler(pose.position, 0.0, 0.0, pose.yaw + turned), 0.0, rough=True)
+    found = []
+    for senses in drive[:400]:
+        localizer.update(change(senses))
+        found.append([*localizer.odometry.position, localizer.odometry.yaw])
+    return localizer, np.array(found)
+
+
+def test_a_rough_start_begins_odom_at_its_own_origin(drive):
+    localizer, poses = rough(drive, GeoReference())
+    np.testing.assert_allclose(poses[0], 0, atol=1e-3)
+    row = localizer.track.at(np.array([drive[399].stamp]))[0]
+    np.testing.assert_allclose(row[:3], localizer.odometry.position)
+    assert np.hypot(*(localizer.pose.position - drive[399].truth.pose.position)[:2]) < 2.0
+
+
+def test_dead_reckoning_knows_neither_declination_nor_fixes_where_the_field_is_a_model(drive):
+    _, poses = rough(drive, GeoReference())
+    others = (
+        rough(drive, GeoReference(declination_deg=-120.0))[1],
+        rough(drive, GeoReference(), change=lambda s: replace(s, fixes=None))[1],
+        rough(drive, GeoReference(), change=lambda s: replace(s, field=None))[1],
+    )
+    for other in others:
+        np.testing.assert_allclose(other, poses, atol=2e-4)
+    strict = rough(drive, GeoReference(), False, lambda s: replace(s, field=None))[1]
+    assert np.abs(strict - poses).max() > 1e-3
+
+
+def test_far_from_the_origin_odom_is_near_its_own(drive):
+    """Somebody's map in UTM: clouds in odom are float32."""
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
+    pose = drive[0].truth.pose
+    far = np.array([370_000.0, 4_064_000.0, 60.0])
+    localizer.reset(replace(pose, position=far), 0.0)
+    localizer.update(drive[1])
+    assert np.abs(localizer.odometry.position).max() < 1.0
+    assert np.abs(localizer.track.at(np.zeros(1))[0, :3]).max() < 1.0
+    np.testing.assert_allclose(localizer.pose.position, far, atol=1.0)
+
+
+def test_it_starts_over_where_it_was_in_the_map(drive):
+    localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
+    pose = drive[0].truth.pose
+    localizer.reset(replace(pose, position=np.array([20.0, 30.0, 0.0])), 0.0, rough=True)
+    localizer.update(drive[1])
+    localizer._P[:] = -1.0
+    localizer.update(drive[2])
+    np.testing.assert_allclose(localizer.pose.position[:2], [20.0, 30.0], atol=0.5)

@@ -9,6 +9,7 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    Datum,
     ForestFile,
     Json,
     Mountings,
@@ -98,6 +99,7 @@ def replay(
     controller: Annotated[
         str | None, typer.Option(help="Who steers instead of the recorded controller.")
     ] = None,
+    datum: Datum = None,
     robot: Annotated[
         str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
     ] = None,
@@ -117,6 +119,7 @@ def replay(
     is 3 when data were left out, 1 when no scan could be made.
     """
     from andabata.app.console import Voice
+    from andabata.app.datum import datum_notes, datum_overrides
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.replay_result import UnscannedError, text_of, why_no_scan
     from andabata.app.replaying import replay_bag
@@ -126,11 +129,12 @@ def replay(
     from andabata.models import Models
     from andabata.tasks.rig import RigConfig
 
+    overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
+
     def configure(recorded: RigConfig) -> RigConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
-        return resolve(RigConfig, config, settings or (), recorded.model_copy(update=body))
+        return resolve(RigConfig, config, overrides, recorded.model_copy(update=body))
 
-    settings = with_height(settings, sensor_height)
     mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
     told = pairs(unit or (), "--unit")
@@ -151,6 +155,8 @@ def replay(
         voice.say("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
         voice.say(f"note: cells are made of {data['laser']}")
+    for note in datum_notes(data):
+        voice.say(f"note: {note}")
     voice.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
     if not data["scans"]:
         raise UnscannedError(why_no_scan(data))

@@ -6,6 +6,7 @@ import typer
 
 from andabata.app.options import (
     ConfigFile,
+    Datum,
     EvaluationSeed,
     ForestFile,
     Json,
@@ -49,6 +50,7 @@ def navigator(
     ] = None,
     mounting: Mountings = None,
     sensor_height: SensorHeight = None,
+    datum: Datum = None,
     robot: Robot = "andabata",
     forest: ForestFile = None,
     squares: SquaresFile = None,
@@ -62,6 +64,7 @@ def navigator(
     import numpy as np
 
     from andabata.app.console import Voice
+    from andabata.app.datum import datum_overrides, given_site
     from andabata.app.live import NavigatorNode
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.settings import resolve, with_parts
@@ -81,15 +84,27 @@ def navigator(
     target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
     voice = Voice(quiet, as_json)
     mountings = read_mountings(mounting or ())
-    settings = with_height(settings, sensor_height)
-    base = with_parts(RigConfig, "utm-30lx", robot)
-    resolved = resolve(RigConfig, config, settings or (), base)
+    overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
+
+    def configure(base: RigConfig) -> RigConfig:
+        return resolve(RigConfig, config, overrides, base)
+
+    resolved = configure(with_parts(RigConfig, "utm-30lx", robot))
     models = Models.load(forest, squares, policy)
     driver = make_controller(name, None, resolved, models)
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
     graph = RosGraph("andabata")
     try:
-        node = NavigatorNode(graph, resolved, models.forest, driver, laser, mountings, voice.say)
+        node = NavigatorNode(
+            graph,
+            resolved,
+            models.forest,
+            driver,
+            laser,
+            mountings,
+            given_site(configure),
+            voice.say,
+        )
         if target is not None:
             node.set_goal(target)
         with voice.progress("seconds", None) as step:

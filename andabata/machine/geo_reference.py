@@ -1,4 +1,4 @@
-"""Where on Earth the map lies: geodetic coordinates there and back, and the magnetic field."""
+"""Geodetic reference of the map: coordinates there and back, and the magnetic field."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,30 +10,40 @@ _A = 6_378_137.0
 _E2 = (2 - 1 / 298.257223563) / 298.257223563
 """First eccentricity of WGS-84, squared."""
 
+MAX_LATITUDE_DEG = 89.0
+"""Limit of the datum's latitude: nearer to a pole east and north turn within a drive."""
 
-class Site(BaseModel):
-    """The map's origin; map axes point east, north and up there.
+MIN_ALTITUDE, MAX_ALTITUDE = -500.0, 9000.0
+"""Limits of an altitude on the ground [m]."""
 
-    The default is the campus of Malaga, where the paper's robot lives; field and declination there
-    after the World Magnetic Model of 2020, rounded.
+MIN_FIELD, MAX_FIELD = 1.0, 200.0
+"""Limits of a magnetic flux density [uT]; on Earth it is 22 to 68."""
+
+
+class GeoReference(BaseModel):
+    """Datum of the map, whose axes point east, north and up there, and the field at it.
+
+    The default is the campus of Malaga, the simulation's place; field and declination there after
+    the World Magnetic Model of 2020, rounded.
 
     Attributes:
-        latitude_deg: Of the origin, north positive.
-        longitude_deg: Of the origin, east positive.
-        altitude: Of the map's z = 0 above the ellipsoid [m].
-        declination_deg: From true north to magnetic north, east positive.
-        inclination_deg: Of the field below the horizon.
+        latitude_deg: Latitude of the origin, north positive, within 89 degrees.
+        longitude_deg: Longitude of the origin, east positive.
+        altitude: Altitude of the map's z = 0 [m], above whatever the receiver counts from; None
+            where it is unknown, until a fix tells it.
+        declination_deg: Angle from true north to magnetic north, east positive.
+        inclination_deg: Angle of the field below the horizon.
         field: Magnetic flux density [uT].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    latitude_deg: float = Field(default=36.7150, ge=-89, le=89)
+    latitude_deg: float = Field(default=36.7150, ge=-MAX_LATITUDE_DEG, le=MAX_LATITUDE_DEG)
     longitude_deg: float = Field(default=-4.4780, ge=-180, le=180)
-    altitude: float = Field(default=60.0, ge=-500, le=9000)
+    altitude: float | None = Field(default=60.0, ge=MIN_ALTITUDE, le=MAX_ALTITUDE)
     declination_deg: float = Field(default=0.3, ge=-180, le=180)
-    inclination_deg: float = Field(default=52.3, ge=-85, le=85)
-    field: float = Field(default=43.6, gt=1, lt=200)
+    inclination_deg: float = Field(default=52.3, ge=-90, le=90)
+    field: float = Field(default=43.6, gt=MIN_FIELD, lt=MAX_FIELD)
 
     @property
     def flux(self) -> NDArray[np.float64]:
@@ -66,10 +76,20 @@ class Site(BaseModel):
         )  # fmt: skip
         return np.column_stack([np.rad2deg(latitude), np.rad2deg(np.arctan2(y, x)), altitude])
 
+    def distance(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the horizontal distance of a place [m], whatever its altitude."""
+        places = np.array(
+            [[self.latitude_deg, self.longitude_deg, 0.0], [latitude_deg, longitude_deg, 0.0]]
+        )
+        here, there = _earth(places)
+        half_chord = float(np.linalg.norm(there - here)) / 2
+        return 2 * _A * float(np.arcsin(min(half_chord / _A, 1.0)))
+
     @property
     def _origin(self) -> NDArray[np.float64]:
         """The origin in Earth-centred coordinates [m], shape (3,)."""
-        place = np.array([[self.latitude_deg, self.longitude_deg, self.altitude]])
+        altitude = 0.0 if self.altitude is None else self.altitude
+        place = np.array([[self.latitude_deg, self.longitude_deg, altitude]])
         return _earth(place)[0]
 
     @property
@@ -78,6 +98,16 @@ class Site(BaseModel):
         north, east = np.deg2rad([self.latitude_deg, self.longitude_deg])
         s, c, sl, cl = np.sin(north), np.cos(north), np.sin(east), np.cos(east)
         return np.array([[-sl, -s * cl, c * cl], [cl, -s * sl, c * sl], [0.0, c, s]])
+
+
+def place_text(latitude_deg: float, longitude_deg: float) -> str:
+    """Return a place in words, to a metre: latitude and longitude [deg]."""
+    return f"latitude {latitude_deg:.5f}, longitude {longitude_deg:.5f}"
+
+
+def wrapped_longitude(longitude_deg: float) -> float:
+    """Return a longitude [deg] within -180 and 180: some receivers count from 0 to 360."""
+    return (longitude_deg + 180.0) % 360.0 - 180.0 if abs(longitude_deg) > 180.0 else longitude_deg
 
 
 def _earth(geodetic: NDArray[np.float64]) -> NDArray[np.float64]:

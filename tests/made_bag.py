@@ -11,7 +11,7 @@ from rosbags.rosbag1 import Writer
 
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
-from andabata.machine.site import Site
+from andabata.machine.geo_reference import GeoReference
 from andabata.records.messages import NS, Composer
 from andabata.records.topics import message_types
 from traversability.cloud import PointCloud
@@ -42,7 +42,7 @@ class Row:
 def drive(seconds=10.0, seed=0, turning=0.4):
     """Return the messages of a drive, by the recorder's time."""
     rng, compose = np.random.default_rng(seed), Composer(1)
-    site, kinematics = Site(), SkidSteer(RobotModel())
+    site, kinematics = GeoReference(), SkidSteer(RobotModel())
     times = np.arange(1, round(seconds * 100) + 1) / 100
     rates = turning * np.sin(0.6 * times)
     yaws = np.cumsum(rates) / 100

@@ -237,6 +237,7 @@ class NavigatorNode:
                 imu=_joined(kept.imu, senses.imu),
                 field=_joined(kept.field, senses.field),
                 fixes=_joined(kept.fixes, senses.fixes),
+                antenna=senses.antenna,
             )
             with self._lock:
                 told = self._told

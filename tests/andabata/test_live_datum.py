@@ -95,12 +95,12 @@ def models():
     return Models()
 
 
-def navigate(messages, models, given=None, seconds=11.0):
+def navigate(messages, models, given=None, seconds=14.0):
     """Return the graph, what a navigator found, and what it said."""
     graph, said = PlayedGraph(messages, seconds), []
     config = RigConfig()
     driver = make_controller("straight", None, config, models)
-    node = NavigatorNode(graph, config, models.forest, driver, None, given, said.append)
+    node = NavigatorNode(graph, config, models.forest, driver, given=given, say=said.append)
     return graph, node, said
 
 
@@ -148,7 +148,7 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
 def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
     start = Composer(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
     senses = [entry for entry in standing if entry[1] is not topics.FIX]
-    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *senses], models, seconds=12.0)
+    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *senses], models, seconds=15.0)
     data = node.run(seconds=11.5)
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100

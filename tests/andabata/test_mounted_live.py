@@ -125,7 +125,7 @@ def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):
     frames = found["frames"]
     assert frames["laser"]["source"] == frames["imu"]["source"] == "tf_static"
     np.testing.assert_allclose(frames["laser"]["transform"], [*MOUNTED, np.pi, 0, 0], atol=1e-6)
-    assert found["remark_texts"] == ()
+    assert not found["remark_texts"]
     assert said == []
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.robot import RobotModel
-from andabata.machine.site import Site
+from andabata.machine.geo_reference import GeoReference
 from andabata.records import topics
 from andabata.records.gathering import Gathering
 from andabata.records.messages import cloud_of
@@ -358,4 +358,4 @@ def test_a_live_session_judges_by_its_first_rows_and_again_when_it_has_turned():
 
 def test_the_model_of_the_earth_has_the_strength_that_a_direction_is_given(rows):
     units, _ = units_of(rows, field=1 / 43.6e-6)
-    assert units.magnetic_field == pytest.approx(Site().field * 1e-6, rel=0.01)
+    assert units.magnetic_field == pytest.approx(GeoReference().field * 1e-6, rel=0.01)

@@ -75,7 +75,7 @@ class PlayedGraph(Heard):
 
 @pytest.fixture(scope="module")
 def standing():
-    """Twelve seconds of a robot at rest in Waterloo, as messages."""
+    """Sixteen seconds of a robot at rest in Waterloo, as messages."""
     world = make_world("hill", 4, 0.3, patch("hill", 60.0, 0.25))
     config = with_site(RigConfig(), THERE)
     rng = np.random.default_rng(1)
@@ -83,7 +83,7 @@ def standing():
     heard = Heard()
     outbox = Outbox(heard, Composer(1, EPOCH))
     simulator.reset(Start(-8.0, 0.0, 0.3))
-    for _ in range(120):
+    for _ in range(160):
         post_senses(outbox, replace(simulator.step(STANDSTILL, blind=True), sweeps=None))
         outbox.flush()
     simulator.close()
@@ -148,7 +148,7 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
 def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
     start = Composer(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
     senses = [entry for entry in standing if entry[1] is not topics.FIX]
-    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *senses], models, seconds=15.0)
+    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *senses], models, seconds=16.0)
     data = node.run(seconds=11.5)
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from rosbags.rosbag1 import Writer
 
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
-from andabata.machine.geo_reference import GeoReference
 from andabata.records.messages import NS, Composer
 from andabata.records.topics import message_types
 from traversability.cloud import PointCloud

@@ -37,7 +37,8 @@ class PointCloud:
     """3D points with what is known about each of them.
 
     Attributes:
-        points: Coordinates in ``frame`` after ``origin`` [m], float32, shape (n, 3).
+        points: Coordinates in ``frame`` after ``origin`` [m], float32, or float64 as ``absolute``
+            gives them, shape (n, 3).
         frame: Frame's name after REP-105; ``base_footprint`` is levelled, its origin under the
             robot on the ground.
         stamps: Time of each point [s], float64, shape (n,), or None.
@@ -100,6 +101,13 @@ class PointCloud:
     def coordinates(self) -> NDArray[np.float64]:
         """Return the points in ``frame`` [m], float64, shape (n, 3)."""
         return self.points.astype(np.float64) + self.origin
+
+    def absolute(self) -> Self:
+        """Return the cloud with its coordinates themselves: float64 where ``origin`` counts."""
+        if not self.origin.any():
+            return self
+        points: NDArray[Any] = self.coordinates()
+        return replace(self, points=points, origin=_HERE)
 
     def select(self, mask: NDArray[np.bool_]) -> Self:
         """Return the points where ``mask`` holds, bool, shape (n,), with all columns."""

@@ -36,8 +36,11 @@ class CloudFileError(ValueError):
 
 
 def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
-    """Return the cloud of a file; see ``decode_cloud_file``, which tells how it was read."""
-    return decode_cloud_file(path, columns).cloud
+    """Return the cloud of a file; see ``decode_cloud_file``, which tells how it was read.
+
+    Coordinates too far from their origin for float32, as in UTM, are float64.
+    """
+    return decode_cloud_file(path, columns).cloud.absolute()
 
 
 def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
@@ -110,6 +113,8 @@ def cloud_to_bytes(
         CloudFileError: If the kind is unknown, or cannot hold the coordinates.
     """
     columns = {name: col for name in COLUMNS if (col := getattr(cloud, name)) is not None}
+    if cloud.points.dtype != np.float32:
+        cloud = PointCloud.from_coordinates(cloud.coordinates(), cloud.frame)
     others = others or {}
     if kind == "npz":
         header: dict[str, Any] = {"format": _FORMAT, "version": 1, "frame": cloud.frame}

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.machine.robot import RobotModel
 from andabata.machine.geo_reference import GeoReference
+from andabata.machine.robot import RobotModel
 from andabata.records import topics
 from andabata.records.gathering import Gathering
-from andabata.records.messages import cloud_of
+from andabata.records.point_cloud2 import cloud_of
 from andabata.records.remarks import Remarks
 from andabata.records.row_error import RowError
 from andabata.records.sense_decoding import SenseDecoder, as_point_cloud2

@@ -11,6 +11,7 @@ from traversability.files import (
     decode_cloud_file,
     kitti_labels,
     left_out_by,
+    read_cloud,
 )
 from traversability.formats import pcd, ply
 
@@ -81,6 +82,18 @@ def test_a_cloud_wider_than_float32_says_how_exact_it_is():
     coordinates = RNG.uniform(-60_000, 60_000, (100, 3)) + PLACES["utm"]
     table = dict(zip("xyz", coordinates.T, strict=True))
     assert "are kept to 0.00" in decode_columns(table).remarks[0]
+
+
+@pytest.mark.parametrize("kind", ["npz", "ply", "pcd"])
+def test_read_cloud_gives_far_coordinates_themselves(tmp_path, kind):
+    coordinates, cloud = far_cloud("utm")
+    path = tmp_path / f"far.{kind}"
+    path.write_bytes(cloud_to_bytes(cloud, kind))
+    found = read_cloud(path)
+    assert found.points.dtype == np.float64
+    assert np.abs(found.points - coordinates).max() < 1e-4
+    path.write_bytes(cloud_to_bytes(found, kind))
+    assert np.abs(read_cloud(path).points - coordinates).max() < 1e-4
 
 
 def test_parts_with_other_origins_are_not_joined():

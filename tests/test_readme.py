@@ -181,7 +181,7 @@ class Sheet:
 
 def reduced(line: str) -> str:
     """Return a command with what makes it short."""
-    words = line.split("andabata ", 1)[1]
+    words = line.partition("andabata ")[2]
     found = [start for start in REDUCED if f"{words} ".startswith(f"{start} ")]
     return f"{line} {REDUCED[max(found, key=len)]}" if found else line
 
@@ -310,7 +310,7 @@ def test_the_lines_of_a_graph_run_side_by_side(document, tmp_path):
                 continue
             begun[line] = graph.start(*words)
             if tool == "roscore":
-                graph.wait_for("/rosout", "Publishers:")
+                graph.wait_for("/rosout", "Subscribers:")
             elif "ros robot" in line:
                 graph.wait_for("/initialpose", "Publishers:")
         for line, process in begun.items():

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from andabata.app.settings import SettingsError, resolve
 from andabata.tasks.clouds import CloudsConfig
 from andabata.tasks.plans import algorithms, load_plan
 from andabata.tasks.rig import RigConfig
+from tests.benchmarks.grow_models import commands
 from tests.documents import (
     ROOT,
     Block,
@@ -100,6 +102,11 @@ def test_every_line_of_a_block_is_run_by_a_test(document):
             assert kind(line) != "nobody", f"{document}: nobody runs {line!r}"
             assert kind(line) == "ros" or not line.endswith("&"), f"{document}: {line!r} goes on"
             assert complaint(line.rstrip("& ")) is None
+
+
+def test_the_commands_of_the_shipped_classifiers_are_known(tmp_path):
+    for words in commands(tmp_path):
+        assert complaint(f"andabata {shlex.join(words)}") is None
 
 
 @pytest.mark.parametrize(

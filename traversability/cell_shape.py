@@ -26,9 +26,13 @@ from traversability.binning import (
 _REACH = 0.3  # Half a wheelbase and a little: the truth's window is 0.5 m wide.
 _ENOUGH = 4.0  # Points that make a quarter's mean as good as any other.
 _MOST = 3.0  # Slopes and gaps beyond say no more.
+_CELL_NOISE = 1e-3  # What range noise alone spreads points along a beam, squared [m2].
+_WINDOW_NOISE = 2e-3  # The same for the means of quarters, whose heights lie along beams, too.
 _FLAT = 0.03  # Lower quarters hold no bump.
 _BUMP = 0.04  # What rises so far over the ground around it stops a wheel, or nearly.
 NEAR = 3.2  # Cells whose middle is nearer than this are searched for bumps.
+_GAPS = 17  # Columns of the gaps after (most and mean) and before a cell.
+_SPACING, _SEEN_BEYOND, _DEPTH = 27, 28, 29  # Columns of what a ring tells, and of a cell's depth.
 FEW = 3  # A cell with fewer points tells nothing.
 
 
@@ -44,6 +48,7 @@ def describe_cells(points, bins, sums, means, planes, counts, middles, values): 
                 _principal_axes(sums, sector, ring, out)
                 _ground_shape(sums, means, planes, sector, ring, middles, out)
                 _way_outwards(sums, counts, sector, ring, middles, out)
+    _compare_with_ring(counts, values)
     _bumps(points, bins, sums, planes, counts, middles, values)
 
 
@@ -98,19 +103,24 @@ def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  #
     out[2] = (l2 - l3) / l1 if l1 > 0 else 0.0
     out[3], out[4] = lowest, highest - lowest
     out[5], out[6] = mean - lowest, quarter_height
-    slope_x, slope_y = _gradient(xx, yy, xy, xz, yz, 1e-6)
+    slope_x, slope_y = _gradient(xx, yy, xy, xz, yz, _CELL_NOISE)
     out[7] = min(np.sqrt(slope_x * slope_x + slope_y * slope_y), _MOST)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gradient(xx, yy, xy, xz, yz, soft):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return rise over run along x and y of the least-squares plane; ``soft`` [m2] keeps it calm.
+def _gradient(xx, yy, xy, xz, yz, noise):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return rise over run along x and y of the least-squares plane, where points support one.
 
-    Where the points lie on a line, nothing is known across it, and the plane is level there.
+    Across an arc of points nothing is known: what spreads it outwards is range noise, which moves
+    points along their beam, so that a plane through them would be as steep as the beam. A direction
+    in which the points' variance is well under ``noise`` [m2] counts as level; well above it, this
+    is the plain solution ``A^-1 b``. (Tikhonov: ``(A^2 + noise^2)^-1 A b``.)
     """
-    xx, yy = xx + soft, yy + soft
-    determinant = xx * yy - xy * xy
-    return (yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant
+    axx, ayy = xx * xx + xy * xy + noise * noise, yy * yy + xy * xy + noise * noise
+    axy = xy * (xx + yy)
+    bx, by = xx * xz + xy * yz, xy * xz + yy * yz
+    determinant = axx * ayy - axy * axy
+    return (ayy * bx - axy * by) / determinant, (axx * by - axy * bx) / determinant
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -188,7 +198,7 @@ def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noq
         sxy / n - mx * my,
         sxz / n - mx * mz,
         syz / n - my * mz,
-        1e-4,
+        _WINDOW_NOISE,
     )
     level = z0 + mz - gx * mx - gy * my
     plane[0], plane[1], plane[2] = gx, gy, level - gx * x0 - gy * y0
@@ -256,6 +266,7 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
     """
     rings = sums.shape[1]
     columns = 0
+    low, high = np.inf, 0.0
     after_max = after_sum = before_sum = 0.0
     for a in range(2):
         i = 2 * sector + a
@@ -276,9 +287,11 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
             k -= 1
         begin = middles[0] if k < 0 else np.sqrt(sums[i, k, FURTHEST])
         columns += 1
+        low, high = min(low, nearest), max(high, furthest)
         after_max, after_sum = max(after_max, after), after_sum + after
         before_sum += max(nearest - begin, 0.0) / nearest
     out[17], out[18], out[19] = after_max, after_sum / columns, before_sum / columns
+    out[_DEPTH] = high - low
     out[20] = out[21] = out[22] = 0.0
     out[23] = middles[ring]
     r0, z0 = _mean_point(sums, sector, ring)
@@ -299,6 +312,50 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
     if behind < counts.shape[1]:
         r1, z1 = _mean_point(sums, sector, behind)
         out[22] = min(max((z1 - z0) / max(r1 - r0, 0.02), -_MOST), _MOST)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _compare_with_ring(counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Take each ring's median gaps off those of its cells, and write what the ring tells.
+
+    How far apart the beams of a laser meet level ground depends on the laser and grows outwards;
+    all sectors show it alike. A drop shows in some.
+    """
+    sectors, rings = counts.shape
+    beyond = np.zeros(sectors, dtype=np.bool_)
+    here, gaps = np.empty(sectors, dtype=np.int64), np.empty(sectors)
+    for ring in range(rings - 1, -1, -1):
+        n = 0
+        for sector in range(sectors):
+            if counts[sector, ring] >= FEW:
+                here[n] = sector
+                n += 1
+        if n == 0:
+            continue
+        seen_beyond = beyond.sum() / sectors
+        for feature in range(_GAPS, _GAPS + 3):
+            for k in range(n):
+                gaps[k] = values[here[k], ring, feature]
+            median = _median(gaps, n)
+            for k in range(n):
+                values[here[k], ring, feature] -= median
+                if feature == _GAPS + 1:
+                    values[here[k], ring, _SPACING] = median
+        for k in range(n):
+            values[here[k], ring, _SEEN_BEYOND] = seen_beyond
+            beyond[here[k]] = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _median(values, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Return the upper median of the first ``n`` values, which it sorts: few are quickest so."""
+    for k in range(1, n):
+        value, place = values[k], k
+        while place > 0 and values[place - 1] > value:
+            values[place] = values[place - 1]
+            place -= 1
+        values[place] = value
+    return values[n // 2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -42,8 +42,15 @@ SHAPE_FEATURES = (
     "bump",
     "bump_third",
     "bump_points",
+    "spacing",
+    "seen_beyond",
+    "depth",
 )
-"""What a cell and the ground around it look like; bumps are searched for in near cells only."""
+"""What a cell and the ground around it look like; bumps are searched for in near cells only.
+
+Gaps are those over the median of the ring, ``spacing``, which is the laser's own; ``seen_beyond``
+is the share of the sectors in which something is seen beyond the ring, ``depth`` how far outwards a
+cell's points reach [m]."""
 
 SHARED = (0, 1, 4, 6, 7, 8, 10, 12)
 """Features that neighbours tell each other, none of them negative: roughness, orientation, height

@@ -16,8 +16,7 @@ from traversability.labels import CellState
 from traversability.trees import Trees, add_leaves
 
 _FORMAT = "andabata-forest"
-_VERSION = 3
-_READABLE = (2, 3)  # 2 knew no exits.
+_VERSION = 4
 _MAX_BYTES = 1 << 26
 
 
@@ -238,8 +237,11 @@ def sums_of(
 
 def _parts(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[str, Any]:
     """Return the parts of a forest's file."""
-    if header.get("format") != _FORMAT or header.get("version") not in _READABLE:
-        raise ValueError(f"format {header.get('format')!r} version {header.get('version')!r}")
+    if header.get("format") != _FORMAT or header.get("version") != _VERSION:
+        raise ValueError(
+            f"format {header.get('format')!r} version {header.get('version')!r}, not {_VERSION}, "
+            "whose gaps are those over their ring's median"
+        )
     known = set(ALL_FEATURES)
     screen = None
     if "screen" in header:

@@ -15,6 +15,7 @@ from andabata.machine.senses import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.tasks.scenes import Scene
+from terrain.classes import SemanticClass
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
@@ -49,6 +50,11 @@ class CloudsConfig(BaseModel):
         kept: Span of the share of points kept in varied clouds.
         hidden: Most directions in which part of the view of a varied cloud is hidden, as by parts
             of the robot or by ground too dark to return a beam.
+        grass: Span of the height of low grass in half of the varied clouds [m]. It stops some of
+            the beams above the ground, which stays drivable (assumption: to 15 cm; what is higher
+            is an object of the world, high grass).
+        litter: Span of the height of leaf litter and tufts in half of the varied clouds, root mean
+            square [m].
         room: Clouds are taken where the nearest forbidden ground is this far at least [m].
         reach: And this far at most, so that there is something to see [m].
         close: Share of the clouds that are taken closer than ``close_reach``, where misses hurt.
@@ -77,13 +83,18 @@ class CloudsConfig(BaseModel):
     tilts: Span = (0.0, 0.0)
     kept: Span = (0.25, 1.0)
     hidden: int = Field(default=0, ge=0, le=64)
+    grass: Span = (0.0, 0.0)
+    litter: Span = (0.0, 0.0)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     close: float = Field(default=0.4, ge=0, le=1)
     close_reach: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
-    @field_validator("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept")
+    @field_validator(
+        *("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept"),
+        *("grass", "litter"),
+    )
     @classmethod
     def _check_span(cls, span: Span) -> Span:
         if not 0 <= span[0] <= span[1] <= 1:
@@ -146,7 +157,7 @@ def take_cloud(
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
-    robot, kept, hidden, tilt = config.robot, 1.0, 0, None
+    robot, kept, hidden, tilt, cover = config.robot, 1.0, 0, None, (0.0, 0.0)
     if rng.random() < config.varied:
         robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
         kept = rng.uniform(*config.kept)
@@ -154,6 +165,9 @@ def take_cloud(
             tilt = _tilt(rng.uniform(*config.tilts), rng.uniform(-np.pi, np.pi))
         if config.hidden:
             hidden = int(rng.integers(config.hidden + 1))
+        if config.grass[1] > 0 or config.litter[1] > 0:
+            grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
+            cover = (grass * (rng.random() < 0.5), litter * (rng.random() < 0.5))
     simulator = Simulator(
         scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
     )
@@ -190,6 +204,11 @@ def take_cloud(
     pose = localizers[0].pose
     cloud = assemblers[0].relative(pose)
     cloud = replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
+    if any(cover):
+        middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
+        laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, robot.lidar_height, 1.0])
+        bare = np.isin(surveyed.classes, _BARE)
+        cloud = replace(cloud, points=_covered(cloud.points, bare, laser, cover, rng))
     seen = np.ones(len(cloud), dtype=np.bool_)
     if kept < 1.0:
         seen &= rng.random(len(cloud)) < kept
@@ -201,6 +220,54 @@ def take_cloud(
 def _tilt(angle: float, direction: float) -> Rotation:
     """Return the rotation of a laser that leans by ``angle`` [rad] towards a bearing [rad]."""
     return Rotation.from_rotvec([-angle * np.sin(direction), angle * np.cos(direction), 0.0])
+
+
+_BARE = (SemanticClass.GROUND, SemanticClass.PATH)
+"""Classes on which low grass grows and litter lies."""
+
+_WAVES = 60
+"""Number of waves that litter is made of."""
+
+
+def _seen_from(pose: Pose, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a place of the pose's frame in the levelled frame of the pose [m], shape (3,)."""
+    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+    x, y, z = place - pose.position
+    return np.array([c * x + s * y, c * y - s * x, z])
+
+
+def _covered(
+    points: NDArray[np.float32],
+    bare: NDArray[np.bool_],
+    laser: NDArray[np.float64],
+    cover: tuple[float, float],
+    rng: np.random.Generator,
+) -> NDArray[np.float32]:
+    """Return the points where their beams end on what covers the ground.
+
+    Args:
+        points: Points in ``base_footprint`` [m], shape (n, 3).
+        bare: Which of them lie on ground that can be covered, shape (n,).
+        laser: Optical centre in the middle of the cloud's time [m], shape (3,).
+        cover: Height of grass, and root mean square of litter [m].
+        rng: Share of beams that grass stops, blades and litter.
+    """
+    grass, litter = cover
+    top = np.zeros(len(points))
+    if grass > 0:
+        stopped = rng.random(len(points)) < rng.uniform(0.1, 0.7)
+        top += np.where(stopped, rng.uniform(0, grass, len(points)), 0.0)
+    if litter > 0:
+        bearing, phase = rng.uniform(0, 2 * np.pi, (2, _WAVES))
+        number = 2 * np.pi / rng.uniform(0.3, 1.5, _WAVES)  # Wavelengths of 0.3 to 1.5 m.
+        along = points[:, :1] * (number * np.cos(bearing)) + points[:, 1:2] * (
+            number * np.sin(bearing)
+        )
+        top += litter * np.sqrt(2 / _WAVES) * np.cos(along + phase).sum(axis=1)
+    below = np.maximum(laser[2] - points[:, 2], 0.1)
+    # A blade stops the beam before it reaches the ground: the point moves back along the beam.
+    share = np.where(bare, np.clip(top / below, -0.5, 0.5), 0.0)[:, None]
+    return (points + share * (laser - points)).astype(np.float32)
 
 
 _WEDGES = (0.02, 0.25)

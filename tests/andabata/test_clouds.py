@@ -74,6 +74,30 @@ def test_what_is_hidden_is_hidden_by_direction(scene):
     assert 0.2 * len(whole) < len(part) < len(whole)
 
 
+def test_low_grass_and_litter_lift_points_along_their_beams(make_scene):
+    """Half of the clouds are covered; what covers the ground forbids nothing."""
+    scene, start = make_scene(size=40.0), Start(0.0, 0.0, 0.3)
+    exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "noise": (0.0, 0.0)}
+    config = with_parts(CloudsConfig, "vlp-16").model_copy(
+        update={"varied": 1.0, "heights": (1.0, 1.0), "kept": (1.0, 1.0), "still": 1.0, **exact}
+    )
+    covers = {"grass": (0.15, 0.15)}, {"litter": (0.02, 0.02)}
+    for cover, highest, spread in zip(covers, (0.15, 0.12), (0.02, 0.01), strict=True):
+        heights = []
+        for seed in range(8):
+            rng = np.random.default_rng(seed)
+            cloud = labelled_cloud(scene, config.model_copy(update=cover), rng, start)
+            assert not cloud.nontraversable.any()
+            heights.append(cloud.points[:, 2])
+            # A point moves along its beam: seen from the laser, its elevation stays a beam's own.
+            distance = np.hypot(cloud.points[:, 0], cloud.points[:, 1])
+            elevation = np.rad2deg(np.arctan2(cloud.points[:, 2] - 1.0, distance))
+            assert np.abs(elevation - np.round((elevation - 1) / 2) * 2 - 1).max() < 0.1
+        covered = [z for z in heights if z.std() > 0.5 * spread]
+        assert 1 <= len(covered) <= 7
+        assert all(np.abs(z).max() <= highest + 1e-3 for z in heights)
+
+
 def test_water_sends_few_beams_back():
     scene = cloud_scene(SMALL, "lake", 3)
     clouds = [

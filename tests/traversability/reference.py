@@ -64,6 +64,8 @@ def describe(points, grid):
         values[s, r, 8:17] = _shape(quarters, s, r, grid)
         values[s, r, 17:24] = _outwards(quarters, counts, s, r, grid)
         values[s, r, 24:27] = _bumps(quarters, s, r, grid)
+        values[s, r, 29] = _depth(quarters, s, r)
+    _compare_with_ring(values, counts)
     for s, r in np.argwhere(counts >= 3):
         values[s, r, OWN:] = _neighbours(values, counts, s, r)
     return values, counts
@@ -78,7 +80,7 @@ def _axes(cell, parts):
     eigenvalues, vectors = np.linalg.eigh(covariance)
     l3, l2, l1 = np.maximum(eigenvalues, 0)
     z = cell[:, 2]
-    gradient = np.linalg.solve(covariance[:2, :2] + 1e-6 * np.eye(2), covariance[:2, 2])
+    gradient = _gradient(covariance, 1e-3)
     return (
         np.sqrt(l3),
         abs(vectors[2, 0]),
@@ -89,6 +91,27 @@ def _axes(cell, parts):
         max(np.ptp(part[:, 2]) for part in parts),
         min(np.hypot(*gradient), 3.0),
     )
+
+
+def _gradient(covariance, noise):
+    """Return the plane's slope; a direction whose variance is well under the noise is level."""
+    variances, axes = np.linalg.eigh(covariance[:2, :2])
+    return axes @ (axes.T @ covariance[:2, 2] * variances / (variances**2 + noise**2))
+
+
+def _depth(quarters, s, r):
+    cell = np.concatenate([quarters[k] for k in _four(s, r) if k in quarters])
+    return np.ptp(np.hypot(cell[:, 0], cell[:, 1]))
+
+
+def _compare_with_ring(values, counts):
+    for r in range(counts.shape[1]):
+        here = counts[:, r] >= 3
+        if here.any():
+            median = np.sort(values[here, r, 17:20], axis=0)[here.sum() // 2]
+            values[here, r, 17:20] -= median
+            values[here, r, 27] = median[1]
+            values[here, r, 28] = (counts[:, r + 1 :] >= 3).any(axis=1).mean()
 
 
 def _planes(quarters, s, r, grid):
@@ -103,7 +126,7 @@ def _planes(quarters, s, r, grid):
         means = np.array([part.mean(axis=0) for part in window]) - here
         weights = np.minimum([len(part) for part in window], 4.0)
         covariance = np.cov(means.T, bias=True, aweights=weights)
-        gradient = np.linalg.solve(covariance[:2, :2] + 1e-4 * np.eye(2), covariance[:2, 2])
+        gradient = _gradient(covariance, 2e-3)
         middle = np.average(means, axis=0, weights=weights)
         level = here[2] + middle[2] - gradient @ middle[:2]
         found[i, j] = gradient, np.array([*here[:2], level]), window, means

@@ -51,7 +51,7 @@ def test_what_a_wheel_installs_finds_its_data(wheel, tmp_path):
 import andabata
 assert andabata.__file__.startswith({str(tmp_path)!r}), andabata.__file__
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensors import sensor_settings
+from andabata.machine.lidar_models import sensor_settings
 from andabata.models import Models, shipped_policy
 from andabata.tasks.plans import algorithms, load_plan
 for sensor in ("utm-30lx", "os1-64", "os0-128", "vlp-16", "livox-rosette"):

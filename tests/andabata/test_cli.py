@@ -54,7 +54,7 @@ def test_help_is_a_tour_and_imports_nothing_heavy():
 def test_worlds_are_listed_and_shown(capsys):
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
-    known = "forest hill hollow lake maze natural natural-far natural-test park stony"
+    known = "forest hill hollow lake maze natural natural-far natural-test park plain stony"
     assert (code, names) == (0, known.split())
     code, out, _ = run(capsys, "world", "show", "maze", "--seed", "2", "--json")
     assert (code, json.loads(out)["width_m"]) == (0, 80.0)

@@ -348,6 +348,6 @@ def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
 def test_a_message_that_cannot_be_is_counted():
     gathering = Gathering(0, OUSTER)
     message = spelt_otherwise(Composer(1).frame(frame(0.1)))
-    gathering.add(OUSTER, replace(message, row_step=1 << 30))
+    gathering.add(OUSTER, replace(message, width=1 << 20))
     assert gathering.refused == 1
     assert gathering.senses(0.1).frames == ()

@@ -16,6 +16,11 @@ _ALIKE = 0.9
 _MOST_WORDS = 840 * 2500  # Whole rows of any width.
 _GARBAGE = 0.05
 _LOWER = 0.7
+_NANS = {
+    4: (0x7FC00000, 0xFFC00000, 0x7FFFFFFF),
+    8: (0x7FF8 << 48, 0xFFF8 << 48, (1 << 63) - 1),
+}
+"""NaN as processors, compilers and GPUs write it, by the size of a number [bytes]."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
@@ -88,10 +93,15 @@ def _kind(data: bytes) -> str:
 
 
 def _no_length(words: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which numbers no sensor gives; zeros, NaN and infinity are no-returns."""
+    """Return which numbers no sensor gives; zeros, NaN and infinity are no-returns.
+
+    Of the many bit patterns that are no number, programs write few: negative integers are others.
+    """
+    bits = np.ascontiguousarray(words).view(f"<u{words.itemsize}")
     with np.errstate(invalid="ignore"):
         size = np.abs(words.astype(np.float64))
-        return np.asarray(np.isfinite(size) & (size > 0) & ((size > 1e8) | (size < 1e-9)))
+        odd = np.isnan(size) & ~np.isin(bits, _NANS[words.itemsize])
+        return np.asarray(odd | (np.isfinite(size) & (size > 0) & ((size > 1e8) | (size < 1e-9))))
 
 
 def _width(words: NDArray[np.floating], length: int, size: int, likely: int) -> int:

@@ -84,7 +84,7 @@ def note_fixes(
     """Count the fixes that a localizer has refused, or of which it has assumed something.
 
     Args:
-        remarks: What they are added to.
+        remarks: Remarks that they are added to.
         localizer: Any.
         before: Numbers of fixes that were refused before its start, by reason.
     """

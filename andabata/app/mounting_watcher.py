@@ -20,7 +20,7 @@ class MountingWatcher:
         Args:
             mounts: Where the senses sit.
             assembler: Puts the clouds together; None without any.
-            height: Of a laser whose place nothing tells, ``robot.lidar_height`` [m].
+            height: Height of a laser whose place nothing tells, ``robot.lidar_height`` [m].
         """
         self._mounts, self._assembler, self._height = mounts, assembler, height
         self._ground = mounts.ground_check(height)

@@ -27,7 +27,7 @@ class Comparison:
 
     Attributes:
         periods: Control periods.
-        scans: Of them, those with a virtual scan now.
+        scans: Control periods with a virtual scan now.
         recorded_scans: Those with a recorded one.
         compared_scans: Those with both.
         differing_scans: Those with one of the two, or two that differ.
@@ -35,7 +35,7 @@ class Comparison:
         moving: Periods in which the robot is told to move.
         unequal_sectors: Sectors of compared scans that differ.
         sectors: Sectors of the present scans.
-        unknown_sectors: Of them, those of which nothing is known.
+        unknown_sectors: Sectors of the present scans of which nothing is known.
     """
 
     periods: int = 0

@@ -60,7 +60,7 @@ def replay_bag(
 
     Args:
         path: The recording.
-        controller: Who steers; None for the recorded one.
+        controller: Name of the controller; None for the recorded one.
         models: With what it sees and steers; None for the shipped ones.
         on_second: Called after each recorded second.
         cloud: A 3D laser's topic instead of the turning laser's two.

@@ -48,8 +48,8 @@ class Datum:
 
     Attributes:
         reference: Origin of the map and the field expected there.
-        source: Who told the origin.
-        magnetic_source: Who told the field.
+        source: Teller of the origin.
+        magnetic_source: Teller of the field.
         loose: Whether strength and dip of the field are only a model's: the compass then tells the
             heading alone.
         sensed: Strength [uT] and dip [deg] that the compass read at the start, None without.
@@ -154,7 +154,7 @@ class Datum:
         """Return the datum with strength and dip of the field as the compass reads them.
 
         Args:
-            senses: What was sensed at the start; without compass or inertial unit nothing changes.
+            senses: Senses at the start; without compass or inertial unit nothing changes.
         """
         field = levelled_field(senses)
         if field is None:
@@ -171,7 +171,7 @@ def datum_of_heading(senses: Senses, yaw: float) -> Datum:
     """Return a datum nowhere in particular whose declination is what a told heading makes of it.
 
     Args:
-        senses: What was sensed at the start; without a compass the default's field is expected.
+        senses: Senses at the start; without a compass the default's field is expected.
         yaw: Heading that is told [rad].
     """
     nowhere = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
@@ -313,7 +313,7 @@ def check_distance(reference: GeoReference, fixes: NDArray[np.float64], source: 
     Args:
         reference: The datum.
         fixes: The first rows as in ``Senses.fixes``, shape (k, 5).
-        source: Who told the datum.
+        source: Teller of the datum.
 
     Raises:
         DatumError: If the first fix that fits the others is more than 10 km away.

@@ -17,7 +17,7 @@ def initial_pose(senses: Senses, reference: GeoReference) -> Pose | None:
     """Return the pose of a robot at rest: tilt by gravity, heading by the compass, place by a fix.
 
     Args:
-        senses: What it sensed while it stood.
+        senses: Senses of the robot while it stood.
         reference: Datum of the map, and the magnetic field there.
 
     Returns:

@@ -19,7 +19,7 @@ PLANES = (
     *("slope_max", "slope_mean", "step_max", "step_second", "step_mean"),
     *("above_plane", "below_plane", "lowest_around", "highest_around"),
 )
-GAPS = ("gap_after", "gap_after_mean", "gap_before")
+GAPS = ("gap_after", "gap_after_mean", "gap_before", "spacing", "seen_beyond")
 RISES = ("bend", "rise_before", "rise_after")
 
 

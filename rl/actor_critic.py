@@ -17,8 +17,8 @@ from torch import Tensor
 
 from rl.learner import Device, Learner
 from rl.networks import Actor, ValueCritic
-from rl.observation import ObservationLayout
 from rl.policy import Policy
+from rl.spaces import ObservationLayout
 from rl.training import Episode
 
 

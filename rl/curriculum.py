@@ -12,9 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from rl import checkpoint as checkpoints
 from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.learner import Learner
-from rl.observation import ObservationLayout
 from rl.policy import Policy
 from rl.sac import SacConfig, SoftActorCritic
+from rl.spaces import ObservationLayout
 from rl.training import Assignment, Episode, Sampler
 
 LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]

@@ -16,7 +16,7 @@ class ExportError(ValueError):
 def policy_to_onnx(policy: Policy) -> bytes:
     """Return an ONNX model with the input ``state`` and the output ``steering``.
 
-    ``state`` is float32 of shape (n, m) in SI units, as ``rl.observation`` makes it; ``steering``
+    ``state`` is float32 of shape (n, m) in SI units, as ``rl.spaces`` makes it; ``steering``
     is float32 of shape (n, 1) [rad/s], dead zone included. The model's metadata tells ranges and
     limits.
 

@@ -9,8 +9,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from rl.observation import ObservationLayout
 from rl.policy import Policy
+from rl.spaces import ObservationLayout
 
 _LOG_SIGMA = (-4.0, 0.5)
 

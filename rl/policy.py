@@ -10,7 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rl.observation import ObservationLayout, apply_dead_zone
+from andabata.machine.kinematics import apply_dead_zone
+from rl.spaces import ObservationLayout
 
 _FORMAT = "andabata-policy"
 _VERSION = 2  # 1 had straight ranges.
@@ -80,7 +81,7 @@ class Policy:
         """Return the steering for a state [rad/s].
 
         Args:
-            state: As ``rl.observation.observation`` makes it, float32, shape (n + 3,).
+            state: As ``rl.spaces.observation`` makes it, float32, shape (n + 3,).
 
         Raises:
             ValueError: If the state has another length or is not finite.

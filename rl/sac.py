@@ -14,9 +14,9 @@ from torch import Tensor
 
 from rl.learner import Device, Learner
 from rl.networks import Actor, TwinCritic
-from rl.observation import ObservationLayout
 from rl.policy import Policy
 from rl.replay import Replay
+from rl.spaces import ObservationLayout
 from rl.training import Episode
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl.environment import Environment, Robots
-from rl.observation import N_EXTRAS
 from rl.policy import Policy
+from rl.spaces import N_EXTRAS
 
 Seed = tuple[int, ...]
 

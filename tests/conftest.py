@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from andabata.tasks.scenes import Scene, SceneShelf
 from terrain.heightfield import Heightfield
 from worlds.rays import RayScene
+from worlds.scenes import Scene, SceneShelf
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 

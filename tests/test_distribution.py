@@ -53,7 +53,7 @@ assert andabata.__file__.startswith({str(tmp_path)!r}), andabata.__file__
 from andabata.machine.robot import RobotModel
 from andabata.machine.lidar_models import sensor_settings
 from andabata.models import Models, shipped_policy
-from andabata.tasks.plans import algorithms, load_plan
+from andabata.training.plans import algorithms, load_plan
 for sensor in ("utm-30lx", "os1-64", "os0-128", "vlp-16", "livox-rosette"):
     sensor_settings(sensor)
 for robot in ("andabata", "husky", "jackal"):

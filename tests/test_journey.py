@@ -5,19 +5,19 @@ import hashlib
 import numpy as np
 import pytest
 
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
+from andabata.evaluation.trial import run_trial
 from andabata.models import shipped_forest, shipped_policy
-from andabata.tasks.clouds import CloudsConfig, labelled_cloud
-from andabata.tasks.controllers import make_controller
-from andabata.tasks.judge import JudgeConfig, Outcome
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.trial import run_trial
+from andabata.tasks.episode_monitor import JudgeConfig, Outcome
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 from traversability.dataset import cell_samples
 from traversability.features import cell_features
 from traversability.files import cloud_to_bytes
+from traversability.forest_training import ForestConfig, grow_forest
 from traversability.grid import PolarGrid
-from traversability.growing import ForestConfig, grow_forest
 from traversability.labels import CellState, label_cells
 from traversability.scores import CellScores
 from worlds.world import Start, Task

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from andabata.app.evaluation import EvaluationConfig
 from andabata.app.settings import SettingsError, resolve
-from andabata.tasks.clouds import CloudsConfig
-from andabata.tasks.plans import algorithms, load_plan
-from andabata.tasks.rig import RigConfig
+from andabata.assembly.simulated_robot import RigConfig
+from andabata.datasets.labelled_cloud import CloudsConfig
+from andabata.evaluation.evaluate import EvaluationConfig
+from andabata.training.plans import algorithms, load_plan
 from tests.benchmarks.grow_models import commands
 from tests.documents import (
     ROOT,
@@ -33,10 +33,10 @@ from tests.documents import (
     verbs,
 )
 from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
+from traversability.cartesian.classifier import SquareConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
-from traversability.growing import ForestConfig
-from traversability.square_forest import SquareConfig
+from traversability.forest_training import ForestConfig
 
 BRIEFLY = "".join(
     f" --set stages.{stage}.episodes=2 --set stages.{stage}.environment.judge.time_limit=5"
@@ -62,7 +62,7 @@ REDUCED = {
 # Targets of make, which set up a virtual environment of their own: what they run is looked at with
 # `make -n`, and is run elsewhere.
 MAKE = {
-    "demo": "tests/andabata/test_demonstration.py runs the verb",
+    "demo": "tests/andabata/app/test_demonstration.py runs the verb",
     "test": "this is it",
     "check": "`.ci/run` runs it in a fresh clone",
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from traversability.binning import LOWEST, fill_quarters
 from traversability.cell_shape import eigenvalues, normal_z_squared
 from traversability.grid import PolarGrid
-from traversability.planting import flatten_random
+from traversability.tree_fitting import flatten_random
 from traversability.trees import Trees, add_leaves
 
 POINT_FEATURES = (

@@ -10,10 +10,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, TypeAdapter
 
+from worlds.goals import UnsolvableWorldError
 from worlds.hollow import HollowConfig, make_hollow
 from worlds.maze import MazeConfig, make_maze
 from worlds.natural import NaturalConfig, make_natural
-from worlds.tasks import UnsolvableWorldError
 from worlds.world import World
 
 PresetConfig = MazeConfig | NaturalConfig | HollowConfig

@@ -12,7 +12,7 @@ from terrain.generators import bank, distance_to_line, ditch, smooth_noise
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from terrain.plants import boulder, bush, grass, tree
-from worlds.tasks import PATH_ROOM, UnsolvableWorldError
+from worlds.goals import PATH_ROOM, UnsolvableWorldError
 from worlds.truth import TraversabilityMap, TruthConfig, build_truth
 from worlds.world import Start, Task, World
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box
-from worlds.tasks import draw_tasks
+from worlds.goals import draw_tasks
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 

@@ -22,7 +22,7 @@ from terrain.generators import (
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
-from worlds.tasks import draw_tasks
+from worlds.goals import draw_tasks
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 

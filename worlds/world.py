@@ -77,3 +77,15 @@ def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> T
             f"world: expected task {number} with a goal, got {len(tasks)} tasks; add goals"
         )
     return tasks[number]
+
+
+Area = tuple[float, float, float, float]
+"""``x_min, y_min, x_max, y_max`` in the map [m]."""
+
+
+def jittered(
+    start: Start, rng: np.random.Generator, shift: float = 0.2, turn: float = 0.3
+) -> Start:
+    """Return a start moved by up to ``shift`` [m] in x and y and turned by up to ``turn`` [rad]."""
+    dx, dy, angle = rng.uniform(-1, 1, 3)
+    return Start(start.x + shift * dx, start.y + shift * dy, start.yaw + turn * angle)

@@ -6,33 +6,29 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.app.classifying import judge_forest
 from andabata.app.console import Voice
-from andabata.app.datasets import generate_dataset
-from andabata.app.driving import Driven, drive_once
-from andabata.app.evaluation import EvaluationConfig, evaluate, summarise
-from andabata.app.learning import HISTORY, learn, read_history
-from andabata.app.pictures import (
-    confusion_picture,
-    drive_picture,
-    learning_picture,
-    scan_picture,
-    world_picture,
-)
+from andabata.app.plots.drives import drive_picture, world_picture
+from andabata.app.plots.perception import confusion_picture, scan_picture
+from andabata.app.plots.training import learning_picture
 from andabata.app.report import Report
-from andabata.app.runs import make_folder, write_json
 from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.app.settings import resolve, with_parts
+from andabata.assembly.simulated_robot import RigConfig
+from andabata.datasets.generate import generate_dataset
+from andabata.datasets.labelled_cloud import CloudsConfig
+from andabata.evaluation.classifier import judge_forest
+from andabata.evaluation.drive import Driven, drive_once
+from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
-from andabata.records.storage import write_atomically
-from andabata.tasks.clouds import CloudsConfig
-from andabata.tasks.judge import JudgeConfig
-from andabata.tasks.plans import TrainingPlan, load_plan
-from andabata.tasks.rig import RigConfig
-from andabata.tasks.seeds import EVALUATIONS
+from andabata.records.atomic_io import write_atomically
+from andabata.records.runs import make_folder, write_json
+from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.training.plans import TrainingPlan, load_plan
+from andabata.training.run import HISTORY, learn, read_history
 from traversability.dataset import Split, read_manifest, split_samples
+from traversability.forest_training import ForestConfig, grow_forest
 from traversability.grid import PolarGrid
-from traversability.growing import ForestConfig, grow_forest
+from worlds.splits import EVALUATIONS
 
 _WORLD = "natural-test"
 

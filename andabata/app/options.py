@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.tasks.seeds import EVALUATIONS
+from worlds.splits import EVALUATIONS
 
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 EvaluationSeed = Annotated[

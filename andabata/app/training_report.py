@@ -9,28 +9,23 @@ from typing import Any, Self
 
 import numpy as np
 
-from andabata.app.learning import HISTORY, read_history
-from andabata.app.pictures import (
-    learning_picture,
-    rewards_picture,
-    sights_picture,
-    tests_picture,
-    world_picture,
-)
+from andabata.app.plots.drives import sights_picture, tests_picture, world_picture
+from andabata.app.plots.training import learning_picture, rewards_picture
 from andabata.app.report import Report
-from andabata.app.workers import run_tasks
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.engine import run_tasks
+from andabata.evaluation.trial import Leg, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.navigator import Step
-from andabata.tasks.controllers import make_controller
 from andabata.tasks.offroad import OffroadConfig
-from andabata.tasks.plans import StagePlan, TrainingPlan
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.scenes import SceneShelf
-from andabata.tasks.trial import Leg, run_trial
+from andabata.training.plans import StagePlan, TrainingPlan
+from andabata.training.run import HISTORY, read_history
 from rl.policy import Policy
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
+from worlds.scenes import SceneShelf
 from worlds.world import World, choose_task
 
 Row = dict[str, Any]

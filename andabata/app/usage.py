@@ -51,3 +51,21 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
             raise UsageError(f"{option}: expected a=b, got {text!r}")
         found[name] = value
     return found
+
+
+def units(texts: Sequence[str]) -> dict[str, str]:
+    """Return the units by quantity of options of the form ``quantity=unit``.
+
+    Raises:
+        UsageError: If there is no such quantity or unit.
+    """
+    from andabata.machine.robot import RobotModel
+    from andabata.records.sense_units import factor_of
+
+    found = pairs(texts, "--unit")
+    try:
+        for quantity, unit in found.items():
+            factor_of(quantity, unit, RobotModel())
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    return found

@@ -20,7 +20,7 @@ from andabata.machine.geo_reference import (
 )
 from andabata.machine.magnetic_model import magnetic_field
 from andabata.machine.proprioception import TESLA
-from andabata.machine.senses import Senses
+from andabata.machine.sensor_readings import Senses
 
 MAX_DISTANCE = 10_000.0
 """Largest distance of the first fixes from a datum that is told [m]."""

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.fix_check import check_fixes
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
-from andabata.machine.senses import Senses
+from andabata.machine.sensor_readings import Senses
 
 _WINDOW = 1.0
 """Span of the latest rows of a sense that are averaged [s]: before, the robot may have turned."""

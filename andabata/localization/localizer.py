@@ -4,7 +4,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from andabata.machine.pose import Pose, PoseTrack
-from andabata.machine.senses import Senses
+from andabata.machine.sensor_readings import Senses
 
 
 class Health(StrEnum):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.antenna import base_of_antenna
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.localizer import Health
-from andabata.localization.model import (
+from andabata.localization.process_model import (
     COMPASS,
     FIX,
     IMU,
@@ -28,12 +28,12 @@ from andabata.localization.model import (
     Weights,
     run_period,
 )
+from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import Senses
-from andabata.machine.vehicle import TICK
+from andabata.machine.sensor_readings import Senses
 
 MOST_TURN = 50.0
 """No robot turns faster [rad/s]: such a gyro reading is refused."""

@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from andabata.machine.pose import PoseTrack, interpolate
-from andabata.machine.senses import Sweeps
+from andabata.machine.sensor_readings import Sweeps
 from traversability.cloud import PointCloud
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
-from andabata.machine.footing import quaternion, stand
+from andabata.machine.clock import TICK
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import VehicleState, WheelSpeeds
-from andabata.machine.vehicle import TICK
+from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
+from andabata.machine.wheel_contact import quaternion, stand
 from worlds.bodies import build_bodies
 from worlds.world import Start, World
 

@@ -3,7 +3,7 @@
 import math
 
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import WheelSpeeds
+from andabata.machine.sensor_readings import WheelSpeeds
 
 
 class SkidSteer:
@@ -46,3 +46,8 @@ class SkidSteer:
         """Return forward speed [m/s] and yaw rate [rad/s] of wheel speeds."""
         left, right = wheels.left * self._radius, wheels.right * self._radius
         return (left + right) / 2, (right - left) / (2 * self._half_track)
+
+
+def apply_dead_zone(action: float, dead_zone: float) -> float:
+    """Return the executed yaw rate: commands inside (-dead_zone, dead_zone) drive straight on."""
+    return 0.0 if abs(action) < dead_zone else action

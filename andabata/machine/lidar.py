@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.beams import BeamTables, beam_rays
-from andabata.machine.draws import normal, uniform
+from andabata.machine.counter_rng import normal, uniform
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import Sweeps
+from andabata.machine.sensor_readings import Sweeps
 from terrain.classes import TRAITS
 from traversability.grid import PolarGrid
 from worlds.ray_walk import NO_CLASS

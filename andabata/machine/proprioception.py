@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial import cKDTree
 
+from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
-from andabata.machine.vehicle import TICK
 from terrain.classes import SemanticClass
 from terrain.objects import SceneObject
 

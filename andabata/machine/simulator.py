@@ -9,20 +9,18 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import BeamTables, cloud_of_sweeps
+from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import Senses, Sweeps, VehicleState, WheelSpeeds
-from andabata.machine.vehicle import TICK_HZ, Plant, make_vehicle
+from andabata.machine.sensor_readings import Senses, Sweeps, VehicleState, WheelSpeeds
+from andabata.machine.vehicle import Plant, make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
 from worlds.world import Start, World
-
-TICKS_PER_STEP = 10
-"""Ticks of one control period (paper: 0.1 s)."""
 
 
 def reseed(stream: np.random.Generator, rng: np.random.Generator) -> None:

@@ -6,16 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import VehicleState, WheelSpeeds
+from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.world import Start, World
 
 Plant = Literal["bullet", "kinematic"]
-
-TICK_HZ = 100
-"""Poses of the true track a second."""
-
-TICK = 1 / TICK_HZ
-"""Time between two poses of the true track [s]; the fastest senses run at this period."""
 
 
 class Vehicle(Protocol):

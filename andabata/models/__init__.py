@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Self
 
 from rl.policy import Policy
+from traversability.cartesian.classifier import SquareForest
 from traversability.forest import Forest
-from traversability.square_forest import SquareForest
 
 
 @cache

@@ -9,8 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
-from andabata.machine.senses import Sweeps
-from andabata.navigation.view import Recent
+from andabata.machine.sensor_readings import Sweeps
+from andabata.navigation.controller import Recent
 from traversability.cloud import PointCloud, joined
 
 _SLACK = 1.0

@@ -1,8 +1,8 @@
 """A controller with a local map: the map says where to head for, and has a veto."""
 
-from andabata.navigation.local_map import LocalMap
-from andabata.navigation.rollouts import Rollouts
-from andabata.navigation.view import Controller, View
+from andabata.navigation.controller import Controller, View
+from andabata.navigation.planning.local_planner import LocalMap
+from andabata.navigation.planning.trajectory_rollouts import Rollouts
 
 
 class GuidedController:

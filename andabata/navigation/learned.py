@@ -1,8 +1,8 @@
 """A trained policy at the wheel."""
 
-from andabata.navigation.view import View
-from rl.observation import observation
+from andabata.navigation.controller import View
 from rl.policy import Policy
+from rl.spaces import observation
 
 
 class LearnedController:

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.localizer import Health, Localizer
-from andabata.machine.kinematics import SkidSteer
+from andabata.machine.kinematics import SkidSteer, apply_dead_zone
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
-from andabata.machine.senses import Senses, WheelSpeeds
+from andabata.machine.sensor_readings import Senses, WheelSpeeds
+from andabata.navigation.controller import Controller, View
 from andabata.navigation.perception import Perception
-from andabata.navigation.view import Area, Controller, View
-from rl.observation import apply_dead_zone
+from worlds.world import Area
 
 STANDSTILL = WheelSpeeds(0.0, 0.0)
 

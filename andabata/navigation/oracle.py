@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.rollouts import ARRIVED, STEP, RolloutConfig, fan
-from andabata.navigation.view import View
+from andabata.navigation.controller import View
+from andabata.navigation.planning.trajectory_rollouts import ARRIVED, STEP, RolloutConfig, fan
 from worlds.world import World
 
 

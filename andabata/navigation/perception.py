@@ -3,9 +3,9 @@
 from typing import Protocol
 
 from andabata.localization.localizer import Localizer
-from andabata.machine.senses import Senses
+from andabata.machine.sensor_readings import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.view import Recent
+from andabata.navigation.controller import Recent
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.view import View
+from andabata.navigation.controller import View
 from traversability.grid import PolarGrid
 
 

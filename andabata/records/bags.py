@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, Self
 
+from andabata.records.atomic_io import write_atomically
 from andabata.records.containers.container import (
     BagError,
     Connection,
@@ -16,7 +17,6 @@ from andabata.records.containers.container import (
 )
 from andabata.records.containers.opening import open_container
 from andabata.records.decoding import Decode, Decoders, UnreadableConnectionError, one_line
-from andabata.records.storage import write_atomically
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 __all__ = [

@@ -11,7 +11,7 @@ from typing import Any, Self, TextIO
 
 import numpy as np
 
-from andabata.records.storage import atomic_file
+from andabata.records.atomic_io import atomic_file
 from andabata.records.topics import RosMessage
 
 LONGEST_BYTES = 64

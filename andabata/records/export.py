@@ -11,11 +11,11 @@ from types import MappingProxyType
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
 from andabata.records.frames import is_base
-from andabata.records.gathering import frame_of
 from andabata.records.messages import NS, header_ns
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
 from andabata.records.point_fields import point_columns
+from andabata.records.sensor_decoder import frame_of
 from andabata.records.topics import POINT_CLOUD, RosMessage
 from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud

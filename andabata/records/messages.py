@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.pose import Pose
-from andabata.machine.senses import Sweeps, VehicleState, WheelSpeeds
+from andabata.machine.sensor_readings import Sweeps, VehicleState, WheelSpeeds
 from andabata.records.topics import POINT_CLOUD, Ros, RosMessage, message_types
 from traversability.cloud import PointCloud
 from traversability.virtual_scan import VirtualScan

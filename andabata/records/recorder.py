@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from andabata.localization.localizer import Health, Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
-from andabata.machine.senses import Senses
+from andabata.machine.sensor_readings import Senses
 from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Step
 from andabata.records import topics

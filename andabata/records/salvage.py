@@ -5,6 +5,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from andabata.records.atomic_io import atomic_file, atomic_folder
 from andabata.records.bags import BagError, readable
 from andabata.records.containers.compression import ZSTD_MAGIC
 from andabata.records.containers.container import Container, Damage
@@ -17,7 +18,6 @@ from andabata.records.containers.rosbag1_copy import copy_bag
 from andabata.records.containers.rosbag1_file import Rosbag1File
 from andabata.records.containers.sqlite_copy import copy_sqlite
 from andabata.records.containers.sqlite_file import SqliteFile
-from andabata.records.storage import atomic_file, atomic_folder
 
 _PACKED = (".zstd", ".zst")
 

@@ -8,19 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.senses import Senses, VehicleState
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.machine.sensor_readings import Senses, VehicleState
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
-from andabata.navigation.local_map import LocalMap, LocalMapConfig
 from andabata.navigation.navigator import STANDSTILL
-from andabata.tasks.judge import Judge, JudgeConfig, Outcome
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.scenes import SceneShelf
-from andabata.tasks.seeds import TRAINING_SEEDS
-from andabata.tasks.trial import jittered
-from rl.observation import ObservationLayout, observation
-from rl.rewards import RewardConfig, paper_reward
-from worlds.world import choose_task
+from andabata.navigation.planning.local_planner import LocalMap, LocalMapConfig
+from andabata.tasks.episode_monitor import Judge, JudgeConfig, Outcome
+from andabata.tasks.rewards import RewardConfig, paper_reward
+from rl.spaces import ObservationLayout, observation
+from worlds.scenes import SceneShelf
+from worlds.splits import TRAINING_SEEDS
+from worlds.world import choose_task, jittered
 
 
 class OffroadConfig(BaseModel):
@@ -72,9 +71,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     | 34 | heading error to the goal, or to the local map's sub-goal | -pi to pi rad |
 
     ## Reward
-    The sum of the named terms in ``info["reward_terms"]`` (``rl.rewards``): attraction, repulsion
-    and the terminal penalties. What attracts is the goal, or the sub-goal that the robot headed for
-    before the step: its own map says how far that is.
+    The sum of the named terms in ``info["reward_terms"]`` (``andabata.tasks.rewards``):
+    attraction, repulsion and the terminal penalties. What attracts is the goal, or the sub-goal
+    that the robot headed for before the step: its own map says how far that is.
 
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the

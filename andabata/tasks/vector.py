@@ -14,9 +14,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
 from andabata.models import Models
-from andabata.tasks.flat import FlatVectorEnv, is_flat
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, stage_config
-from andabata.tasks.scenes import SceneShelf
+from andabata.tasks.planar import FlatVectorEnv, is_flat
+from worlds.scenes import SceneShelf
 
 State = NDArray[np.float32]
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from traversability.dataset import CellSamples, read_manifest, split_samples
 from traversability.features import ALL_FEATURES, CONTEXT, OWN_FEATURES, PAPER_FEATURES
+from traversability.forest_training import PAPER_RECIPE, ForestConfig, grow_forest
 from traversability.grid import PolarGrid
-from traversability.growing import PAPER_RECIPE, ForestConfig, grow_forest
 
 GRID = PolarGrid()
 PLANES = (

@@ -11,8 +11,8 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from numba import njit
 
-from andabata.localization import model
-from andabata.localization.model import STATES, Body, Noise, Room, Weights
+from andabata.localization import process_model as model
+from andabata.localization.process_model import STATES, Body, Noise, Room, Weights
 
 BODY = Body(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 IMU = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])

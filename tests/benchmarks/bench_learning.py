@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from andabata.app.learning import CHECKPOINT, learn
 from andabata.app.settings import resolve
-from andabata.app.workers import run_tasks
-from andabata.records.storage import write_atomically
-from andabata.tasks.plans import TrainingPlan, load_plan
+from andabata.engine import run_tasks
+from andabata.records.atomic_io import write_atomically
+from andabata.training.plans import TrainingPlan, load_plan
+from andabata.training.run import CHECKPOINT, learn
 from tests.benchmarks.bench_maze import judge
 
 VARIANTS = {

@@ -11,8 +11,8 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.datasets.hazard_suite import hazard_cases, hazard_cloud
 from andabata.models import shipped_forest
-from andabata.tasks.hazards import hazard_cases, hazard_cloud
 from traversability.labels import CellState, label_cells, nontraversable
 from traversability.scanner import TraversabilityScanner
 

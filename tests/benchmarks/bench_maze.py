@@ -11,12 +11,12 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from andabata.tasks.flat import FlatVectorEnv, is_flat
+from andabata.evaluation.statistics import wilson_interval
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from andabata.tasks.seeds import evaluation_world
-from rl.metrics import wilson_interval
+from andabata.tasks.planar import FlatVectorEnv, is_flat
 from rl.policy import Policy
 from rl.training import Assignment, play, play_together
+from worlds.splits import evaluation_world
 
 
 def judge(

@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.app.settings import resolve
-from andabata.app.workers import run_tasks
-from andabata.machine.senses import Senses
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.engine import run_tasks
+from andabata.evaluation.trial import run_trial
+from andabata.machine.sensor_readings import Senses
 from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
-from andabata.tasks.controllers import make_controller
-from andabata.tasks.judge import JudgeConfig
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.scenes import SceneShelf
-from andabata.tasks.trial import run_trial
+from andabata.tasks.episode_monitor import JudgeConfig
 from terrain.classes import TRAITS
+from worlds.scenes import SceneShelf
 from worlds.world import World
 
 DISTANCES = (2.0, 1.6, 1.3, 1.0, 0.8)

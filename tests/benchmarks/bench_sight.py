@@ -14,21 +14,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.workers import run_tasks
-from andabata.localization.noisy_truth import NoisyTruthConfig
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.engine import run_tasks
+from andabata.evaluation.failure_cause import hazard_met
+from andabata.evaluation.statistics import wilson_interval
+from andabata.evaluation.trial import run_trial
+from andabata.localization.noisy_ground_truth import NoisyTruthConfig
 from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
-from andabata.navigation.square_map import SquareMap
-from andabata.tasks.controllers import make_controller
-from andabata.tasks.hazard_met import hazard_met
-from andabata.tasks.judge import JudgeConfig, Outcome
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.scenes import SceneShelf
-from andabata.tasks.trial import run_trial
-from rl.metrics import wilson_interval
+from andabata.navigation.planning.ground_layer import SquareMap
+from andabata.tasks.episode_monitor import JudgeConfig, Outcome
 from tests.benchmarks.bench_squares import forbidden, moved
-from traversability.squares import NEAREST, REACH, SQUARE, SquareFeatures
-from traversability.tiles import EVER, Tiles
+from traversability.cartesian.elevation_grid import EVER, Tiles
+from traversability.cartesian.features import NEAREST, REACH, SQUARE, SquareFeatures
+from worlds.scenes import SceneShelf
 
 GOALS = 3
 SIGHTS = ("as it is", "true pose", "true squares", "true map", "oracle")

@@ -17,19 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.metrics import average_precision_score, roc_auc_score
 
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.evaluation.trial import run_trial
 from andabata.models import shipped_forest, shipped_squares
-from andabata.navigation.local_map import LocalMapConfig
 from andabata.navigation.navigator import Step
-from andabata.navigation.square_map import SquareMap
-from andabata.tasks.controllers import make_controller
-from andabata.tasks.judge import JudgeConfig
-from andabata.tasks.rig import Rig, RigConfig
-from andabata.tasks.scenes import SceneShelf
-from andabata.tasks.trial import run_trial
+from andabata.navigation.planning.ground_layer import SquareMap
+from andabata.navigation.planning.local_planner import LocalMapConfig
+from andabata.tasks.episode_monitor import JudgeConfig
+from traversability.cartesian.classifier import SquareForest
+from traversability.cartesian.elevation_grid import Tiles
+from traversability.cartesian.features import SQUARE_FEATURES, SquareFeatures
 from traversability.grid import PolarGrid
-from traversability.square_forest import SquareForest
-from traversability.squares import SQUARE_FEATURES, SquareFeatures
-from traversability.tiles import Tiles
+from worlds.scenes import SceneShelf
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from rl.networks import Actor
-from rl.observation import ObservationLayout
 from rl.policy import Policy, PolicyFileError
+from rl.spaces import ObservationLayout
 
 LAYOUT = ObservationLayout()
 

@@ -8,15 +8,15 @@ from traversability.arrays import pack, unpack
 from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES, CellFeatures
 from traversability.forest import Forest, ForestFileError, Thresholds
-from traversability.grid import PolarGrid
-from traversability.growing import (
+from traversability.forest_training import (
     PAPER_RECIPE,
     ForestConfig,
     cheapest_threshold,
     grow_forest,
 )
+from traversability.grid import PolarGrid
 from traversability.labels import CellState
-from traversability.planting import flatten_boosted, flatten_random
+from traversability.tree_fitting import flatten_boosted, flatten_random
 from traversability.trees import Trees
 
 GRID = PolarGrid()

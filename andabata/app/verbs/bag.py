@@ -121,13 +121,13 @@ def replay(
     from andabata.app.console import Voice
     from andabata.app.datum import datum_notes, datum_overrides
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
-    from andabata.app.replay_result import UnscannedError, text_of, why_no_scan
-    from andabata.app.replaying import replay_bag
     from andabata.app.settings import resolve
-    from andabata.app.usage import pairs
+    from andabata.app.usage import pairs, units
+    from andabata.assembly.simulated_robot import RigConfig
     from andabata.machine.robot import RobotModel
     from andabata.models import Models
-    from andabata.tasks.rig import RigConfig
+    from andabata.replay.replay import replay_bag
+    from andabata.replay.result import UnscannedError, text_of, why_no_scan
 
     overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
 
@@ -137,7 +137,7 @@ def replay(
 
     mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
-    told = pairs(unit or (), "--unit")
+    told = units(unit or ())
     voice = Voice(quiet, as_json)
     with voice.progress("recorded seconds", None) as step:
         data = replay_bag(

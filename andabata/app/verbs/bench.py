@@ -16,7 +16,7 @@ from andabata.app.options import (
     Set,
     Workers,
 )
-from andabata.tasks.seeds import EVALUATIONS
+from worlds.splits import EVALUATIONS
 
 app = typer.Typer(help="Accuracy and speed, ours and the peers'.", invoke_without_command=True)
 
@@ -42,9 +42,9 @@ def speed(
     if context.invoked_subcommand is not None:
         return
     from andabata.app.console import Voice, table_of
-    from andabata.app.pictures import speed_picture
-    from andabata.app.speed_bench import race, races
-    from andabata.records.storage import write_atomically
+    from andabata.app.plots.bench import speed_picture
+    from andabata.bench.speed import race, races
+    from andabata.records.atomic_io import write_atomically
 
     voice = Voice(quiet, as_json)
     rows: list[dict[str, Any]] = []
@@ -97,11 +97,11 @@ def perception(
     (extra `peers`) are named and left out.
     """
     from andabata.app.console import Voice
-    from andabata.app.peers import PEERS
-    from andabata.app.perception_bench import OURS, Bench, compare, judge_hazards, tune
-    from andabata.app.perception_bench import train_point_classifier as train_points
+    from andabata.bench.perception import OURS, Bench, compare, judge_hazards, tune
+    from andabata.bench.perception import train_point_classifier as train_points
+    from andabata.bench.perception_peers import PEERS
+    from andabata.datasets.hazard_suite import hazard_cases
     from andabata.models import shipped_forest
-    from andabata.tasks.hazards import hazard_cases
     from traversability.dataset import DatasetError, read_clouds, read_manifest
     from traversability.forest import Forest
 
@@ -166,10 +166,10 @@ def localization(
 ) -> None:
     """Judge the filter on whole drives, and what motion does to clouds and virtual scans."""
     from andabata.app.console import Voice
-    from andabata.app.localization_bench import summarise_tracks, track_drives
-    from andabata.app.motion_bench import GROUNDS, SPEEDS, TURNS, ride_clouds
     from andabata.app.settings import resolve
-    from andabata.tasks.rig import RigConfig
+    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.bench.localization import summarise_tracks, track_drives
+    from andabata.bench.motion import GROUNDS, SPEEDS, TURNS, ride_clouds
 
     voice = Voice(quiet, as_json)
     resolved = resolve(RigConfig, config, settings or ())
@@ -248,10 +248,10 @@ def vehicle(
     from rich.console import Group
 
     from andabata.app.console import Voice, table_of
-    from andabata.app.pictures import vehicle_picture
-    from andabata.app.vehicle_bench import obstacles, plants, slopes, tipping, turning
+    from andabata.app.plots.bench import vehicle_picture
+    from andabata.bench.vehicle import obstacles, plants, slopes, tipping, turning
     from andabata.machine.robot import RobotModel
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
 
     voice, model = Voice(quiet, as_json), RobotModel.load(robot)
     found: dict[str, Any] = {"robot": robot}
@@ -292,12 +292,12 @@ def chain(
     quiet: Quiet = False,
 ) -> None:
     """Say where the time of a control step goes, from plant to policy."""
-    from andabata.app.chain_bench import bench_chain
     from andabata.app.console import Voice, table_of
     from andabata.app.settings import resolve
     from andabata.app.usage import words
-    from andabata.tasks.controllers import BLIND_CONTROLLERS
-    from andabata.tasks.rig import RigConfig
+    from andabata.assembly.controllers import BLIND_CONTROLLERS
+    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.bench.chain import bench_chain
 
     (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)

@@ -48,21 +48,21 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Grow a forest on the training clouds and judge it on the validation clouds."""
-    from andabata.app.classifying import judge_forest, tables
     from andabata.app.console import Voice
-    from andabata.app.pictures import confusion_picture, importance_picture
-    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.plots.perception import confusion_picture, importance_picture
     from andabata.app.settings import resolve
-    from andabata.records.storage import write_atomically
+    from andabata.evaluation.classifier import judge_forest, tables
+    from andabata.records.atomic_io import write_atomically
+    from andabata.records.runs import describe, make_folder, write_json
     from traversability.dataset import join_samples, read_manifest, split_samples
-    from traversability.grid import PolarGrid
-    from traversability.growing import (
+    from traversability.forest_training import (
         PAPER_GRID,
         PAPER_RECIPE,
         ForestConfig,
         grow_forest,
         importances,
     )
+    from traversability.grid import PolarGrid
 
     voice = Voice(quiet, as_json)
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
@@ -107,8 +107,8 @@ def evaluate(
     as_json: Json = False,
 ) -> None:
     """Judge a forest on the clouds of a folder."""
-    from andabata.app.classifying import judge_forest, tables
     from andabata.app.console import Voice
+    from andabata.evaluation.classifier import judge_forest, tables
     from andabata.models import shipped_forest
     from traversability.dataset import read_manifest
     from traversability.forest import Forest
@@ -135,14 +135,14 @@ def squares(
 
     import numpy as np
 
-    from andabata.app.classifying import judge_squares, squares_table
     from andabata.app.console import Voice
-    from andabata.app.runs import describe, make_folder, write_json
     from andabata.app.settings import resolve
-    from andabata.records.storage import write_atomically
+    from andabata.evaluation.classifier import judge_squares, squares_table
+    from andabata.records.atomic_io import write_atomically
+    from andabata.records.runs import describe, make_folder, write_json
+    from traversability.cartesian.classifier import SquareConfig, grow_squares, square_samples
     from traversability.cloud import PointCloud
     from traversability.dataset import every_second_world, read_clouds, read_manifest
-    from traversability.square_forest import SquareConfig, grow_squares, square_samples
 
     voice = Voice(quiet, as_json)
     resolved = resolve(SquareConfig, config, settings or ())
@@ -186,7 +186,7 @@ def export(
     """Write a forest as ONNX: features of cells in, probability of red out."""
     from andabata.app.console import Voice
     from andabata.models import shipped_forest
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
     from traversability.export import forest_to_onnx
     from traversability.forest import Forest
 

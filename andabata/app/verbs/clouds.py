@@ -28,10 +28,10 @@ def generate(
 ) -> None:
     """Write labelled clouds of many worlds, with a manifest and a card."""
     from andabata.app.console import Voice
-    from andabata.app.datasets import generate_dataset
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import UsageError
-    from andabata.tasks.clouds import CloudsConfig
+    from andabata.datasets.generate import generate_dataset
+    from andabata.datasets.labelled_cloud import CloudsConfig
 
     if train + validation == 0:
         raise UsageError("--train, --validation: expected at least one cloud, got none")
@@ -68,7 +68,7 @@ def convert(
     The exit code is 3 when the new format has no room for some of them.
     """
     from andabata.app.console import Voice
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
     from traversability.files import cloud_to_bytes, decode_cloud_file, left_out_by
 
     voice = Voice(quiet, as_json)

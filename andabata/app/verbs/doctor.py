@@ -37,8 +37,8 @@ _SYSTEM = (
 def doctor(as_json: Json = False) -> None:
     """Check the installation: versions, system libraries, package origins."""
     from andabata.app.console import Voice
-    from andabata.app.origins import check_origins
-    from andabata.app.runs import commit
+    from andabata.app.import_guard import check_origins
+    from andabata.records.runs import commit
 
     found: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
     found["origins"] = check_origins()
@@ -61,7 +61,7 @@ def doctor(as_json: Json = False) -> None:
 
 def _is_there(name: str) -> bool:
     """Return whether an optional package is installed; ROS's may lie where Debian puts it."""
-    from andabata.records.ros import DEBIAN
+    from andabata.ros.graph import DEBIAN
 
     return find_spec(name) is not None or (name == "rospy" and (DEBIAN / name).is_dir())
 

@@ -48,15 +48,15 @@ def drive(
 ) -> None:
     """Visit the goals of one task in a row and draw the way."""
     from andabata.app.console import Voice
-    from andabata.app.driving import Recording, drive_once
-    from andabata.app.pictures import drive_picture
-    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.plots.drives import drive_picture
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
+    from andabata.assembly.controllers import CONTROLLERS
+    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.evaluation.drive import Recording, drive_once
     from andabata.models import Models
-    from andabata.records.storage import write_atomically
-    from andabata.tasks.controllers import CONTROLLERS
-    from andabata.tasks.rig import RigConfig
+    from andabata.records.atomic_io import write_atomically
+    from andabata.records.runs import describe, make_folder, write_json
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     voice = Voice(quiet, as_json)

@@ -18,7 +18,7 @@ from andabata.app.options import (
     SquaresFile,
     Workers,
 )
-from andabata.tasks.seeds import EVALUATIONS
+from worlds.splits import EVALUATIONS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -56,17 +56,20 @@ def evaluate(
     quiet: Quiet = False,
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals."""
+    from functools import partial
+
     from rich.console import Group
 
     from andabata.app.console import Voice
-    from andabata.app.evaluation import EvaluationConfig, hazards, summarise
-    from andabata.app.evaluation import evaluate as run_evaluation
-    from andabata.app.runs import describe, make_folder, write_json
+    from andabata.app.plots.drives import write_failure
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
+    from andabata.assembly.controllers import CONTROLLERS
+    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.evaluation.evaluate import EvaluationConfig, hazards, summarise
+    from andabata.evaluation.evaluate import evaluate as run_evaluation
     from andabata.models import Models
-    from andabata.tasks.controllers import CONTROLLERS
-    from andabata.tasks.rig import RigConfig
+    from andabata.records.runs import describe, make_folder, write_json
     from worlds.catalogue import UnknownWorldError, preset_names
 
     if world not in preset_names():
@@ -95,7 +98,7 @@ def evaluate(
             models,
             workers=workers,
             journal=folder / "trials.jsonl" if folder else None,
-            failures=make_folder(folder / "failures") if folder else None,
+            on_failure=partial(write_failure, make_folder(folder / "failures")) if folder else None,
             on_trial=on_trial,
         )
     table = summarise(rows, resolved)

@@ -46,7 +46,7 @@ def export(
     """Write a policy as ONNX: states in, yaw rates out."""
     from andabata.app.console import Voice
     from andabata.models import shipped_policy
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
     from rl.export import policy_to_onnx
     from rl.policy import Policy
 

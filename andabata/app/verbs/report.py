@@ -26,10 +26,10 @@ def report(
 ) -> None:
     """Draw the rewards, worlds, scans and test drives of training runs on one HTML page."""
     from andabata.app.console import Voice, table_of
-    from andabata.app.runs import make_folder
     from andabata.app.training_report import common_stages, read_runs, report_runs
     from andabata.models import Models
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
+    from andabata.records.runs import make_folder
 
     voice = Voice(quiet, as_json)
     models = Models.load(forest, squares)

@@ -64,17 +64,18 @@ def navigator(
     import numpy as np
 
     from andabata.app.console import Voice
-    from andabata.app.datum import datum_overrides, given_site
-    from andabata.app.live import NavigatorNode
+    from andabata.app.datum import datum_overrides
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import numbers, words
+    from andabata.assembly.controllers import BLIND_CONTROLLERS, make_controller
+    from andabata.assembly.simulated_robot import RigConfig
     from andabata.machine.pose import Pose
     from andabata.models import Models
-    from andabata.records.ros import RosGraph
     from andabata.records.topics import POINT_CLOUD, Topic
-    from andabata.tasks.controllers import BLIND_CONTROLLERS, make_controller
-    from andabata.tasks.rig import RigConfig
+    from andabata.replay.datum import given_site
+    from andabata.ros.graph import RosGraph
+    from andabata.ros.nodes import NavigatorNode
 
     (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
     pose = None
@@ -138,13 +139,13 @@ def robot(
     import numpy as np
 
     from andabata.app.console import Voice
-    from andabata.app.live import RobotNode
     from andabata.app.settings import resolve, with_parts
-    from andabata.records.ros import RosGraph
-    from andabata.tasks.judge import JudgeConfig
-    from andabata.tasks.rig import RigConfig
-    from andabata.tasks.scenes import SceneShelf
-    from andabata.tasks.seeds import evaluation_world
+    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.ros.graph import RosGraph
+    from andabata.ros.nodes import RobotNode
+    from andabata.tasks.episode_monitor import JudgeConfig
+    from worlds.scenes import SceneShelf
+    from worlds.splits import evaluation_world
 
     voice = Voice(quiet, as_json)
     resolved = resolve(RigConfig, config, settings or (), with_parts(RigConfig, sensor, body))

@@ -67,7 +67,7 @@ def scan(
     from andabata.app.settings import resolve
     from andabata.app.usage import UsageError, numbers
     from andabata.models import shipped_forest
-    from andabata.records.storage import write_atomically
+    from andabata.records.atomic_io import write_atomically
     from traversability.forest import Forest
 
     if picture is not None and len(files) > 1:
@@ -135,7 +135,7 @@ def _look(
     decoded: "DecodedCloud", name: str, config: "ScanConfig", forest: "Forest"
 ) -> tuple[dict[str, Any], bytes]:
     """Return what is seen in a cloud, ready for JSON, and its picture."""
-    from andabata.app.pictures import scan_picture
+    from andabata.app.plots.perception import scan_picture
     from andabata.app.scan_diagnosis import diagnose
     from andabata.app.scanning import scan_cloud, scan_result
 

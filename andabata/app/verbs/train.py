@@ -19,7 +19,7 @@ from andabata.app.options import (
 )
 
 if TYPE_CHECKING:
-    from andabata.tasks.plans import TrainingPlan
+    from andabata.training.plans import TrainingPlan
     from rl.curriculum import Generation
 
 
@@ -49,10 +49,10 @@ def train(
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds."""
     from andabata.app.console import Voice
-    from andabata.app.learning import CHECKPOINT, learn
     from andabata.app.settings import resolve
     from andabata.models import Models
-    from andabata.tasks.plans import TrainingPlan, load_plan
+    from andabata.training.plans import TrainingPlan, load_plan
+    from andabata.training.run import CHECKPOINT, learn
 
     voice = Voice(quiet, as_json)
     chosen = _stages(stages)

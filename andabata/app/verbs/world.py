@@ -77,8 +77,8 @@ def render(
 ) -> None:
     """Draw a world from above and in 3D, with its tasks."""
     from andabata.app.console import Voice
-    from andabata.app.pictures import world_picture
-    from andabata.records.storage import write_atomically
+    from andabata.app.plots.drives import world_picture
+    from andabata.records.atomic_io import write_atomically
     from worlds.catalogue import make_world
 
     world = make_world(name, seed, difficulty)

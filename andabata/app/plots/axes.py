@@ -1,0 +1,69 @@
+"""What several pictures have in common: ranges of a scan, and PNG bytes."""
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Wedge
+from numpy.typing import NDArray
+
+from traversability.grid import PolarGrid
+
+RANGE_COLOUR = "#1540c4"
+
+
+_UNKNOWN_STYLE: dict[str, Any] = {
+    "facecolor": "#9a9a9a30",
+    "edgecolor": "#777777",
+    "hatch": "///",
+    "linewidth": 0,
+}
+
+
+def draw_ranges(
+    axes: Axes,
+    ranges: NDArray[np.float32],
+    grid: PolarGrid,
+    here: Sequence[float] | NDArray[np.float64] = (0.0, 0.0),
+    yaw: float = 0.0,
+) -> None:
+    """Draw the virtual scan of a robot that stands somewhere [m] and looks along ``yaw`` [rad].
+
+    Args:
+        axes: Where to draw.
+        ranges: Of the virtual scan: infinite ones are free to the last ring, NaN is hatched.
+        grid: Cells of the scan.
+        here: Position of the robot [m].
+        yaw: Heading of the robot [rad].
+    """
+    half = np.pi / grid.n_sectors
+    for bearing, range_ in zip(grid.bearings, ranges, strict=True):
+        ends = yaw + bearing - half, yaw + bearing + half
+        if np.isnan(range_):
+            degrees = np.rad2deg(ends)
+            place = (float(here[0]), float(here[1]))
+            axes.add_patch(Wedge(place, grid.outer_radius, *degrees, **_UNKNOWN_STYLE))
+            continue
+        angles, reach = np.linspace(*ends, 6), min(float(range_), grid.outer_radius)
+        x, y = here[0] + reach * np.cos(angles), here[1] + reach * np.sin(angles)
+        axes.plot(x, y, color=RANGE_COLOUR, linewidth=2)
+
+
+def range_legend() -> list[Artist]:
+    """Return the legend of a drawn virtual scan."""
+    return [
+        Line2D([], [], color=RANGE_COLOUR, linewidth=2, label="range of the virtual scan"),
+        Patch(**_UNKNOWN_STYLE, label="unknown: no cell could be judged"),
+    ]
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure's PNG file."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=80)
+    return stream.getvalue()

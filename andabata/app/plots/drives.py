@@ -1,0 +1,217 @@
+"""Pictures as PNG bytes, drawn without a screen."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource, ListedColormap
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from andabata.app.plots.axes import draw_ranges, png
+from andabata.evaluation.evaluate import Failure
+from andabata.evaluation.trial import Leg
+from andabata.machine.pose import Pose
+from andabata.records.atomic_io import write_atomically
+from andabata.tasks.episode_monitor import Outcome
+from terrain.classes import SemanticClass
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+from worlds.truth import Reason
+from worlds.world import Task, World
+
+_REASON_COLOURS = {
+    Reason.FREE: "#00000000",
+    Reason.SOLID: "#3b2a20",
+    Reason.VEGETATION: "#4c7f3c",
+    Reason.SLOPE: "#d98e32",
+    Reason.STEP: "#c9551f",
+    Reason.BORDER: "#777777",
+    Reason.WATER: "#3f7fc4",
+    Reason.LOW: "#7a5a48",
+}
+
+_CLASS_COLOURS = {
+    SemanticClass.TRUNK: "#6b4a2b",
+    SemanticClass.FOLIAGE: "#4f8f46",
+    SemanticClass.BUSH: "#3f6f38",
+    SemanticClass.ROCK: "#7d7d7d",
+    SemanticClass.HIGH_GRASS: "#a8bf4f",
+    SemanticClass.WALL: "#9a5b45",
+    SemanticClass.LAMP: "#c9a227",
+    SemanticClass.BENCH: "#b5651d",
+    SemanticClass.TABLE: "#b58b5d",
+    SemanticClass.BIN: "#37474f",
+}
+
+
+def world_picture(world: World) -> bytes:
+    """Return a world from above and in 3D."""
+    figure = Figure(figsize=(14, 7), layout="constrained")
+    above = figure.add_subplot(1, 2, 1)
+    _draw_ground(above, world)
+    _draw_tasks(above, world.tasks)
+    above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
+    solid = figure.add_subplot(1, 2, 2, projection="3d")
+    _draw_solid(solid, world)
+    return png(figure)
+
+
+def drive_picture(
+    world: World,
+    path: NDArray[np.float64],
+    goals: Sequence[tuple[float, float]],
+    title: str,
+    others: Mapping[str, NDArray[np.float64]] | None = None,
+) -> bytes:
+    """Return a drive from above, on the true map.
+
+    Args:
+        world: Where.
+        path: Positions [m], shape (k, 2) or more columns.
+        goals: Goals in order [m].
+        title: Above the picture.
+        others: Other paths by name, for comparison.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    for name, other in (others or {}).items():
+        axes.plot(other[:, 0], other[:, 1], linewidth=1.2, linestyle="--", label=name)
+    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label="driven")
+    axes.plot(*path[0, :2], "o", color="black")
+    for number, goal in enumerate(goals, start=1):
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.annotate(str(number), goal, textcoords="offset points", xytext=(8, 8))
+    around = np.vstack([path[:, :2], np.array(goals)])
+    low, high = around.min(axis=0) - 8, around.max(axis=0) + 8
+    half, middle = (high - low).max() / 2, (high + low) / 2
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.legend(loc="upper right")
+    axes.set_title(title)
+    return png(figure)
+
+
+def tests_picture(world: World, drives: Mapping[str, Sequence[Leg]], title: str) -> bytes:
+    """Return drives in one world from above, on the true map; a cross where one came to grief.
+
+    Args:
+        world: Where.
+        drives: By who drove, one for each of the world's first tasks.
+        title: Above the picture.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    for name, legs in drives.items():
+        (line,) = axes.plot([], [], linewidth=1.8, label=name)
+        for leg in legs:
+            axes.plot(*leg.path[:, :2].T, color=line.get_color(), linewidth=1.8)
+            if leg.outcome is not Outcome.GOAL:
+                axes.plot(*leg.path[-1, :2], "x", color=line.get_color(), markersize=11)
+        _draw_tasks(axes, world.tasks[: len(legs)])
+    axes.legend(loc="upper right")
+    axes.set_title(title)
+    return png(figure)
+
+
+def sights_picture(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: PolarGrid) -> bytes:
+    """Return virtual scans side by side, each on the true map around its robot.
+
+    Args:
+        sights: Where, the true pose and the scan, by name.
+        grid: Of the scans.
+    """
+    figure = Figure(figsize=(7 * len(sights), 7.4), layout="constrained")
+    reach = 1.1 * grid.outer_radius
+    places = np.atleast_1d(figure.subplots(1, len(sights)))
+    for axes, (name, (world, pose, scan)) in zip(places, sights.items(), strict=True):
+        _draw_ground(axes, world)
+        _draw_sight(axes, pose, scan, grid)
+        axes.set_xlim(pose.position[0] - reach, pose.position[0] + reach)
+        axes.set_ylim(pose.position[1] - reach, pose.position[1] + reach)
+        axes.set_title(name)
+    return png(figure)
+
+
+def write_failure(folder: Path, failure: Failure) -> None:
+    """Write the picture of a failure into a folder, named after world, controller and goal."""
+    row = failure.row
+    name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
+    title = f"{name}: {row['outcome']}, {row['hazard']}"
+    write_atomically(folder / f"{name}.png", failure_picture(failure, title))
+
+
+def failure_picture(failure: Failure, title: str) -> bytes:
+    """Return where a drive failed: what was true, and what the virtual scan showed there.
+
+    Args:
+        failure: Drive, and what the robot saw at its end.
+        title: Title of the picture.
+    """
+    figure = Figure(figsize=(16, 8), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    here, goal, path = failure.pose.position[:2], failure.goal, failure.leg.path
+    for axes, reach in ((left, 1.2 * max(float(np.hypot(*(goal - here))), 15.0)), (right, 6.0)):
+        _draw_ground(axes, failure.world)
+        axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.set_xlim(here[0] - reach, here[0] + reach)
+        axes.set_ylim(here[1] - reach, here[1] + reach)
+    _draw_sight(right, failure.pose, failure.scan, failure.grid)
+    left.set_title(title)
+    right.set_title("the last 6 m: forbidden ground in colours, the virtual scan in blue")
+    return png(figure)
+
+
+def _draw_ground(axes: Axes, world: World) -> None:
+    """Draw shaded relief and forbidden ground."""
+    half_x, half_y = world.ground.width / 2, world.ground.depth / 2
+    extent = (-half_x, half_x, -half_y, half_y)
+    heights = world.ground.heights.T.astype(np.float64)
+    if np.ptp(heights) > 0:
+        shade = LightSource(315, 45).hillshade(heights, dx=world.ground.cell, dy=world.ground.cell)
+        axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
+    shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
+    colours = ListedColormap([_REASON_COLOURS[reason] for reason in Reason])
+    most = len(_REASON_COLOURS) - 1
+    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=most, alpha=0.75)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, east [m]")
+    axes.set_ylabel("y, north [m]")
+
+
+def _draw_tasks(axes: Axes, tasks: Sequence[Task]) -> None:
+    """Draw starts and goals."""
+    for task in tasks:
+        places = np.array([(task.start.x, task.start.y), *task.goals])
+        axes.plot(places[:, 0], places[:, 1], ":", color="#0047c8", linewidth=0.6)
+        axes.plot(*places[0], "o", color="black", markersize=4)
+        axes.plot(places[1:, 0], places[1:, 1], "*", color="#0047c8", markersize=8)
+
+
+def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have no types.
+    """Draw ground and objects in 3D."""
+    stride = max(1, world.ground.heights.shape[0] // 120)
+    x, y = np.meshgrid(world.ground.x[::stride], world.ground.y[::stride], indexing="ij")
+    axes.plot_surface(
+        x, y, world.ground.heights[::stride, ::stride], cmap="gist_earth", alpha=0.7, linewidth=0
+    )
+    for semantic, colour in _CLASS_COLOURS.items():
+        meshes = [thing for thing in world.objects if thing.semantic == semantic]
+        if meshes:
+            corners = np.concatenate([thing.vertices for thing in meshes])
+            axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
+    axes.legend(loc="upper left", markerscale=8)
+    axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))
+    axes.view_init(elev=40, azim=-60)
+
+
+def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:
+    """Draw a robot and its virtual scan on a map."""
+    here = pose.position[:2]
+    draw_ranges(axes, scan.ranges, grid, here, pose.yaw)
+    axes.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)

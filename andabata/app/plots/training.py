@@ -1,0 +1,63 @@
+"""Pictures of training runs as PNG bytes, drawn without a screen."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from andabata.app.plots.axes import png
+
+_TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
+"""Of the parts of the reward; ``whole`` is no term, but their sum."""
+
+
+def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
+    """Return success over episodes, stage after stage, and its mean over eight generations.
+
+    Args:
+        history: Rows with ``name``, ``episodes`` and ``success_rate``.
+    """
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    axes = figure.add_subplot()
+    begin = 0
+    for name in dict.fromkeys(row["name"] for row in history):
+        rows = [row for row in history if row["name"] == name]
+        episodes = np.array([row["episodes"] for row in rows]) + begin
+        rates = np.array([row["success_rate"] for row in rows])
+        line = axes.plot(episodes, rates, alpha=0.3)[0]
+        mean = [rates[max(0, k - 7) : k + 1].mean() for k in range(len(rates))]
+        axes.plot(episodes, mean, color=line.get_color(), label=name)
+        begin = int(episodes[-1])
+    axes.set_ylim(0, 1.02)
+    axes.set_xlabel("episodes")
+    axes.set_ylabel("goals reached while exploring")
+    axes.legend()
+    return png(figure)
+
+
+def rewards_picture(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> bytes:
+    """Return the mean reward of a control step over each stage, whole and by term.
+
+    Args:
+        histories: Of runs of the same stages, by name: rows with ``name``, ``episodes``,
+            ``mean_steps``, ``mean_return`` and ``terms``.
+    """
+    stages = list(dict.fromkeys(row["name"] for rows in histories.values() for row in rows))
+    figure = Figure(figsize=(4.6 * len(stages), 4.2), layout="constrained")
+    places = np.atleast_1d(figure.subplots(1, len(stages), sharey=True))
+    for axes, stage in zip(places, stages, strict=True):
+        for number, history in enumerate(histories.values()):
+            rows = [row for row in history if row["name"] == stage]
+            episodes = [row["episodes"] for row in rows]
+            for term, colour in _TERM_COLOURS.items():
+                sums = [row["terms"].get(term, row["mean_return"]) for row in rows]
+                means = [sum_ / row["mean_steps"] for sum_, row in zip(sums, rows, strict=True)]
+                label = None if number else term
+                axes.plot(episodes, means, color=colour, alpha=0.7, linewidth=1.2, label=label)
+        axes.axhline(0, color="black", linewidth=0.5)
+        axes.set_title(stage)
+        axes.set_xlabel("episodes")
+    places[0].set_ylabel("mean reward of a control step")
+    places[0].legend()
+    return png(figure)

@@ -1,0 +1,1 @@
+"""A robot put together once: world, simulator, localizer, perception, planner and controller."""

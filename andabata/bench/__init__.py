@@ -1,0 +1,1 @@
+"""Speed and accuracy, ours and the peers', behind ``andabata bench``."""

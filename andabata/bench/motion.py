@@ -1,0 +1,210 @@
+"""What motion does to clouds and virtual scans, with and without the pose of each beam."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.assembly.simulated_robot import RigConfig
+from andabata.engine import run_tasks
+from andabata.localization.noisy_ground_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.ukf_localizer import UkfLocalizer
+from andabata.machine.kinematics import SkidSteer
+from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.sensor_readings import Senses, WheelSpeeds
+from andabata.machine.simulator import Simulator
+from andabata.models import shipped_forest
+from andabata.navigation.cloud_assembly import CloudAssembler
+from traversability.scanner import TraversabilityScanner
+from worlds.scenes import Scene, SceneShelf
+from worlds.splits import evaluation_world
+from worlds.world import Start
+
+SPEEDS = (0.1, 0.3, 0.6, 1.0)
+"""Speeds of the curve [m/s]; the paper's is 0.3."""
+
+TURNS = (0.0, 0.4)
+"""Yaw rates [rad/s]."""
+
+GROUNDS = ("lake", "natural-test")
+"""Presets: nearly flat, and rough."""
+
+_TRUE = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+_STILL = WheelSpeeds(0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Ride:
+    """A ride of some seconds.
+
+    Attributes:
+        ground: Preset.
+        speed: Forward [m/s].
+        turn: Yaw rate [rad/s].
+        number: Of the world.
+    """
+
+    ground: str
+    speed: float
+    turn: float
+    number: int
+
+
+class _Frozen(PoseTrack):
+    """A track that knows one pose: what placing beams without de-skewing amounts to."""
+
+    def __init__(self, track: PoseTrack) -> None:
+        super().__init__(2)
+        pose = track.at(np.array([track.latest]))[0]
+        self.append(track.latest, pose[:3], pose[3:])
+
+
+def ride_clouds(
+    config: RigConfig,
+    rides: int,
+    seed: int,
+    workers: int,
+    step: Callable[[], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Return the error-against-speed curve, one row a speed, turn and ground, ready for JSON.
+
+    A cloud's error is the distance of its points from where they would lie had the true pose
+    placed them, both seen from the robot. The scans are compared with those of a robot that stands
+    where the moving one is.
+
+    Args:
+        config: The robot.
+        rides: Rides of each row.
+        seed: Of worlds and noises.
+        workers: Processes.
+        step: Called after each ride.
+    """
+    tasks = [
+        Ride(ground, speed, turn, number)
+        for ground in GROUNDS
+        for turn in TURNS
+        for speed in SPEEDS
+        for number in range(rides)
+    ]
+    rows: dict[tuple[str, float, float], list[dict[str, float]]] = {}
+    for ride, found in run_tasks(partial(_ride, config, seed), tasks, workers):
+        rows.setdefault((ride.ground, ride.turn, ride.speed), []).extend(found)
+        if step is not None:
+            step()
+    table = []
+    for (ground, turn, speed), found in rows.items():
+        row: dict[str, Any] = {"ground": ground, "turn": turn, "speed": speed, "clouds": len(found)}
+        names = found[0] if found else ()
+        table.append(row | {name: float(np.mean([one[name] for one in found])) for name in names})
+    return table
+
+
+def _ride(config: RigConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
+    """Stand for a cloud, as the navigator does, ride for two, and compare what was made of them."""
+    scene = SceneShelf(1).get(ride.ground, evaluation_world(seed, ride.number))
+    rng = np.random.default_rng([seed, ride.number, 7])
+    robot, lidar = config.robot, config.sensing.lidar
+    simulator = Simulator(scene.world, scene.rays, robot, config.plant, config.sensing, rng)
+    start = scene.world.tasks[0].start
+    senses = simulator.reset(start)
+    localizers = (
+        UkfLocalizer(config.filter, robot, config.sensing.site),
+        NoisyTruthLocalizer(_TRUE, rng),
+    )
+    ours, skewed, true = (CloudAssembler(config.assembly, robot.lidar_height) for _ in range(3))
+    for localizer in localizers:
+        localizer.reset(_pose(senses), senses.stamp)
+    wheels = SkidSteer(robot).wheel_speeds(ride.speed, ride.turn)
+    period = config.assembly.turn / lidar.head_rate
+    found: list[dict[str, float]] = []
+    before = None
+    while senses.stamp < 4 * period + 1.0 and len(found) < 2:
+        senses = simulator.step(wheels if before is not None else _STILL)
+        if senses.truth is None or senses.truth.collided or senses.sweeps is None:
+            break
+        for localizer in localizers:
+            localizer.update(senses)
+        filter_, truth = localizers
+        ours.add(senses.sweeps, filter_.track)
+        skewed.add(senses.sweeps, _Frozen(filter_.track))
+        true.add(senses.sweeps, truth.track)
+        if true.cloud is not None and true.cloud is not before:
+            first, before = before is None, true.cloud
+            if first:
+                continue
+            clouds = [
+                assembler.relative(localizer.odometry).points
+                for assembler, localizer in ((ours, filter_), (skewed, filter_), (true, truth))
+            ]
+            found.append(_compared(scene, config, senses, clouds, rng))
+    simulator.close()
+    return found
+
+
+def _pose(senses: Senses) -> Pose:
+    """Return the true pose."""
+    if senses.truth is None:
+        raise ValueError("truth: expected the simulator's true state, got none")
+    return senses.truth.pose
+
+
+def _compared(
+    scene: Scene,
+    config: RigConfig,
+    senses: Senses,
+    clouds: list[NDArray[np.float32]],
+    rng: np.random.Generator,
+) -> dict[str, float]:
+    """Return errors of the points and agreement of the scans of one instant."""
+    ours, skewed, true = clouds
+    scanner = TraversabilityScanner(shipped_forest(), config.grid)
+    standing = _standing(scene, config, senses, rng)
+    again = _standing(scene, config, senses, rng)
+    rings = [_rings(scanner, points) for points in (ours, skewed, true, standing, again)]
+    still = rings[3]
+    return {
+        "error_median_m": float(np.median(np.linalg.norm(ours - true, axis=1))),
+        "error_95_m": float(np.quantile(np.linalg.norm(ours - true, axis=1), 0.95)),
+        "skewed_median_m": float(np.median(np.linalg.norm(skewed - true, axis=1))),
+        "skewed_95_m": float(np.quantile(np.linalg.norm(skewed - true, axis=1), 0.95)),
+        "scan_agrees": _agreement(rings[0], still),
+        "skewed_scan_agrees": _agreement(rings[1], still),
+        "true_scan_agrees": _agreement(rings[2], still),
+        "standing_scan_agrees": _agreement(rings[4], still),
+    }
+
+
+def _standing(
+    scene: Scene, config: RigConfig, senses: Senses, rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return the cloud of a robot that stands where the moving one is, in its frame."""
+    pose = _pose(senses)
+    simulator = Simulator(scene.world, scene.rays, config.robot, config.plant, config.sensing, rng)
+    start = Start(float(pose.position[0]), float(pose.position[1]), pose.yaw)
+    localizer = NoisyTruthLocalizer(_TRUE, rng)
+    assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
+    there = simulator.reset(start)
+    localizer.reset(_pose(there), there.stamp)
+    while assembler.cloud is None:
+        there = simulator.step(_STILL)
+        localizer.update(there)
+        if there.sweeps is not None:
+            assembler.add(there.sweeps, localizer.track)
+    simulator.close()
+    return assembler.relative(localizer.odometry).points
+
+
+def _rings(scanner: TraversabilityScanner, points: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the ring at which each sector ends, one more where it is free, -10 where unknown."""
+    ranges, edges = scanner.scan(points).ranges, scanner.grid.ring_edges
+    found = np.searchsorted(edges, ranges - 1e-3)
+    found = np.where(np.isinf(ranges), len(edges) - 1, found)
+    return np.where(np.isnan(ranges), -10, found)
+
+
+def _agreement(one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+    """Return the share of sectors that are equal or one ring apart."""
+    return float((np.abs(one - other) <= 1).mean())

@@ -1,0 +1,1 @@
+"""Labelled clouds: how they are made, their hazards, and other layouts on disk."""

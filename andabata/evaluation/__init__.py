@@ -1,0 +1,1 @@
+"""Controllers and classifiers judged: trials, scenarios, failure causes, statistics."""

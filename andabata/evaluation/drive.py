@@ -1,0 +1,180 @@
+"""One drive, from a world's name to a path."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.evaluation.trial import Leg, run_trial
+from andabata.machine.sensor_readings import Senses
+from andabata.models import Models
+from andabata.navigation.navigator import Step
+from andabata.navigation.perception import assembler_of
+from andabata.records.bags import MessageWriter, open_writer, write_manifest
+from andabata.records.messages import Composer
+from andabata.records.recorder import Outbox, Recorder
+from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from traversability.cloud import PointCloud
+from worlds.scenes import SceneShelf
+from worlds.splits import evaluation_world
+from worlds.world import Task, World, choose_task
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A finished drive.
+
+    Attributes:
+        world: Where.
+        task: Start and goals.
+        controller: Who drove.
+        legs: A drive to each goal that was tried.
+        cloud: The last levelled cloud around the robot, None with the horizontal scanner.
+    """
+
+    world: World
+    task: Task
+    controller: str
+    legs: tuple[Leg, ...]
+    cloud: PointCloud | None
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """All positions [m], shape (k, 3)."""
+        return np.concatenate([leg.path for leg in self.legs])
+
+    @property
+    def title(self) -> str:
+        """One line about it."""
+        reached = sum(leg.outcome is Outcome.GOAL for leg in self.legs)
+        return (
+            f"{self.controller} in {self.world.name} {self.world.seed}: {reached} of "
+            f"{len(self.task.goals)} goals"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the drive, ready for JSON."""
+        return {
+            "controller": self.controller,
+            "world": self.world.name,
+            "world_seed": self.world.seed,
+            "goals": [list(goal) for goal in self.task.goals],
+            "success": self.legs[-1].outcome is Outcome.GOAL
+            and len(self.legs) == len(self.task.goals),
+            "legs": [
+                {
+                    "goal": leg.goal,
+                    "outcome": str(leg.outcome),
+                    "time_s": leg.time,
+                    "distance_m": leg.distance,
+                    "shortest_m": leg.shortest,
+                    "spl": leg.spl,
+                    "trespass_m": leg.trespass,
+                    "min_clearance_m": leg.min_clearance,
+                }
+                for leg in self.legs
+            ],
+            "path": np.round(self.path, 3).tolist(),
+        }
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Where and how to record.
+
+    Attributes:
+        path: A new file in .bag, .mcap or .db3.
+        clouds: Whether to record the clouds too, nearly all of the bytes.
+    """
+
+    path: Path
+    clouds: bool = True
+
+    def watch(self, rig: Rig, setup: dict[str, Any]) -> MessageWriter:
+        """Record every step of a rig's navigator; the writer has to be closed at the end.
+
+        Raises:
+            BagError: If the file is there already.
+        """
+        writer = open_writer(self.path)
+        outbox = Outbox(writer, Composer(writer.ros))
+        assembler = assembler_of(rig.perception)
+        bearings = rig.config.grid.bearings
+        recorder = Recorder(outbox, rig.localizer, assembler, bearings, self.clouds)
+
+        def take(step: Step) -> None:
+            if rig.navigator.start is not None and not recorder.begun:
+                recorder.begin(*rig.navigator.start, setup | {"area": rig.navigator.area})
+            recorder.take(step)
+
+        rig.navigator.watch(take)
+        return writer
+
+
+def digest(data: bytes) -> str:
+    """Return the SHA-256 of bytes."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def drive_once(
+    world: str,
+    seed: int,
+    controller: str,
+    config: RigConfig,
+    models: Models | None = None,
+    on_second: Callable[[], None] | None = None,
+    record: Recording | None = None,
+    time_limit: float = 300.0,
+) -> Driven:
+    """Visit the goals of a world's first task.
+
+    Args:
+        world: Preset.
+        seed: Of the drive; its world is one of the judges', that nothing trains on.
+        controller: By name.
+        config: The robot.
+        models: With what it sees and steers; None for the shipped ones.
+        on_second: Called after each simulated second.
+        record: Where to record the drive; None for no record.
+        time_limit: Longest drive to each goal [s].
+
+    Raises:
+        BagError: If the recording cannot be begun.
+    """
+    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    models = models or Models()
+    driver = make_controller(controller, scene.world, config, models)
+    rig = Rig(scene, config, models.forest, driver, far_sighted=record is not None)
+    task = choose_task(scene.world.tasks, 0)
+    writer = None
+    if record is not None:
+        about = {"world": world, "seed": seed, "controller": controller}
+        about |= {"rig": config.model_dump(mode="json"), "models": models.hashes}
+        writer = record.watch(rig, about)
+
+    def on_step(senses: Senses) -> None:
+        if on_second is not None and round(senses.stamp * 10) % 10 == 0:
+            on_second()
+
+    try:
+        legs = run_trial(
+            rig,
+            task,
+            JudgeConfig(time_limit=time_limit),
+            np.random.default_rng([seed, 0, 1]),
+            on_step,
+        )
+    finally:
+        if writer is not None:
+            writer.close()
+    if record is not None:
+        write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
+    cloud = rig.last_cloud()
+    rig.close()
+    return Driven(scene.world, task, controller, legs, cloud)

@@ -1,0 +1,312 @@
+"""Judging controllers side by side: the same worlds, starts and noises for each of them."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.engine import run_tasks
+from andabata.evaluation.failure_cause import hazard_met
+from andabata.evaluation.scenarios import Course, courses
+from andabata.evaluation.trial import Leg
+from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import Senses
+from andabata.models import Models
+from andabata.records.atomic_io import append_line, write_atomically
+from andabata.records.runs import commit
+from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+from worlds.splits import EVALUATIONS
+from worlds.world import World, choose_task
+
+Row = dict[str, Any]
+
+
+class EvaluationConfig(BaseModel):
+    """What is judged.
+
+    Attributes:
+        suite: Name of a suite, which has its own worlds and trials, or None.
+        world: World preset.
+        controllers: Controllers by name.
+        trials: Trials of each controller; each trial has a world of its own.
+        goals: Goals in a row that are tried, as far as the world's tasks have them.
+        seed: Seed of the whole evaluation.
+        rig: The robot; results are judged in bullet.
+        judge: Rules of each drive.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    suite: str | None = None
+    world: str = "natural-test"
+    controllers: tuple[str, ...] = ("learned", "reactive")
+    trials: int = Field(default=20, ge=1, le=EVALUATIONS)
+    goals: int = Field(default=10, ge=1, le=10)
+    seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
+    rig: RigConfig = Field(default_factory=RigConfig)
+    judge: JudgeConfig = Field(default_factory=JudgeConfig)
+
+    @property
+    def courses(self) -> tuple[Course, ...]:
+        """The course of each trial."""
+        return courses(self.suite, self.world, self.trials, self.seed)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A drive that failed, with what the robot saw at its end.
+
+    Attributes:
+        row: Row of the drive in the results.
+        world: World that it was driven in.
+        leg: What the monitor measured.
+        pose: True pose at its end.
+        scan: Virtual scan there.
+        goal: Goal in the map [m], shape (2,).
+        grid: Polar grid of the scan.
+    """
+
+    row: Row
+    world: World
+    leg: Leg
+    pose: Pose
+    scan: VirtualScan
+    goal: NDArray[np.float64]
+    grid: PolarGrid
+
+
+OnFailure = Callable[[Failure], None]
+
+
+def run_one(
+    config: EvaluationConfig,
+    files: tuple[bytes, bytes, bytes],
+    on_failure: OnFailure | None,
+    trial: int,
+) -> list[Row]:
+    """Run every controller through one trial's world.
+
+    Args:
+        config: What is judged.
+        files: Of the models; see ``Models.to_bytes``.
+        on_failure: Called with each failure, in the process that ran it; None for nobody.
+        trial: Which.
+
+    Returns:
+        One row a leg: controller, trial, world_seed, goal, outcome and what the judge measured.
+    """
+    from andabata.assembly.controllers import make_controller
+    from andabata.evaluation.trial import run_trial
+    from worlds.scenes import SceneShelf
+
+    models = Models.from_bytes(files)
+    course = config.courses[trial]
+    scene = SceneShelf().get(course.world, course.seed, course.difficulty)
+    pick = np.random.default_rng([config.seed, trial])
+    task = choose_task(scene.world.tasks, pick)
+    task = replace(task, goals=task.goals[: config.goals])
+    rows: list[Row] = []
+    for name in config.controllers:
+        controller = make_controller(name, scene.world, config.rig, models)
+        rig = Rig(scene, config.rig, models.forest, controller)
+        rng = np.random.default_rng([config.seed, trial, 1])
+        legs = run_trial(rig, task, config.judge, rng)
+        rows.extend(_leg_row(leg, name, trial, scene.world, len(task.goals)) for leg in legs)
+        if on_failure is not None and legs[-1].outcome is not Outcome.GOAL:
+            failure = _failure(rows[-1], scene.world, legs[-1], rig)
+            if failure is not None:
+                on_failure(failure)
+        rig.close()
+    return rows
+
+
+def _failure(row: Row, world: World, leg: Leg, rig: Rig) -> Failure | None:
+    """Return a failure as the robot saw it, None where it saw nothing yet."""
+    truth = rig.simulator.vehicle.state
+    view = rig.navigator.look(Senses(truth.stamp))
+    if view is None:
+        return None
+    return Failure(row, world, leg, truth.pose, view.scan, view.goal, rig.config.grid)
+
+
+def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) -> Row:
+    """Return what the judge measured on one leg, ready for JSON."""
+    return {
+        "controller": controller,
+        "trial": trial,
+        "world": world.name,
+        "world_seed": world.seed,
+        "difficulty": world.difficulty,
+        "goal": leg.goal,
+        "goals": goals,
+        "outcome": str(leg.outcome),
+        "hazard": hazard_met(world, leg.path[-1], leg.outcome),
+        "time_s": leg.time,
+        "distance_m": leg.distance,
+        "spl": leg.spl,
+        "trespass_m": leg.trespass,
+        "restlessness": leg.restlessness,
+        "energy_j": leg.energy,
+        "min_clearance_m": leg.min_clearance,
+        "end_xy": leg.path[-1, :2].tolist(),
+    }
+
+
+def evaluate(
+    config: EvaluationConfig,
+    models: Models,
+    *,
+    workers: int = 2,
+    journal: Path | None = None,
+    on_failure: OnFailure | None = None,
+    on_trial: Callable[[int, list[Row]], None] | None = None,
+) -> list[Row]:
+    """Run all trials and return one row a leg, by trial.
+
+    Args:
+        config: What is judged.
+        models: Classifier and policy.
+        workers: Processes.
+        journal: JSON-lines file to which finished trials are appended; trials that stand in it are
+            not run again, so that a killed evaluation goes on where it was, by the same code.
+        on_failure: Called with each failure, in the process that ran it: it has to be importable.
+        on_trial: Called after each trial.
+    """
+    about = config.model_dump(mode="json", exclude={"trials"})
+    origin = {"config": about, "models": models.hashes, "commit": commit()}
+    done = _read_journal(journal, origin)
+    trials = range(len(config.courses))
+    missing = [trial for trial in trials if trial not in done]
+    for trial, rows in run_tasks(
+        partial(run_one, config, models.to_bytes(), on_failure), missing, workers
+    ):
+        done[trial] = rows
+        if journal is not None:
+            append_line(journal, json.dumps({"trial": trial, "rows": rows}))
+        if on_trial is not None:
+            on_trial(trial, rows)
+    return [row for trial in trials for row in done[trial]]
+
+
+def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list[Row]]:
+    """Return the finished trials of a journal of the same configuration, models and commit.
+
+    Raises:
+        ValueError: If the journal belongs to another evaluation.
+    """
+    if journal is None:
+        return {}
+    head = json.dumps(about)
+    if not journal.exists() or journal.stat().st_size == 0:
+        write_atomically(journal, f"{head}\n".encode())
+        return {}
+    lines = journal.read_text(encoding="utf-8").splitlines()
+    if lines[0] != head:
+        raise ValueError(
+            f"{journal}: expected a journal of this evaluation, got one that differs in "
+            f"{_what_differs(lines[0], about)}; take another --out"
+        )
+    kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
+    write_atomically(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
+    return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}
+
+
+def _what_differs(head: str, about: dict[str, Any]) -> str:
+    """Return what of an evaluation the first line of a journal says otherwise."""
+    try:
+        told = json.loads(head)
+        return ", ".join(name for name in about if told.get(name) != about[name])
+    except (json.JSONDecodeError, AttributeError):
+        return "kind"
+
+
+def _is_json(line: str) -> bool:
+    """Return whether a line is whole."""
+    try:
+        json.loads(line)
+    except json.JSONDecodeError:
+        return False
+    return True
+
+
+def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:
+    """Return the table: one row a world, controller and goal, and one for all goals in a row.
+
+    A goal counts as tried in every trial, so that the figures are those of goals in a row
+    (Sanchez et al. 2023, Table 4).
+    """
+    table: list[Row] = []
+    for world in dict.fromkeys(row["world"] for row in rows):
+        there = [row for row in rows if row["world"] == world]
+        goals = max(row["goals"] for row in there)
+        for controller in config.controllers:
+            mine = [row for row in there if row["controller"] == controller]
+            labels: list[int | str] = [*range(1, goals + 1), "all"]
+            table.extend(_table_row(mine, world, controller, goals, label) for label in labels)
+    return table
+
+
+def hazards(rows: Sequence[Row]) -> list[Row]:
+    """Return how often each controller came to grief on what: one row a world and hazard."""
+    counts = Counter(
+        (row["world"], row["controller"], row["outcome"], row["hazard"])
+        for row in rows
+        if row["outcome"] != Outcome.GOAL
+    )
+    names = ("world", "controller", "outcome", "hazard")
+    return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in counts.most_common()]
+
+
+def _table_row(
+    rows: Sequence[Row], world: str, controller: str, goals: int, label: int | str
+) -> Row:
+    """Return one row of the table; ``all`` counts the last goal and the failures of every leg."""
+    from andabata.evaluation.statistics import wilson_interval
+
+    trials = len({row["trial"] for row in rows})
+    goal = goals if label == "all" else label
+    legs = [row for row in rows if label in ("all", row["goal"])]
+    reached = sum(row["goal"] == goal and row["outcome"] == Outcome.GOAL for row in rows)
+    low, high = wilson_interval(reached, trials)
+    tried = trials * (goals if label == "all" else 1)
+
+    def count(outcome: Outcome) -> int:
+        return sum(row["outcome"] == outcome for row in legs)
+
+    def mean(key: str) -> float | None:
+        known = [row[key] for row in legs if row[key] is not None]
+        return float(np.mean(known)) if known else None
+
+    driven = sum(row["distance_m"] for row in legs)
+    return {
+        "controller": controller,
+        "world": world,
+        "goal": label,
+        "trials": trials,
+        "successes": reached,
+        "collisions": count(Outcome.COLLISION),
+        "tipovers": count(Outcome.TIPOVER),
+        "timeouts": count(Outcome.TIMEOUT),
+        "stuck": count(Outcome.STUCK),
+        "success_rate": reached / trials,
+        "wilson_low": low,
+        "wilson_high": high,
+        "spl": sum(row["spl"] for row in legs) / tried,
+        "trespass_m": mean("trespass_m"),
+        "trespass_share": sum(row["trespass_m"] for row in legs) / driven if driven else None,
+        "distance_m": mean("distance_m"),
+        "restlessness": mean("restlessness"),
+        "energy_j": mean("energy_j"),
+        "min_clearance_m": mean("min_clearance_m"),
+        "mean_time_s": mean("time_s"),
+    }

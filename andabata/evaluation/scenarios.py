@@ -1,0 +1,59 @@
+"""What a controller is judged on: one world and task a trial, alone or in a suite."""
+
+from dataclasses import dataclass
+
+from worlds.splits import evaluation_world
+
+
+@dataclass(frozen=True)
+class Course:
+    """The world of one trial.
+
+    Attributes:
+        world: Preset.
+        seed: Of the world.
+        difficulty: From 0 to 1; None for the preset's own.
+    """
+
+    world: str
+    seed: int
+    difficulty: float | None = None
+
+
+_HARDEST = 0.8
+"""Difficulty of the hardest natural worlds of the suite; at 1 many have no safe path at all."""
+
+
+def generalisation(seed: int) -> tuple[Course, ...]:
+    """Return 100 natural worlds from easy to hard, 20 mazes, 20 hollows and 20 test worlds.
+
+    Args:
+        seed: Of the suite; each has worlds of its own, which nothing trains on.
+    """
+    natural = [
+        Course("natural-far", evaluation_world(seed, k), round(_HARDEST * k / 99, 3))
+        for k in range(100)
+    ]
+    others = [
+        Course(world, evaluation_world(seed, k))
+        for world in ("maze", "hollow", "natural-test")
+        for k in range(20)
+    ]
+    return (*natural, *others)
+
+
+SUITES = {"generalisation": generalisation}
+"""Suites by name."""
+
+
+def courses(suite: str | None, world: str, trials: int, seed: int) -> tuple[Course, ...]:
+    """Return the course of each trial: a suite's, or as many worlds of one preset.
+
+    Raises:
+        ValueError: If there is no such suite.
+    """
+    if suite is None:
+        return tuple(Course(world, evaluation_world(seed, trial)) for trial in range(trials))
+    if suite not in SUITES:
+        raise ValueError(f"--suite: expected one of {', '.join(SUITES)}, got {suite!r}")
+    return SUITES[suite](seed)

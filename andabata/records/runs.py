@@ -1,0 +1,70 @@
+"""Run folders: what was run can be explained afterwards."""
+
+import json
+import platform
+import subprocess
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from andabata.records.atomic_io import write_atomically
+from traversability.dataset import config_hash
+
+_PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
+
+
+def make_folder(folder: Path) -> Path:
+    """Make a folder and return it.
+
+    Raises:
+        OSError: If something else has its name.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_json(path: Path, data: Mapping[str, Any]) -> None:
+    """Write a JSON file, whole or not at all."""
+    write_atomically(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
+
+
+def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
+    """Return what a run's folder says about it: settings, seed, commit and versions."""
+    return {
+        "verb": verb,
+        "seed": seed,
+        "config": dict(config),
+        "config_sha256": config_hash(dict(config)),
+        "commit": commit(),
+        "python": platform.python_version(),
+        "versions": versions(),
+    }
+
+
+def commit() -> str | None:
+    """Return the git commit of the code, with ``+`` when files were changed; None without git."""
+    home = Path(__file__).resolve().parents[2]
+
+    def git(*words: str) -> str:
+        done = subprocess.run(
+            ["git", "-C", str(home), *words], capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    try:
+        changed = "+" if git("status", "--porcelain", "--untracked-files=no") else ""
+        return git("rev-parse", "HEAD")[:12] + changed
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of the packages that results depend on."""
+    found: dict[str, str | None] = {}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found

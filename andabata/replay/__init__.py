@@ -1,0 +1,1 @@
+"""Recordings through the same navigator that drives. Read ``replay.py`` first."""

@@ -1,0 +1,143 @@
+"""Datum of a live navigator, which hears where on Earth it is only bit by bit."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.datum import (
+    Datum,
+    consistent_fixes,
+    datum_of_heading,
+    make_datum,
+    refused_fixes,
+)
+from andabata.localization.initial_pose import initial_pose
+from andabata.localization.localizer import Localizer
+from andabata.machine.magnetic_model import decimal_year
+from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import Senses
+from andabata.records import topics
+from andabata.replay.datum import use_datum
+
+SILENCE = 10.0
+"""Time after which a navigator that misses something says what [s]."""
+
+_FEW_FIXES = 3
+"""Number of fixes that have to fit each other before one of them is the datum."""
+
+_MOST_FIXES = 30
+"""Number of fixes that are kept for that."""
+
+
+class LiveDatum:
+    """Takes the datum from what is given or from the first fixes that fit each other.
+
+    Attributes:
+        datum: None until it is known.
+    """
+
+    def __init__(self, given: Mapping[str, float], say: Callable[[str], None]) -> None:
+        """Begin without a datum.
+
+        Args:
+            given: Fields of ``GeoReference`` that the user gives.
+            say: Tells the user.
+        """
+        self._given, self._say = given, say
+        self.datum: Datum | None = None
+        self._fixes = np.empty((0, 5))
+        self._is_turned = False  # Whether the compass is compared with a heading that was told.
+
+    def locate(self, kept: Senses, now_ns: int) -> Pose | None:
+        """Return the pose that the senses tell, once enough fixes fit each other.
+
+        Args:
+            kept: Senses so far.
+            now_ns: The graph's time [ns].
+
+        Raises:
+            DatumError: If the fixes lie far from the datum that is given.
+        """
+        if kept.fixes is None:
+            return None
+        fitting = kept.fixes[consistent_fixes(kept.fixes)]
+        if len(fitting) < _FEW_FIXES:
+            return None
+        datum = make_datum(self._given, kept.fixes, decimal_year(now_ns))
+        assert datum is not None  # A fix is good.
+        pose = initial_pose(replace(kept, fixes=fitting), datum.reference)
+        if pose is not None:
+            self.datum = datum.with_compass(kept)
+        return pose
+
+    def take(self, localizer: Localizer, facts: dict[str, str], key: str) -> None:
+        """Let a localizer use the datum from now on, note it under a key, and tell the user."""
+        if self.datum is None:
+            return
+        use_datum(localizer, self.datum)
+        facts[key] = json.dumps(self.datum.as_dict())
+        for note in self.datum.notes:
+            self._say(note)
+
+    def find(self, senses: Senses, now_ns: int, place: NDArray[np.float64]) -> bool:
+        """Look for the datum of a start that was told; return whether it has just been found.
+
+        The datum is laid so that the last of some fixes that fit each other is where the robot
+        believes to be.
+
+        Args:
+            senses: Senses of the period.
+            now_ns: The graph's time [ns].
+            place: Where the robot believes to be in the map [m], shape (3,).
+
+        Raises:
+            DatumError: If the fixes lie far from the datum that is given.
+        """
+        if senses.fixes is not None:
+            self._fixes = np.concatenate([self._fixes, senses.fixes])[-_MOST_FIXES:]
+        fitting = self._fixes[consistent_fixes(self._fixes)]
+        if len(fitting) < _FEW_FIXES or senses.imu is None or senses.field is None:
+            return False
+        datum = make_datum(self._given, fitting[::-1], decimal_year(now_ns), place)
+        assert datum is not None  # A fix is good.
+        self.datum = datum.with_compass(senses)
+        return True
+
+    def usable(self, senses: Senses, now: float, localizer: Localizer) -> Senses:
+        """Return senses without what needs a datum, while there is none.
+
+        Without fixes for long, the compass keeps the heading that was told.
+
+        Args:
+            senses: Senses of the period.
+            now: Time since the start [s].
+            localizer: Told what to expect of the compass.
+        """
+        if not self._is_turned and now > SILENCE and senses.field is not None:
+            use_datum(localizer, datum_of_heading(senses, localizer.pose.yaw))
+            self._is_turned = True
+            self._say(f"no place yet: expected {_missing_fixes(self._fixes)}")
+        return replace(senses, fixes=None, field=senses.field if self._is_turned else None)
+
+
+def missing_senses(kept: Senses) -> str:
+    """Return what a start by the senses still lacks, in words."""
+    found = [
+        topic.ros1
+        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.field))
+        if rows is None
+    ]
+    fixes = np.empty((0, 5)) if kept.fixes is None else kept.fixes
+    return " and ".join([*found, _missing_fixes(fixes)])
+
+
+def _missing_fixes(fixes: NDArray[np.float64]) -> str:
+    """Return which fixes a datum still lacks, and why, in words."""
+    reasons = "".join(f", {n} refused {why}" for why, n in refused_fixes(fixes).items())
+    return (
+        f"{_FEW_FIXES} good fixes of {topics.FIX.ros1} that fit each other, got "
+        f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"
+    )

@@ -1,0 +1,121 @@
+"""What is learnt in which order, as data: ``plans/*.toml``, one for each algorithm (section 5)."""
+
+import tomllib
+from importlib.resources import files
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from andabata.assembly.simulated_robot import RigConfig
+from andabata.machine.lidar_models import sensor_settings
+from andabata.machine.robot import RobotModel
+from andabata.tasks.offroad import OffroadConfig, stage_config
+from andabata.tasks.registration import STAGES
+from rl.curriculum import CurriculumConfig, LearnerConfig, Stage
+from worlds.splits import VALIDATION_SEEDS
+
+
+class StagePlan(Stage):
+    """A stage with its environment.
+
+    Attributes:
+        environment: World family, sensors, plant, reward and time limit.
+    """
+
+    environment: OffroadConfig
+
+    @property
+    def unseen(self) -> OffroadConfig:
+        """The same in the worlds that are kept for validation."""
+        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
+
+
+class TrainingPlan(BaseModel):
+    """What ``andabata train`` runs.
+
+    Attributes:
+        learner: Numbers of the learner.
+        final_pace: See ``CurriculumConfig``.
+        validation: See ``CurriculumConfig``.
+        validate_every: See ``CurriculumConfig``.
+        stages: By name, in their order.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    learner: LearnerConfig
+    final_pace: float = Field(default=0.2, gt=0, le=1)
+    validation: int = Field(default=0, ge=0)
+    validate_every: int = Field(default=0, ge=0)
+    stages: dict[str, StagePlan]
+
+    @model_validator(mode="after")
+    def _decide_on_what_is_seen(self) -> Self:
+        """Refuse decisions on what was seen before."""
+        for name, stage in self.stages.items():
+            every, hold = stage.environment.look_every, self.learner.hold
+            if hold % every:
+                raise ValueError(
+                    f"stages.{name}.environment.look_every: expected a divisor of learner.hold, "
+                    f"{hold}, got {every}"
+                )
+        return self
+
+    def curriculum(self, chosen: range, seed: int) -> CurriculumConfig:
+        """Return the curriculum of some of the stages, by their indices."""
+        plans = [list(self.stages.values())[k] for k in chosen]
+        rig = plans[0].environment.rig
+        return CurriculumConfig(
+            stages=tuple(
+                Stage.model_validate(plan.model_dump(exclude={"environment"})) for plan in plans
+            ),
+            learner=self.learner,
+            seed=seed,
+            n_sectors=rig.grid.n_sectors,
+            max_range=rig.grid.outer_radius,
+            limit=rig.robot.max_steering,
+            dead_zone=rig.robot.dead_zone,
+            final_pace=self.final_pace,
+            validation=self.validation,
+            validate_every=self.validate_every,
+        )
+
+
+def algorithms() -> tuple[str, ...]:
+    """Return the names of the plans."""
+    folder = files("andabata.training").joinpath("plans")
+    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir()))
+
+
+def load_plan(
+    algorithm: str = "sac", sensor: str = "utm-30lx", robot: str = "andabata"
+) -> TrainingPlan:
+    """Return the plan of an algorithm, with a laser and a body; stage 1 keeps its 32 beams.
+
+    Raises:
+        ValueError: If there is no algorithm or body of that name.
+        UnknownSensorError: If there is no laser of that name.
+    """
+    if algorithm not in algorithms():
+        raise ValueError(f"--algorithm: expected {', '.join(algorithms())}, got {algorithm!r}")
+    text = files("andabata.training").joinpath("plans", f"{algorithm}.toml").read_text()
+    data = tomllib.loads(text)
+    settings, body = sensor_settings(sensor), {"robot": RobotModel.load(robot)}
+    stages = {}
+    for name in STAGES:
+        rules = dict(data["stages"][name])
+        environment = _environment(name, rules.pop("environment", {}), settings | body)
+        stages[name] = StagePlan(name=name, environment=environment, **rules)
+    return TrainingPlan(**{**data, "stages": stages})
+
+
+def _environment(stage: str, changes: dict[str, Any], parts: dict[str, Any]) -> OffroadConfig:
+    """Return a stage's environment with a plan's changes and a robot's parts."""
+    base = stage_config(stage)
+    flat = base.rig.sensing.scanner == "horizontal"
+    fitting = {"robot": parts["robot"]} if flat else parts
+    rig = RigConfig.model_validate({**base.rig.model_dump(), **fitting})
+    data = base.model_copy(update={"rig": rig}).model_dump()
+    for key, value in changes.items():
+        data[key] = {**data[key], **value} if isinstance(value, dict) else value
+    return OffroadConfig.model_validate(data)

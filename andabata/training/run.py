@@ -1,0 +1,154 @@
+"""Running a curriculum into a run folder that survives a kill."""
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from andabata.models import Models
+from andabata.records.atomic_io import write_atomically
+from andabata.records.runs import commit, describe, make_folder, write_json
+from andabata.training.parallel_sampler import PoolSampler
+from andabata.training.plans import TrainingPlan
+from rl.curriculum import Curriculum, Generation
+from rl.networks import use_one_thread
+
+CHECKPOINT = "checkpoint.safetensors"
+POLICY = "policy.safetensors"
+HISTORY = "history.jsonl"
+
+
+def learn(
+    folder: Path,
+    plan: TrainingPlan,
+    stages: range,
+    seed: int,
+    workers: int,
+    *,
+    models: Models | None = None,
+    resume: bool = False,
+    changed: bool = False,
+    on_generation: Callable[[Generation], None] | None = None,
+) -> dict[str, Any]:
+    """Run stages of a curriculum and return what came of it.
+
+    The folder holds the resolved plan, a history of one line a generation, the latest checkpoint,
+    the latest policy and that of each finished stage. A run that was killed goes on at its last
+    generation and ends with the same bytes as one that was not.
+
+    Args:
+        folder: The run's.
+        plan: What to run.
+        stages: Indices of the stages, from 0.
+        seed: Of the run.
+        workers: Processes that play episodes.
+        models: Classifiers of cells and squares; None for the shipped ones.
+        resume: Whether to go on with the run that stands in the folder.
+        changed: Whether to go on even with other code or another classifier than it began with.
+        on_generation: Called after each update.
+
+    Raises:
+        ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
+        FileNotFoundError: If there is nothing to resume.
+    """
+    models = models or Models()
+    use_one_thread()
+    make_folder(folder)
+    settings = plan.model_dump(mode="json")
+    origin: dict[str, Any] = {
+        "config": settings,
+        "stages": [stages.start, stages.stop],
+        "seed": seed,
+        "commit": commit(),
+        **{name: models.hashes[name] for name in ("forest", "squares")},
+    }
+    checkpoint = _checkpoint(folder, origin, resume, changed)
+    if not resume:
+        write_json(folder / "run.json", describe("train", settings, seed) | origin)
+    chosen = [list(plan.stages.values())[k] for k in stages]
+    environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
+    began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
+    steps_before = history[-1]["steps"] if history else 0
+    with PoolSampler(environments, models, workers) as sampler:
+        curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
+        history = history[: curriculum.generations]
+        for generation in curriculum.run():
+            history.append(asdict(generation))
+            policy = curriculum.policy(origin | {"stage": generation.name}).to_bytes()
+            if generation.is_last:
+                write_atomically(folder / f"policy_{generation.name}.safetensors", policy)
+            _write(folder, history, policy, curriculum.to_bytes())
+            if on_generation is not None:
+                on_generation(generation)
+    wall = time.perf_counter() - began
+    return _summary(folder, history, wall, steps_before)
+
+
+def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:
+    """Return the checkpoint to go on with, None for a new run."""
+    path = folder / CHECKPOINT
+    if not resume:
+        if path.exists():
+            raise ValueError(
+                f"{folder}: expected an empty folder, got a run; use --resume or --out"
+            )
+        return None
+    data = path.read_bytes()
+    before = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    for name in _differences(before.get("config", {}), origin["config"], "config"):
+        raise ValueError(f"{name}; go on with the run's own settings or begin a new one")
+    for name in ("stages", "seed"):
+        if before.get(name) != origin[name]:
+            raise ValueError(
+                f"{name}: expected {before.get(name)}, as it began, got {origin[name]}"
+            )
+    for name in ("forest", "squares", "commit"):
+        if before.get(name) != origin[name] and not changed:
+            raise ValueError(
+                f"{name}: expected {before.get(name)}, with which the run began, got "
+                f"{origin[name]}; the end would not be that of an unbroken run: --changed goes on"
+            )
+    return data
+
+
+def _differences(before: Any, now: Any, name: str) -> list[str]:  # noqa: ANN401 - JSON.
+    """Return where two plans differ, in words."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        return [
+            line
+            for key in sorted(before.keys() | now.keys())
+            for line in _differences(before.get(key), now.get(key), f"{name}.{key}")
+        ]
+    return [] if before == now else [f"{name}: expected {before}, as the run began, got {now}"]
+
+
+def read_history(path: Path) -> list[dict[str, Any]]:
+    """Return the generations that a run has written down."""
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def _write(folder: Path, history: list[dict[str, Any]], policy: bytes, checkpoint: bytes) -> None:
+    """Write history, policy and, last, the checkpoint: a resume begins from it."""
+    lines = "".join(json.dumps(row) + "\n" for row in history)
+    write_atomically(folder / HISTORY, lines.encode())
+    write_atomically(folder / POLICY, policy)
+    write_atomically(folder / CHECKPOINT, checkpoint)
+
+
+def _summary(
+    folder: Path, history: list[dict[str, Any]], wall: float, steps_before: int
+) -> dict[str, Any]:
+    """Return the run's last line: success over the last generations, and speed."""
+    last = history[-1]
+    return {
+        "run": str(folder),
+        "stage": last["name"],
+        "episodes": last["episodes"],
+        "success_rate": last["recent_success"],
+        "validation": {row["name"]: row["validation"] for row in history if row["is_last"]},
+        "steps": last["steps"],
+        "wall_s": wall,
+        "steps_per_s": (last["steps"] - steps_before) / wall,
+    }

@@ -1,0 +1,106 @@
+"""The report of training runs: real runs, driven and drawn, and runs that it refuses."""
+
+import json
+
+import pytest
+
+from andabata.app.cli import main
+from andabata.app.settings import resolve
+from andabata.training.plans import TrainingPlan, load_plan
+from andabata.training.run import HISTORY, learn, read_history
+
+
+def plan(*more):
+    overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.batch=2", *more]
+    overrides += ["stages.Maze2D.episodes=4", "stages.Maze3D.episodes=2"]
+    for name, limit in (("Maze2D", 8.0), ("Maze3D", 6.0)):
+        overrides += [
+            f"stages.{name}.environment.seeds=[0, 1]",
+            f"stages.{name}.environment.judge.time_limit={limit}",
+        ]
+    return resolve(TrainingPlan, overrides=overrides, base=load_plan("actor-critic"))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    learn(folder / "five", plan(), range(2), 5, 1)
+    learn(folder / "six", plan(), range(1), 6, 1)
+    return folder
+
+
+def report(capsys, *words):
+    code = main(["report", *map(str, words), "--json", "--quiet"])
+    told = capsys.readouterr()
+    return code, json.loads(told.out) if code == 0 else told.err
+
+
+def test_two_runs_are_driven_and_drawn(capsys, runs, tmp_path):
+    words = [runs / "five", runs / "six", "--tests", "2", "--out", tmp_path / "page.html"]
+    code, data = report(capsys, *words)
+    assert code == 0
+    page = (tmp_path / "page.html").read_bytes()
+    assert page.count(b"data:image/png") == 6  # Rewards, 2 of goals, world, scans, tests.
+    # Only stage 1 is over in both.
+    assert [(row["run"], row["stage"]) for row in data["stages"]] == [
+        ("seed 5", "Maze2D"),
+        ("seed 6", "Maze2D"),
+    ]
+    history = [row for row in read_history(runs / "five" / HISTORY) if row["name"] == "Maze2D"]
+    (row, _) = data["stages"]
+    assert row["goal_last_40"] == sum(g["outcomes"].get("goal", 0) for g in history)
+    steps = history[-1]["steps"]  # Nothing is rehearsed in stage 1.
+    assert row["mean_time_s"] == pytest.approx(0.1 * steps / 4)
+    drives = data["tests"]
+    assert [(row["run"], row["test"]) for row in drives] == [
+        ("seed 5", 1),
+        ("seed 5", 2),
+        ("seed 6", 1),
+        ("seed 6", 2),
+    ]
+    assert all(row["shortest_m"] > 5 for row in drives)
+    # Nobody crosses a maze in eight seconds, at 0.3 m/s.
+    assert all(row["distance_m"] < 0.35 * 8 for row in drives)
+    assert all(row["outcome"] != "goal" and row["time_s"] <= 8 for row in drives)
+    again = [*words[:-1], tmp_path / "again.html", "--workers", "1"]
+    assert report(capsys, *again)[0] == 0
+    assert (tmp_path / "again.html").read_bytes() == page
+
+
+def test_a_run_is_reported_beside_itself(capsys, runs):
+    code, data = report(capsys, runs / "five", "--tests", "1", "--workers", "1")
+    assert code == 0
+    assert [row["stage"] for row in data["tests"]] == ["Maze2D", "Maze3D"]
+    assert data["report"] == str(runs / "five/report.html")
+
+
+def test_runs_that_do_not_belong_together_are_refused(capsys, runs, tmp_path):
+    learn(tmp_path / "other", plan("learner.hold=4"), range(1), 7, 1)
+    code, told = report(capsys, runs / "five", tmp_path / "other")
+    assert code == 1
+    assert "expected the settings of" in told
+    code, told = report(capsys, runs / "five", runs / "five")
+    assert code == 1
+    assert "expected another seed in each, got [5, 5]" in told
+
+
+def test_what_is_no_finished_run_is_refused(capsys, runs, tmp_path):
+    code, told = report(capsys, tmp_path)
+    assert code == 1
+    assert "run.json: No such file" in told
+    about = json.loads((runs / "six/run.json").read_text())
+    (tmp_path / "run.json").write_text(json.dumps(about | {"verb": "drive"}))
+    code, told = report(capsys, tmp_path)
+    assert code == 1
+    assert "expected a run of train, got one of drive" in told
+    (tmp_path / "run.json").write_text(json.dumps(about))
+    rows = read_history(runs / "six" / HISTORY)
+    (tmp_path / HISTORY).write_text(json.dumps(rows[0]) + "\n")
+    code, told = report(capsys, tmp_path)
+    assert code == 1
+    assert "expected a stage that is over, got none; train --resume" in told
+    (tmp_path / HISTORY).write_text(json.dumps(rows[-1]) + "\n")
+    (tmp_path / "run.json").write_text(json.dumps(about | {"forest": "0" * 64}))
+    code, told = report(capsys, tmp_path)
+    assert code == 1
+    assert f"expected the forest that it learnt with, {'0' * 12}, got " in told

@@ -1,0 +1,57 @@
+"""The speed table: everyone in turns, those who are missing named, ours the measure."""
+
+import json
+
+import pytest
+
+from andabata.app.cli import main
+from andabata.bench import speed
+from andabata.bench.speed import Race, Runner, race
+
+
+def test_rows_hold_medians_and_ratios_and_the_missing_are_named():
+    def missing():
+        raise ModuleNotFoundError("no module", name="nobody")
+
+    said = []
+    runners = (
+        Runner("ours", 10, lambda: lambda: 0.5),  # Half a second by its own clock.
+        Runner("theirs", 10, lambda: lambda: 2.0),
+        Runner("absent", 10, missing),
+    )
+    rows = race(Race("work", "units/s", runners), 3, 0.0, said.append)
+    assert [row["subject"] for row in rows] == ["ours", "theirs"]
+    assert [row["value"] for row in rows] == [20.0, 5.0]
+    assert [row["ratio_to_ours"] for row in rows] == [1.0, 0.25]
+    assert rows[0]["runs"] == 3
+    assert said == ["absent: left out, nobody is not installed (extra `peers`)"]
+
+
+def test_work_without_a_clock_of_its_own_is_timed(monkeypatch):
+    now = [0.0]
+
+    def work():
+        now[0] += 0.25
+
+    monkeypatch.setattr(speed.time, "perf_counter", lambda: now[0])
+    (row,) = race(Race("work", "units/s", (Runner("ours", 1, lambda: work),)), 1, 1.0, print)
+    assert row["value"] == 4.0
+
+
+@pytest.mark.parametrize("only", ["filter of 18 numbers", "maze in 2D"])
+def test_the_verb_prints_rows_and_draws_them(capsys, tmp_path, only):
+    picture = tmp_path / "speed.png"
+    words = ["--only", only, "--runs", "1", "--seconds", "0", "--out", str(picture)]
+    assert main(["bench", *words, "--json", "--quiet"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert {row["name"] for row in rows} == {rows[0]["name"]}
+    assert all(only in row["name"] for row in rows)
+    assert rows[0]["subject"].startswith("andabata")
+    assert rows[0]["ratio_to_ours"] == 1.0
+    assert all(row["value"] > 0 for row in rows)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_work_that_nobody_does_is_named(capsys):
+    assert main(["bench", "--only", "flying", "--runs", "1", "--quiet"]) == 1
+    assert "only: expected part of one of laser, maze in 2D" in capsys.readouterr().err

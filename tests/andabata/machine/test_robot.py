@@ -1,0 +1,58 @@
+"""Robots as data: each drives, turns as told and stands on its wheels."""
+
+import json
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.machine.bullet_vehicle import BulletVehicle
+from andabata.machine.kinematics import SkidSteer
+from andabata.machine.pose import wrap
+from andabata.machine.robot import RobotModel
+from andabata.machine.sensor_readings import WheelSpeeds
+from andabata.training.plans import load_plan
+from worlds.world import Start
+
+NAMES = ("andabata", "husky", "jackal")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_robot_stands_drives_and_turns(make_ground, name):
+    robot = RobotModel.load(name)
+    vehicle = BulletVehicle(make_ground(), robot)
+    ratios = []
+    for heading in (0.0, 0.4, 0.8, 1.2):
+        vehicle.place(Start(0.0, 0.0, heading))
+        still = vehicle.drive(WheelSpeeds(0.0, 0.0), 100)
+        assert np.abs(still[-1, 2]) < 0.02
+        wheels = SkidSteer(robot).wheel_speeds(0.3, 0.4)
+        vehicle.drive(wheels, 100)
+        before = vehicle.state.pose.yaw
+        rows = vehicle.drive(wheels, 200)
+        ratios.append(wrap(vehicle.state.pose.yaw - before) / 2.0 / 0.4)
+        driven = np.hypot(*np.diff(rows[:, :2], axis=0).T).sum()
+        assert driven == pytest.approx(0.597, rel=0.1)
+        assert not vehicle.state.tipped
+    vehicle.close()
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.12)
+
+
+def test_a_run_learns_with_another_body():
+    assert {
+        plan.environment.rig.robot.name for plan in load_plan(robot="jackal").stages.values()
+    } == {"jackal"}
+
+
+def test_another_body_drives_from_the_command_line(capsys, tmp_path):
+    words = ["drive", "--world", "maze", "--robot", "husky", "--controller", "straight"]
+    words += ["--time-limit", "6", "--out", str(tmp_path), "--set", "plant=kinematic", "--json"]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["legs"]
+    assert main([*words[:3], "--robot", "walker"]) != 0
+    assert "husky" in capsys.readouterr().err
+
+
+def test_a_body_that_cannot_be_is_refused():
+    with pytest.raises(ValueError, match="mass"):
+        RobotModel(mass=-1.0)

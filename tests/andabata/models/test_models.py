@@ -1,0 +1,51 @@
+"""The trained parts of a robot: shipped or given, by file or by bytes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from andabata.assembly.controllers import make_controller
+from andabata.assembly.simulated_robot import RigConfig
+from andabata.models import Models, shipped_forest, shipped_policy, shipped_squares
+from andabata.navigation.guided import GuidedController
+from traversability.cartesian.classifier import SquareConfig, SquareForest, SquareSamples, grow_look
+from traversability.cartesian.context import CONTEXT_FEATURES
+from traversability.cartesian.features import SQUARE_FEATURES
+
+
+@pytest.fixture(scope="module")
+def others():
+    """Return squares that are not the shipped ones."""
+    rng = np.random.default_rng(0)
+    looks = []
+    for names in (SQUARE_FEATURES, CONTEXT_FEATURES):
+        features = rng.uniform(0, 1, (500, len(names))).astype(np.float32)
+        samples = SquareSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
+        looks.append(grow_look(samples, names, SquareConfig(trees=2), 0))
+    return SquareForest(*looks, 0.1)
+
+
+def test_what_is_not_given_is_shipped(tmp_path, others):
+    file = tmp_path / "squares.npz"
+    file.write_bytes(others.to_bytes())
+    models = Models.load(squares=file)
+    assert models.forest is shipped_forest()
+    assert models.policy is shipped_policy()
+    assert models.squares.to_bytes() == others.to_bytes() != shipped_squares().to_bytes()
+    assert Models.load() == Models()
+
+
+def test_they_come_back_from_bytes_and_hashes_tell_them_apart(others):
+    models = replace(Models(), squares=others)
+    again = Models.from_bytes(models.to_bytes())
+    assert again.to_bytes() == models.to_bytes()
+    shipped, given = Models().hashes, again.hashes
+    assert given == models.hashes
+    assert [name for name in shipped if shipped[name] != given[name]] == ["squares"]
+
+
+def test_a_controller_drives_with_the_squares_that_it_is_given(others):
+    driver = make_controller("learned", None, RigConfig(), replace(Models(), squares=others))
+    assert isinstance(driver, GuidedController)
+    assert driver.local_map.evidence.squares._forest is others

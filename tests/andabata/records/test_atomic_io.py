@@ -1,0 +1,97 @@
+"""Files are whole or not there."""
+
+import errno
+import os
+
+import pytest
+
+from andabata.records.atomic_io import append_line, atomic_file, atomic_folder, write_atomically
+
+
+def test_a_file_is_written_and_replaced(tmp_path):
+    path = tmp_path / "file.bin"
+    write_atomically(path, b"one")
+    write_atomically(path, b"two")
+    assert path.read_bytes() == b"two"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / "file.bin"
+    write_atomically(path, b"one")
+
+    def fail(descriptor):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_atomically(path, b"two")
+    assert path.read_bytes() == b"one"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
+
+
+def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, monkeypatch):
+    path = tmp_path / "file.bin"
+    write_atomically(path, b"one")
+
+    def fail(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OSError, match="expected room for 3 bytes, got none") as caught:
+        write_atomically(path, b"two")
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    assert path.read_bytes() == b"one"
+
+
+def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
+    path, synced = tmp_path / "lines.txt", []
+    write_atomically(path, b"one\n")
+    monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.read_bytes()))
+    append_line(path, "zwölf")
+    assert synced == ["one\nzwölf\n".encode()]
+
+
+def test_a_line_goes_to_no_file_that_is_not_there(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        append_line(tmp_path / "missing.txt", "one")
+
+
+def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
+    path = tmp_path / "file.bin"
+    with atomic_file(path) as file:
+        file.write(b"one two")
+        file.seek(0)
+        file.write(b"ONE")
+        assert not path.exists()
+    assert path.read_bytes() == b"ONE two"
+
+    def interrupted():
+        with atomic_file(path) as file:
+            file.write(b"three")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert path.read_bytes() == b"ONE two"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
+
+
+def test_a_folder_takes_its_name_when_it_is_whole(tmp_path):
+    path = tmp_path / "folder"
+
+    def interrupted():
+        with atomic_folder(path) as folder:
+            (folder / "a").write_bytes(b"a")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+    with atomic_folder(path) as folder:
+        (folder / "a").write_bytes(b"a")
+        assert not path.exists()
+    assert [entry.name for entry in path.iterdir()] == ["a"]
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(FileNotFoundError), atomic_folder(tmp_path / "no" / "folder"):
+        pass

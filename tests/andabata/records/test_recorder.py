@@ -1,0 +1,299 @@
+"""Recordings hold the drive to the bit, in every format, and survive kills and damage."""
+
+import json
+import struct
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.machine.pose import Pose
+from andabata.records import topics
+from andabata.records.bag_reader import Setup, read_setup
+from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.export import read_bag_cloud
+from andabata.records.messages import Composer, fix_of
+from andabata.records.point_cloud2 import PointCloudError, cloud_of
+from andabata.records.topics import TOPICS
+from traversability.cloud import PointCloud
+from worlds.scenes import SceneShelf
+from worlds.splits import evaluation_world
+
+DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A short drive, recorded as a ROS 1 bag and as an MCAP file."""
+    folder = tmp_path_factory.mktemp("records")
+    options = ["--out", str(folder / "out"), "--set", "plant=kinematic", "--json"]
+    limited = ["--time-limit", "12"]
+    paths = {}
+    for suffix in ("bag", "mcap", "db3"):
+        paths[suffix] = folder / f"drive.{suffix}"
+        assert main([*DRIVE, *options, *limited, "--record", str(paths[suffix])]) == 0
+    return paths
+
+
+def run(capsys, *words):
+    capsys.readouterr()
+    code = main([*words, "--json"])
+    out = capsys.readouterr().out
+    return code, json.loads(out) if out else None
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
+def test_every_topic_is_there_at_its_rate(capsys, recorded, suffix):
+    code, data = run(capsys, "bag", "info", str(recorded[suffix]))
+    assert code == 0
+    ros = 1 if suffix == "bag" else 2
+    found = {row["topic"]: row for row in data["topics"]}
+    assert set(found) == {topic.name(ros) for topic in TOPICS}
+    for topic in TOPICS:
+        row = found[topic.name(ros)]
+        assert row["type"] == topic.type_name(ros)
+        if topic.rate_hz is None or topic in (topics.FIX, topics.CLOUD, topics.DIAGNOSTICS):
+            continue  # Too few of them in twelve seconds.
+        assert row["rate_hz"] == pytest.approx(topic.rate_hz, rel=0.02)
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
+def test_a_replay_makes_the_same_scans_and_commands(capsys, recorded, suffix):
+    code, data = run(capsys, "bag", "replay", str(recorded[suffix]))
+    assert code == 0
+    assert data["periods"] > 100
+    assert data["scans"] > 60
+    assert data["differing_scans"] == 0
+    assert data["differing_commands"] == 0
+    assert data["same_models"] is True
+
+
+def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
+    path = tmp_path / "drive.mcap"
+    words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "learned"]
+    limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
+    assert main([*words, *limits, "--record", str(path), "--json"]) == 0
+    with Bag(path) as bag:
+        area = read_setup(bag, {}, {}).area
+    assert area == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).area
+    code, data = run(capsys, "bag", "replay", str(path))
+    assert code == 0
+    assert data["differing_commands"] == 0
+
+
+@pytest.mark.parametrize("area", ["here", [0.0, 1.0], [None, 0.0, 1.0, 1.0]])
+def test_a_fence_that_is_none_is_refused(area):
+    pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
+    with pytest.raises(BagError, match="area: expected x_min, y_min, x_max, y_max"):
+        _ = Setup(pose, 0, {"area": area}).area
+
+
+def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):
+    path = str(recorded["mcap"])
+    code, data = run(capsys, "bag", "replay", path, "--controller", "straight")
+    assert code == 0
+    assert data["differing_scans"] == 0
+    assert data["differing_commands"] > 0
+    assert main(["bag", "replay", path, "--controller", "oracle"]) == 1
+
+
+def test_a_recorded_cloud_can_be_judged(capsys, recorded, tmp_path):
+    picture = str(tmp_path / "scan.png")
+    words = ["--topic", "/points_relative", "--number", "-1", "--picture", picture]
+    code, data = run(capsys, "scan", str(recorded["mcap"]), *words)
+    assert code == 0
+    assert data["cells"]["green"] > 20
+    assert data["points"] > 5000
+    assert main(["scan", str(recorded["mcap"]), "--topic", "/imu/data"]) == 1
+
+
+def test_export_gives_clouds_and_tables(capsys, recorded, tmp_path):
+    words = ["--out", str(tmp_path / "x"), "--topic", "/points", "--topic", "/imu/data"]
+    code, data = run(capsys, "bag", "export", str(recorded["mcap"]), *words)
+    assert code == 0
+    names = {path.rsplit("/", 1)[-1] for path in data["files"]}
+    assert "imu_data.csv" in names
+    assert "points_00000.ply" in names
+    lines = (tmp_path / "x" / "imu_data.csv").read_text().splitlines()
+    assert "angular_velocity.z" in lines[0]
+    assert len(lines) > 1000
+    assert main(["bag", "export", str(recorded["mcap"]), "--out", "y", "--topic", "/nix"]) == 1
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap"])
+def test_most_of_a_killed_recording_is_salvaged(capsys, recorded, tmp_path, suffix):
+    data = recorded[suffix].read_bytes()
+    cut = tmp_path / f"cut.{suffix}"
+    cut.write_bytes(data[: int(len(data) * 0.9)])
+    code, seen = run(capsys, "bag", "info", str(cut))
+    assert code == 3
+    assert seen["left_out"][0]["topic"] is None
+    with Bag(recorded[suffix]) as bag:
+        whole = sum(n for _, n in bag.topics.values())
+    code, found = run(
+        capsys, "bag", "salvage", str(cut), "--out", str(tmp_path / f"whole.{suffix}")
+    )
+    assert code == 3
+    assert found["lost"] is True
+    assert 0.75 * whole < found["messages"] < whole
+    assert found["messages"] == sum(row["messages"] for row in seen["topics"])
+    code, info = run(capsys, "bag", "info", str(tmp_path / f"whole.{suffix}"))
+    assert code == 0
+    assert sum(row["messages"] for row in info["topics"]) == found["messages"]
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap"])
+def test_a_whole_recording_is_salvaged_whole(capsys, recorded, tmp_path, suffix):
+    out = tmp_path / f"same.{suffix}"
+    code, found = run(capsys, "bag", "salvage", str(recorded[suffix]), "--out", str(out))
+    assert code == 0
+    with Bag(recorded[suffix]) as bag:
+        assert found["messages"] == sum(n for _, n in bag.topics.values())
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap"])
+def test_damage_is_one_clear_error(capsys, recorded, tmp_path, suffix):
+    rng, data = np.random.default_rng(0), recorded[suffix].read_bytes()
+    path = tmp_path / f"bad.{suffix}"
+    for _ in range(12):
+        spoilt = bytearray(data)
+        for place in rng.integers(0, len(data), 200):
+            spoilt[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(bytes(spoilt))
+        code = main(["bag", "replay", str(path), "--json"])
+        assert code in (0, 1)
+        assert "Traceback" not in capsys.readouterr().err
+    for cut in (0, 10, 100, 5000):
+        path.write_bytes(data[:cut])
+        assert main(["bag", "info", str(path)]) == 1
+        assert "expected" in capsys.readouterr().err
+
+
+def test_the_manifest_tells_a_flipped_bit(recorded):
+    import hashlib
+
+    about = json.loads(recorded["mcap"].with_name("drive.mcap.json").read_text())
+    data = recorded["mcap"].read_bytes()
+    assert about["sha256"]["drive.mcap"] == hashlib.sha256(data).hexdigest()
+
+
+def test_a_recording_without_our_topics_says_what_is_missing(capsys, tmp_path):
+    path = tmp_path / "other.bag"
+    writer, compose = open_writer(path), Composer(1)
+    writer.write(topics.TWIST, compose.stamp_ns(0.0), compose.twist(0.3, 0.1))
+    writer.close()
+    assert main(["bag", "replay", str(path)]) == 1
+    error = capsys.readouterr().err
+    assert "/2D_scan" in error
+    assert "/cmd_vel" in error
+    with pytest.raises(BagError, match="one that is there"):
+        open_writer(path)
+    with pytest.raises(BagError, match=r"\.bag, \.mcap or \.db3"):
+        open_writer(tmp_path / "x.txt")
+
+
+def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
+    """Return a PointCloud2 with its own layout."""
+    compose, order = Composer(2), ">" if big else "<"
+    number = {"f4": 7, "f8": 8, "i2": 3}[dtype]
+    width = len(points) // rows
+    data = bytearray()
+    size = {"f4": "f", "f8": "d", "i2": "h"}[dtype]
+    for k, point in enumerate(points):
+        record = bytearray(b"\xff" * step)
+        for value, offset in zip(point, offsets, strict=True):
+            struct.pack_into(f"{order}{size}", record, offset, value)
+        data += record
+        if (k + 1) % width == 0:
+            data += b"\xee" * pad
+    fields = [
+        compose.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
+        for n, o in zip("xyz", offsets, strict=True)
+    ]
+    return compose.new(
+        "sensor_msgs/msg/PointCloud2",
+        header=compose.header(0.0, "velodyne"),
+        height=rows,
+        width=width,
+        fields=fields,
+        is_bigendian=big,
+        point_step=step,
+        row_step=step * width + pad,
+        data=np.frombuffer(bytes(data), dtype=np.uint8),
+        is_dense=False,
+    )
+
+
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize(
+    ("dtype", "offsets", "step", "rows", "pad"),
+    [
+        ("f4", (0, 4, 8), 12, 1, 0),
+        ("f4", (8, 0, 20), 32, 4, 7),
+        ("f8", (1, 9, 17), 29, 2, 3),
+        ("i2", (2, 4, 6), 16, 1, 0),
+    ],
+)
+def test_any_layout_of_points_is_read(dtype, offsets, step, rows, pad, big):
+    points = np.arange(24).reshape(8, 3) - 5
+    cloud = cloud_of(foreign(points, dtype, offsets, step, big, rows, pad))
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.frame == "sensor"
+
+
+def test_points_that_are_none_are_left_out():
+    points = np.array([[1.0, 2, 3], [np.nan, 0, 0], [0, np.inf, 0], [4, 5, 6]])
+    cloud = cloud_of(foreign(points, "f4", (0, 4, 8), 16))
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+
+
+def test_a_cloud_that_lies_about_itself_is_an_error():
+    message = foreign(np.ones((4, 3)), "f4", (0, 4, 8), 12)
+    with pytest.raises(PointCloudError, match="rows of"):
+        cloud_of(replace(message, width=5, row_step=60))
+    with pytest.raises(PointCloudError, match="field z"):
+        cloud_of(replace(message, point_step=10, row_step=48))
+    with pytest.raises(PointCloudError, match="x, y and z"):
+        cloud_of(replace(message, fields=message.fields[:2]))
+
+
+def test_a_cloud_goes_there_and_back(tmp_path):
+    points = np.random.default_rng(0).normal(size=(500, 3)).astype(np.float32)
+    for suffix, ros in (("bag", 1), ("mcap", 2)):
+        path = tmp_path / f"one.{suffix}"
+        writer, compose = open_writer(path), Composer(ros)
+        message = compose.cloud(1.0, PointCloud(points, "base_footprint"))
+        writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+        writer.close()
+        cloud = read_bag_cloud(path, None)
+        np.testing.assert_array_equal(cloud.points, points)
+        assert cloud.frame == "base_footprint"
+
+
+def test_a_receiver_without_a_fix_says_so_there_and_back():
+    row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
+    message = Composer(1).fix(row)
+    assert message.status.status == -1
+    np.testing.assert_array_equal(fix_of(message), row[1:])
+    known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
+    np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "east", "north", "expected"),
+    [
+        (2, 1.0, 4.0, 4.0),
+        (2, 4.0, 1.0, 4.0),
+        (0, 1.0, 1.0, np.nan),
+        (2, 0.0, 0.0, np.nan),
+        (1, np.nan, np.nan, np.nan),
+        (2, np.inf, 1.0, np.nan),
+        (2, -1.0, 2.0, -1.0),
+    ],
+)
+def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
+    fix = Composer(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
+    covariance = np.diag([east, north, 9.0]).ravel()
+    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
+    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])

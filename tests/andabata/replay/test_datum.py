@@ -1,0 +1,302 @@
+"""Recordings from anywhere on Earth: the datum, the field there, and fixes that lie."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.localization.datum import Datum
+from andabata.machine.geo_reference import GeoReference
+from andabata.machine.pose import Pose
+from andabata.records import topics
+from andabata.records.bag_reader import read_setup
+from andabata.records.bags import Bag, open_writer
+from andabata.records.messages import Composer
+from andabata.records.recorder import DATUM
+from tests.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
+
+DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
+REPLAY = ["bag", "replay", "--controller", "reactive"]
+PLACES = {
+    "Waterloo": place(43.47, -80.54, 330.0),
+    "Hobart": place(-42.88, 147.33, 50.0),
+    "Taveuni, on the antimeridian": place(-16.8, 180.0, 40.0),
+    "La Paz": place(-16.5, -68.15, 3640.0),
+    "Longyearbyen": place(78.22, 15.65, 10.0),
+}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A short drive with a 3D laser."""
+    path = tmp_path_factory.mktemp("places") / "drive.bag"
+    options = ["--out", str(path.parent / "out"), "--set", "plant=kinematic", "--no-clouds"]
+    words = [*options, "--sensor", "vlp-16", "--time-limit", "8", "--record", str(path)]
+    assert main([*DRIVE, *words, "--json", "--quiet"]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def plain(recorded):
+    """Its senses, as somebody else's robot would have recorded them."""
+    return copied(recorded, recorded.with_name("plain.bag"))
+
+
+@pytest.fixture(scope="module")
+def plain_scans(plain):
+    """What a replay of them makes of it."""
+    with watched(pytest.MonkeyPatch()) as scans:
+        assert main([*REPLAY, str(plain), "--json", "--quiet"]) == 0
+    return scans
+
+
+@pytest.fixture
+def replay(capsys, monkeypatch):
+    """Replay a recording; return the exit code, the figures or the error, and the scans."""
+
+    def run(path, *words):
+        capsys.readouterr()
+        with watched(monkeypatch) as scans:
+            code = main([*REPLAY, str(path), *words, "--json", "--quiet"])
+        out, err = capsys.readouterr()
+        return code, json.loads(out) if out else err, scans
+
+    return run
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_a_drive_makes_the_same_ranges_wherever_on_earth(
+    replay, recorded, plain_scans, tmp_path, name
+):
+    there = PLACES[name]
+    code, data, others = replay(moved(recorded, tmp_path / "moved.bag", there))
+    assert code == 0
+    assert data["datum"]["source"] == "the first good fix"
+    assert there.distance(data["datum"]["latitude_deg"], data["datum"]["longitude_deg"]) < 30
+    assert data["magnetic"]["declination_deg"] == pytest.approx(there.declination_deg, abs=0.02)
+    assert data["magnetic"]["source"] == f"WMM2020 for {YEAR:.1f}"
+    assert data["health"] == {"ok": len(others)}
+    assert sum(scan is not None for scan in plain_scans) > 60
+    assert differing(plain_scans, others) == 0
+
+
+def edited_fixes(plain, path, edit):
+    """Copy a recording; ``edit`` takes the number of a fix and its message."""
+    count = iter(range(1000))
+
+    def change(topic, message):
+        return edit(next(count), message) if topic is topics.FIX else message
+
+    return copied(plain, path, change)
+
+
+def test_fixes_alone_moved_give_the_same_ranges_and_the_compass_is_said(
+    replay, plain, plain_scans, tmp_path
+):
+    def to_canada(_, fix):
+        east = -80.54 + (fix.longitude + 4.478) * 1.105
+        return replace(fix, latitude=fix.latitude + 6.755, longitude=east)
+
+    path = edited_fixes(plain, tmp_path / "canada.bag", to_canada)
+    code, data, scans = replay(path)
+    assert code == 0
+    assert differing(plain_scans, scans) == 0
+    assert data["magnetic"]["declination_deg"] == pytest.approx(-9.5, abs=0.1)
+    assert data["magnetic"]["compass_inclination_deg"] < 60 < data["magnetic"]["inclination_deg"]
+    assert main([*REPLAY, str(path), "--datum", "36.7,-4.4"]) == 1
+
+
+def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, plain):
+    code, error, _ = replay(plain, "--datum", "43.47,-80.54")
+    assert code == 1
+    assert "latitude 43.47000, longitude -80.54000 (given)" in error
+    assert "latitude 36.71" in error
+    assert "km away" in error
+    assert "--datum" in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--datum", "36.71,-4.47"],
+        ["--set", "sensing.site.latitude_deg=36.71", "--set", "sensing.site.longitude_deg=-4.47"],
+        ["--datum", "36.71,-4.47,25"],
+    ],
+)
+def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
+    code, data, scans = replay(plain, *words, "--set", "sensing.site.declination_deg=4")
+    assert code == 0
+    assert data["datum"]["source"] == "given"
+    assert data["datum"]["latitude_deg"] == 36.71
+    assert data["magnetic"]["declination_deg"] == 4
+    assert data["magnetic"]["source"].startswith("given (declination_deg); WMM2020")
+    assert data["health"] == {"ok": len(scans)}
+    assert differing(plain_scans, scans) == 0
+
+
+def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
+    code, error, _ = replay(plain, "--set", "sensing.site.latitude_deg=36.71")
+    assert code == 1
+    assert "longitude_deg" in error
+    for text in ("36.7", "91,0", "1,2,3,4", "north,0", "0,nan"):
+        code, error, _ = replay(plain, "--datum", text)
+        assert code == 2
+        assert f"got {text!r}" in error
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"latitude": 0.0, "longitude": 0.0}, "at latitude 0, longitude 0"),
+        ({"latitude": np.nan}, "a place that is no number"),
+        ({"altitude": 1e6}, "altitude outside of -500 to 9000 m"),
+        ({"latitude": 36.77}, "more than 1 km from the others"),
+        ({"latitude": -4.478, "longitude": 36.715}, "more than 1 km from the others"),
+        ({"latitude": 140.0, "longitude": 36.715}, "latitude beyond 90 degrees"),
+        ({"position_covariance": -np.eye(3).ravel()}, "a negative variance"),
+        ({"position_covariance": 1e9 * np.eye(3).ravel()}, "a standard deviation beyond 1000 m"),
+    ],
+)
+def test_bad_fixes_at_the_begin_are_no_datum_and_are_said(plain, tmp_path, change, reason):
+    path = edited_fixes(
+        plain, tmp_path / "x.bag", lambda k, fix: replace(fix, **change) if k < 3 else fix
+    )
+    with Bag(path) as bag:
+        setup = read_setup(bag, {}, {})
+    assert GeoReference().distance(*place_of(setup.datum)) < 30
+    # The second of them says itself that it is none.
+    assert [n for text, n in setup.refused.items() if reason in text] == [2]
+    assert np.hypot(*setup.start.position[:2]) < 5
+    assert setup.rough
+
+
+def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
+    def late(k, fix):
+        return replace(fix, status=replace(fix.status, status=-1), latitude=0.0) if k < 3 else fix
+
+    with Bag(edited_fixes(plain, tmp_path / "x.bag", late)) as bag:
+        setup = read_setup(bag, {}, {})
+    assert GeoReference().distance(*place_of(setup.datum)) < 30
+    assert not setup.refused
+
+
+def test_a_recording_of_bad_fixes_says_why_it_has_no_start(replay, plain, tmp_path):
+    nowhere = edited_fixes(
+        plain, tmp_path / "x.bag", lambda _, fix: replace(fix, latitude=0.0, longitude=0.0)
+    )
+    code, error, _ = replay(nowhere)
+    assert code == 1
+    assert "fixes at latitude 0, longitude 0" in error
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"altitude": np.nan},
+        {"position_covariance": np.full(9, np.nan)},
+        {"position_covariance": np.zeros(9)},
+        {"position_covariance_type": 0},
+    ],
+)
+def test_what_a_receiver_does_not_know_is_assumed_and_said(
+    replay, plain, plain_scans, tmp_path, change
+):
+    path = edited_fixes(plain, tmp_path / "x.bag", lambda _, fix: replace(fix, **change))
+    code, data, scans = replay(path)
+    assert code == 0
+    assert data["counts"]["gnss"][2] == 0
+    assert data["counts"]["gnss"][0] > 0
+    assumed = [remark["count"] for remark in data["remarks"] if remark["sense"] == "/fix"]
+    assert sum(assumed) == sum(data["counts"]["gnss"])
+    assert not data["refused_by_reason"]
+    assert differing(plain_scans, scans) == 0
+
+
+def test_later_nonsense_is_refused_by_reason(replay, plain, tmp_path):
+    path = edited_fixes(
+        plain,
+        tmp_path / "x.bag",
+        lambda k, fix: replace(fix, latitude=0.0, longitude=0.0) if k in (3, 5) else fix,
+    )
+    code, data, _ = replay(path)
+    assert code == 3
+    assert list(data["refused_by_reason"]["/fix"].values()) == [2]
+    assert data["counts"]["gnss"][2] == 2
+
+
+def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_path):
+    """Somebody's /initialpose at (100, -50): the datum is laid so that the first fix is there."""
+    path = tmp_path / "told.bag"
+    writer, compose = open_writer(path), Composer(1)
+    pose = Pose.from_euler(np.array([100.0, -50.0, 2.0]), 0.0, 0.0, 0.3)
+    with Bag(plain) as bag:
+        begin = next(bag.messages((topics.IMU.ros1,))).stamp_ns
+        told = replace(compose, epoch_ns=begin).initial(0.0, pose)
+        writer.write(topics.INITIAL, begin, told)
+        for message in bag.messages():
+            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+    writer.close()
+    with Bag(path) as bag:
+        setup = read_setup(bag, {}, {})
+    first = GeoReference().to_geodetic(np.zeros((1, 3)))
+    assert not setup.rough
+    assert setup.datum.source == "the first good fix, at the start that is told"
+    np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
+    assert setup.datum.sensed is not None
+
+
+def test_a_pose_in_odom_is_no_start(plain, tmp_path):
+    """robot_localization's /odometry/filtered stands in odom, which lies anywhere."""
+    path = tmp_path / "odom.bag"
+    writer = open_writer(path)
+    pose = Pose.from_euler(np.array([5e5, 4e6, 0.0]), 0.0, 0.0, 0.3)
+    with Bag(plain) as bag:
+        for k, message in enumerate(bag.messages()):
+            if k % 200 == 0:
+                told = replace(Composer(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
+                header = replace(told.header, frame_id="odom")
+                writer.write(topics.FILTERED, message.stamp_ns, replace(told, header=header))
+            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+    writer.close()
+    with Bag(path) as bag, Bag(plain) as other:
+        assert read_setup(bag, {}, {}).datum == read_setup(other, {}, {}).datum
+
+
+def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_path):
+    path, datum = tmp_path / "live.bag", Datum(PLACES["Hobart"], "the first good fix", "x", True)
+    writer = open_writer(path)
+    pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.3)
+    with Bag(plain) as bag:
+        for k, message in enumerate(bag.messages()):
+            if k % 200 == 0:
+                compose = replace(Composer(1), epoch_ns=message.stamp_ns)
+                values = {DATUM: json.dumps(datum.as_dict())} if k else {}
+                said = compose.diagnostics(0.0, 0, "ok", values)
+                writer.write(topics.DIAGNOSTICS, message.stamp_ns, said)
+                writer.write(topics.FILTERED, message.stamp_ns, compose.odometry(0.0, pose))
+            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+    writer.close()
+    with Bag(path) as bag:
+        setup = read_setup(bag, {}, {})
+    assert setup.datum == replace(datum, source="the recording")
+    assert not setup.rough
+
+
+def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):
+    code, data, _ = replay(recorded)
+    assert code == 0
+    assert data["datum"] == {
+        "latitude_deg": 36.715,
+        "longitude_deg": -4.478,
+        "altitude_m": 60.0,
+        "source": "the recording",
+    }
+    assert data["magnetic"]["heading_only"] is False
+    assert data["differing_scans"] == 0
+
+
+def place_of(datum):
+    return datum.reference.latitude_deg, datum.reference.longitude_deg

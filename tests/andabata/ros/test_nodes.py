@@ -1,0 +1,220 @@
+"""A live ROS 1 graph: a real master, the reference tools, and our nodes as a user starts them."""
+
+import re
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.records.bags import Bag, open_writer
+from andabata.records.messages import Composer, header_ns
+from andabata.records.topics import TOPICS, TWIST
+from andabata.ros.graph import PACKAGES
+from tests.ros_graph import Graph, has_tools, result, running, stop, stopped
+from traversability.grid import PolarGrid
+
+needs_ros = pytest.mark.skipif(
+    not has_tools(),
+    reason=f"ROS 1's tools are not installed (on Debian: apt-get install {PACKAGES})",
+)
+SENSES = ("/2D_scan", "/head_angle", "/encoder_data", "/imu", "/mag_orientation", "/fix")
+QUICK = ["--set", "plant=kinematic"]
+
+
+@pytest.fixture
+def graph(tmp_path):
+    with running(tmp_path) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "drive.bag"
+    words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
+    options = ["--out", str(path.parent / "out"), "--time-limit", "14", "--record", str(path)]
+    assert main([*words, *QUICK, *options, "--quiet", "--json"]) == 0
+    return path
+
+
+@needs_ros
+def test_a_simulated_robot_is_driven_through_the_graph(graph):
+    graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
+    graph.wait_for("/initialpose", "Publishers:")
+    recorded = graph.folder / "live.bag"
+    watched = ("/cmd_vel", "/2D_virtual_scan", "/3D_relative_cloud", "/ground_truth")
+    recorder = graph.start("rosbag", "record", "-O", recorded, *watched)
+    node = graph.andabata("navigator", "--controller", "reactive", "--seconds", "16")
+    found = result(node, 60)
+    stopped(recorder, recorded)
+    assert found["health"] == "ok"
+    assert found["scans"] > 80
+    assert found["moving"] > 80
+    assert found["refused"] == 0
+    stamps, places = {name: [] for name in watched}, []
+    with Bag(recorded) as live:
+        for message in live.messages():
+            stamps[message.topic].append(message.stamp_ns / 1e9)
+            if message.topic == "/ground_truth":
+                p = message.content.pose.pose.position
+                places.append([p.x, p.y])
+    # Wide bounds, since the machine may be busy: the benchmark measures.
+    assert np.median(np.diff(stamps["/cmd_vel"])) == pytest.approx(0.1, rel=0.1)
+    assert np.median(np.diff(stamps["/3D_relative_cloud"])) == pytest.approx(0.05, rel=0.2)
+    driven = np.hypot(*(np.array(places[-1]) - places[0]))
+    assert driven > 1.0
+
+
+@needs_ros
+def test_a_played_bag_gives_the_recorded_scans_again(graph, bag):
+    graph.tool("rosparam", "set", "/use_sim_time", "true")
+    node = graph.andabata("navigator", "--controller", "reactive")
+    graph.wait_for("/imu", "Subscribers:")
+    live = graph.folder / "live.bag"
+    graph.start("rosbag", "record", "-O", live, "/2D_virtual_scan", "/cmd_vel")
+    recorder = graph.processes[-1]
+    graph.wait_for("/cmd_vel", "Subscribers:")
+    topics = (*SENSES, "/goal", "/initialpose")
+    play = graph.start(
+        "rosbag", "play", "--quiet", "--clock", "--delay=2", bag, "--topics", *topics
+    )
+    rates = graph.tool("rostopic", "hz", "/cmd_vel", seconds=12)
+    assert play.wait(60) == 0
+    stopped(recorder, live)
+    stop(node)
+    measured = [float(line.split(":")[1]) for line in rates.splitlines() if "average rate" in line]
+    assert measured
+    assert np.median(measured) == pytest.approx(10.0, rel=0.1)
+    before, now = virtual_scans(bag), virtual_scans(live)
+    assert len(now) > 60
+    same = [agreement(scan, before[nearest(before, stamp)]) for stamp, scan in now.items()]
+    assert np.mean(same) > 0.85
+
+
+def virtual_scans(path):
+    """Return the recorded virtual scans by their stamp [s]."""
+    with Bag(path) as found:
+        scans = [message.content for message in found.messages(("/2D_virtual_scan",))]
+    return {header_ns(scan) / 1e9: np.array(scan.ranges) for scan in scans}
+
+
+def nearest(scans, stamp):
+    return min(scans, key=lambda other: abs(other - stamp))
+
+
+def agreement(ranges, others):
+    """Return the share of sectors that are equal or one ring apart."""
+    edges = PolarGrid().ring_edges
+    rings, other = (np.searchsorted(edges, np.nan_to_num(r, nan=0.0)) for r in (ranges, others))
+    return np.mean(np.abs(rings - other) <= 1)
+
+
+@needs_ros
+def test_a_robot_that_falls_silent_is_held_and_said(graph):
+    robot = graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
+    graph.wait_for("/initialpose", "Publishers:")
+    recorded = graph.folder / "live.bag"
+    node = graph.andabata("navigator", "--controller", "straight", "--seconds", "14")
+    graph.wait_for("/wheel_speed_cmd", "Publishers:")
+    recorder = graph.start(
+        "rosbag", "record", "-O", recorded, "/wheel_speed_cmd", "/diagnostics", "/imu"
+    )
+    time.sleep(7)
+    robot.kill()
+    result(node, 60)
+    stopped(recorder, recorded)
+    last, held, said = 0.0, None, None
+    with Bag(recorded) as live:
+        for message in live.messages():
+            stamp = message.stamp_ns / 1e9
+            if message.topic == "/imu":
+                last = stamp
+            elif message.topic == "/wheel_speed_cmd":
+                moving = message.content.left != 0 or message.content.right != 0
+                held = None if moving else held or stamp
+            elif "imu: silent" in message.content.status[0].message:
+                said = said or stamp
+    assert held is not None
+    assert held - last < 0.2 + 0.2 + 0.15
+    assert said is not None
+    assert said - last < 0.5
+
+
+@needs_ros
+def test_a_navigator_that_is_stopped_stops_the_robot(graph):
+    graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
+    graph.wait_for("/initialpose", "Publishers:")
+    node = graph.andabata("navigator", "--controller", "straight")
+    graph.wait_for("/wheel_speed_cmd", "Publishers:")
+    recorded = graph.folder / "live.bag"
+    recorder = graph.start("rosbag", "record", "-O", recorded, "/wheel_speed_cmd")
+    time.sleep(7)
+    stop(node)
+    assert node.returncode == 130
+    stopped(recorder, recorded)
+    with Bag(recorded) as live:
+        wheels = [(m.content.left, m.content.right) for m in live.messages()]
+    assert wheels[-2] != (0.0, 0.0)
+    assert wheels[-1] == (0.0, 0.0)
+
+
+@needs_ros
+def test_senses_of_another_clock_are_refused(graph, bag):
+    node = graph.andabata("navigator")
+    graph.wait_for("/imu", "Subscribers:")
+    graph.start("rosbag", "play", "--quiet", bag, "--topics", *SENSES)
+    assert node.wait(30) == 1
+    error = node.output.with_suffix(".err").read_text()
+    assert "use_sim_time" in error
+    assert "Traceback" not in error
+
+
+@needs_ros
+def test_the_reference_tools_read_our_bags(bag, tmp_path):
+    graph = Graph(tmp_path)
+    info = graph.tool("rosbag", "info", "-y", bag)
+    assert all(f"topic: {topic.ros1}\n" in info for topic in TOPICS)
+    checked = graph.start("rosbag", "check", bag)
+    checked.wait(60)
+    said = checked.output.read_text() + checked.output.with_suffix(".err").read_text()
+    # It compares definitions with their comments, which rosbags leaves out: every standard type is
+    # listed, and none has another checksum. Our own types are nowhere but in the bag.
+    pairs = re.findall(r"From: (\S+) \[(\w+)\]\s+To: +(\S+)(?: \[(\w+)\])?", said)
+    assert len(pairs) > 5
+    assert [p for p in pairs if p[1] != p[3] and not p[0].startswith("andabata_msgs/")] == []
+
+
+@needs_ros
+def test_without_a_master_it_says_so(tmp_path):
+    graph = Graph(tmp_path)
+    node = graph.andabata("navigator")
+    assert node.wait(60) == 1
+    assert "roscore" in node.output.with_suffix(".err").read_text()
+
+
+def test_without_ros_it_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "rospy", None)
+    assert main(["ros", "navigator"]) == 1
+    assert "python3-rospy" in capsys.readouterr().err
+
+
+def test_wrong_places_are_a_usage_error(capsys):
+    assert main(["ros", "navigator", "--start", "1,2"]) == 2
+    assert main(["ros", "navigator", "--goal", "1,nan"]) == 2
+    assert main(["ros", "navigator", "--controller", "oracle"]) == 2
+    assert capsys.readouterr().err.count("expected") == 3
+
+
+def test_mcap_files_are_read_by_the_reference_reader(tmp_path):
+    from mcap.reader import make_reader
+
+    path = tmp_path / "x.mcap"
+    writer, compose = open_writer(path), Composer(2)
+    for k in range(20):
+        writer.write(TWIST, compose.stamp_ns(k / 10), compose.twist(0.3, 0.1))
+    writer.close()
+    with path.open("rb") as file:
+        found = list(make_reader(file, validate_crcs=True).iter_messages())
+    assert len(found) == 20
+    assert found[0][0].name == "geometry_msgs/msg/Twist"

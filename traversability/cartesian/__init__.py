@@ -1,0 +1,1 @@
+"""Cells of a Cartesian grid around the robot: features, classifier, and a grid that rolls along."""

@@ -15,7 +15,7 @@ from rl.learner import Learner
 from rl.policy import Policy
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import ObservationLayout
-from rl.training import Assignment, Episode, Sampler
+from rl.training import Episode, EpisodeSpec, Sampler
 
 LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]
 
@@ -121,7 +121,7 @@ def make_learner(config: CurriculumConfig) -> Learner:
 
 
 @dataclass(frozen=True)
-class Generation:
+class TrainingIteration:
     """What one update learnt from.
 
     Attributes:
@@ -221,7 +221,7 @@ class Curriculum:
         """Generations since the run began, over all stages."""
         return self._at.generations
 
-    def run(self) -> Iterator[Generation]:
+    def run(self) -> Iterator[TrainingIteration]:
         """Play, learn and yield, one generation at a time, until every stage is done."""
         while self._at.stage < len(self._config.stages):
             stage = self._config.stages[self._at.stage]
@@ -232,23 +232,23 @@ class Curriculum:
                 self._at.recent, self._at.on_level, self._at.best = [], [], -1.0
             yield generation
 
-    def _advance(self, stage: Stage) -> Generation:
+    def _advance(self, stage: Stage) -> TrainingIteration:
         """Play one generation's episodes and learn from them."""
         config, at = self._config, self._at
-        assignments = self._assignments(stage)
+        specs = self._assignments(stage)
         explorer = self.learner.explorer(config.dead_zone)
-        episodes = self._sampler(explorer, config.learner.hold, assignments, True)
+        episodes = self._sampler(explorer, config.learner.hold, specs, True)
         pace = 1 - (1 - config.final_pace) * at.episodes / stage.episodes
         order = np.random.default_rng((config.seed, at.stage, at.generation, 1))
         losses = self.learner.update(episodes, order, pace)
-        own = [e for e, one in zip(episodes, assignments, strict=True) if one.stage == at.stage]
+        own = [e for e, one in zip(episodes, specs, strict=True) if one.stage == at.stage]
         level = at.levels[at.stage]
         self._move_on(stage, own, sum(episode.steps for episode in episodes))
         is_last = at.episodes >= stage.episodes or self._is_passed(stage)
         validation = self._validate(stage, is_last)
         return self._tell(stage, own, level, losses, validation, is_last)
 
-    def _assignments(self, stage: Stage) -> list[Assignment]:
+    def _assignments(self, stage: Stage) -> list[EpisodeSpec]:
         """Return the next generation's episodes: some of them in the stages before."""
         config, at = self._config, self._at
         count = config.learner.batch
@@ -256,14 +256,14 @@ class Curriculum:
         old = min(round(count * stage.rehearsal), count - 1) if at.stage else 0
         own = min(count - old, stage.episodes - at.episodes)
         found = [
-            Assignment(at.stage, (config.seed, at.stage, at.episodes + k), at.levels[at.stage])
+            EpisodeSpec(at.stage, (config.seed, at.stage, at.episodes + k), at.levels[at.stage])
             for k in range(own)
         ]
         for k in range(old):
             number = at.generation * old + k
             before = number % at.stage
             seed = (config.seed, at.stage, number, before, 2)
-            found.append(Assignment(before, seed, at.levels[before]))
+            found.append(EpisodeSpec(before, seed, at.levels[before]))
         return found
 
     def _move_on(self, stage: Stage, own: Sequence[Episode], steps: int) -> None:
@@ -311,15 +311,15 @@ class Curriculum:
         """Return the share of successes of a policy in a stage's worlds for validation."""
         config = self._config
         level = config.stages[stage].difficulty
-        assignments = [
-            Assignment(
+        specs = [
+            EpisodeSpec(
                 len(config.stages) + stage,
                 (config.seed, stage, k, 0, 0, 3),
                 None if level is None else level.most,
             )
             for k in range(config.validation)
         ]
-        episodes = self._sampler(policy, 1, assignments, False)
+        episodes = self._sampler(policy, 1, specs, False)
         return float(np.mean([episode.is_success for episode in episodes]))
 
     def _tell(
@@ -330,11 +330,11 @@ class Curriculum:
         losses: dict[str, float],
         validation: dict[str, float],
         is_last: bool,
-    ) -> Generation:
+    ) -> TrainingIteration:
         """Return what the generation was."""
         at = self._at
         names = own[0].terms
-        return Generation(
+        return TrainingIteration(
             stage=at.stage,
             name=stage.name,
             played=len(own),

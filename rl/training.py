@@ -22,7 +22,7 @@ TURN_STEP = 0.1
 
 
 @dataclass(frozen=True)
-class Assignment:
+class EpisodeSpec:
     """An episode that is to be played.
 
     Attributes:
@@ -70,7 +70,7 @@ class Episode:
         return float(abs(rates.sum()) * held / (2 * np.pi))
 
 
-Sampler = Callable[[Policy, int, Sequence[Assignment], bool], list[Episode]]
+Sampler = Callable[[Policy, int, Sequence[EpisodeSpec], bool], list[Episode]]
 """Plays what is assigned: (policy, hold, assignments, explore)."""
 
 
@@ -78,7 +78,7 @@ def play(
     environment: Environment,
     policy: Policy,
     hold: int,
-    assignment: Assignment,
+    spec: EpisodeSpec,
     explore: bool = True,
 ) -> Episode:
     """Play one episode.
@@ -87,11 +87,11 @@ def play(
         environment: Of the assignment's stage.
         policy: Chooses the actions.
         hold: Control steps that an action is held.
-        assignment: Which episode.
+        spec: Which episode.
         explore: Whether actions are drawn at random around the policy's best.
     """
-    lane = _Lane(0, assignment)
-    state, _ = environment.reset(seed=lane.first_seed, options=_options(assignment))
+    lane = EpisodeRecorder(0, spec)
+    state, _ = environment.reset(seed=lane.first_seed, options=_options(spec))
     over, terminated = False, False
     info: dict[str, Any] = {}
     while not over:
@@ -105,18 +105,18 @@ def play(
     return lane.finished(state, terminated, str(info["outcome"]), bool(info["is_success"]))
 
 
-def _options(assignment: Assignment) -> dict[str, Any]:
+def _options(spec: EpisodeSpec) -> dict[str, Any]:
     """Return the options of a reset."""
-    return {} if assignment.difficulty is None else {"difficulty": assignment.difficulty}
+    return {} if spec.difficulty is None else {"difficulty": spec.difficulty}
 
 
-class _Lane:
+class EpisodeRecorder:
     """One robot's episode as it is played."""
 
-    def __init__(self, number: int, assignment: Assignment) -> None:
+    def __init__(self, number: int, spec: EpisodeSpec) -> None:
         """Begin an episode, which is to be the ``number``-th of the result."""
-        self.number, self.difficulty = number, assignment.difficulty
-        self._rng = np.random.default_rng(assignment.seed)
+        self.number, self.difficulty = number, spec.difficulty
+        self._rng = np.random.default_rng(spec.seed)
         self.first_seed = int(self._rng.integers(2**31))
         self._states: list[NDArray[np.float32]] = []
         self._actions: list[float] = []
@@ -160,7 +160,7 @@ def play_together(
     robots: Robots,
     policy: Policy,
     hold: int,
-    assignments: Sequence[Assignment],
+    specs: Sequence[EpisodeSpec],
     explore: bool = True,
 ) -> list[Episode]:
     """Play episodes of one stage, as ``play`` does, with many robots side by side.
@@ -169,18 +169,18 @@ def play_together(
         robots: Where; see ``Robots``.
         policy: Chooses the actions.
         hold: Control steps that an action is held.
-        assignments: Which episodes.
+        specs: Which episodes.
         explore: As for ``play``.
     """
-    waiting = list(enumerate(assignments))[::-1]
+    waiting = list(enumerate(specs))[::-1]
     found: dict[int, Episode] = {}
-    lanes: list[_Lane | None] = [None] * robots.num_envs
+    lanes: list[EpisodeRecorder | None] = [None] * robots.num_envs
     states = np.zeros((robots.num_envs, policy.layout.size), dtype=np.float32)
     actions = np.zeros((robots.num_envs, 1), dtype=np.float32)
-    while len(found) < len(assignments):
+    while len(found) < len(specs):
         idle = np.array([lane is None for lane in lanes])
         for k in np.flatnonzero(idle)[: len(waiting)].tolist():
-            lanes[k] = _Lane(*waiting.pop())
+            lanes[k] = EpisodeRecorder(*waiting.pop())
         begun = idle & np.array([lane is not None for lane in lanes])
         if begun.any():
             first = [lane.first_seed if lane else None for lane in lanes]
@@ -206,15 +206,15 @@ def play_together(
                         bool(info["is_success"][k]),
                     )
                     lanes[k] = None
-    return [found[number] for number in range(len(assignments))]
+    return [found[number] for number in range(len(specs))]
 
 
 def serial_sampler(environments: Sequence[Environment]) -> Sampler:
     """Return a sampler that plays in this process; one environment a stage."""
 
     def sample(
-        policy: Policy, hold: int, assignments: Sequence[Assignment], explore: bool
+        policy: Policy, hold: int, specs: Sequence[EpisodeSpec], explore: bool
     ) -> list[Episode]:
-        return [play(environments[one.stage], policy, hold, one, explore) for one in assignments]
+        return [play(environments[one.stage], policy, hold, one, explore) for one in specs]
 
     return sample

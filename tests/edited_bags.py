@@ -15,7 +15,7 @@ from andabata.records.messages import NS, Composer
 from andabata.records.topics import RosMessage
 
 KEPT = {t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX, topics.LASER)}
-"""Senses of a robot that knows nothing of ours: no commands, no start, no settings."""
+"""Sensors of a robot that knows nothing of ours: no commands, no start, no settings."""
 
 Placed = tuple[str, str, Sequence[float], Sequence[float]]
 """Parent, child, x, y, z [m], roll, pitch, yaw [deg]."""

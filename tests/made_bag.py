@@ -42,7 +42,7 @@ class Row:
 def drive(seconds=10.0, seed=0, turning=0.4):
     """Return the messages of a drive, by the recorder's time."""
     rng, compose = np.random.default_rng(seed), Composer(1)
-    site, kinematics = GeoReference(), SkidSteer(RobotModel())
+    geo_reference, kinematics = GeoReference(), SkidSteer(RobotModel())
     times = np.arange(1, round(seconds * 100) + 1) / 100
     rates = turning * np.sin(0.6 * times)
     yaws = np.cumsum(rates) / 100
@@ -51,7 +51,7 @@ def drive(seconds=10.0, seed=0, turning=0.4):
     for k, t in enumerate(times):
         noise = rng.standard_normal(10)
         sine, cosine = np.sin(yaws[k]), np.cos(yaws[k])
-        east, north, up = site.flux * 1e-6
+        east, north, up = geo_reference.flux * 1e-6
         field = np.array([cosine * east + sine * north, cosine * north - sine * east, up])
         wheels = kinematics.unlimited_wheel_speeds(SPEED, rates[k])
         imu = np.array([t, *(1e-3 * noise[:3]), 0.0, SPEED * rates[k], 9.81])
@@ -65,7 +65,7 @@ def drive(seconds=10.0, seed=0, turning=0.4):
         ):
             rows.append(Row(topic, NAMES[topic], stamp, content))
         if (k + 1) % 100 == 0:
-            place = site.to_geodetic(np.array([[x[k], y[k], 0.0]]))[0]
+            place = geo_reference.to_geodetic(np.array([[x[k], y[k], 0.0]]))[0]
             fix = compose.fix(np.array([t, *place, 0.25]))
             rows.append(Row("/fix", NAMES["/fix"], stamp, fix))
         if (k + 1) % 10 == 0:

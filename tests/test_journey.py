@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.evaluation.trial import run_trial
 from andabata.models import shipped_forest, shipped_policy
-from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 from traversability.dataset import cell_samples
@@ -62,14 +62,18 @@ def test_the_robot_goes_round_a_trunk_and_arrives(make_scene):
     """From sweeps to wheels in bullet, with and without a map; blindly it meets them."""
     trunks = [frustum(SemanticClass.TRUNK, (0.0, y, 0.0), (0.2, 0.2), 3.0) for y in (-0.4, 0.4)]
     scene = make_scene(objects=trunks, size=40.0)
-    config = RigConfig()
+    config = SimulatedRobotConfig()
     task = Task(Start(-6.0, 0.0, 0.0), ((6.0, 0.0),))
     outcomes = {}
     for name in ("learned", "reactive", "straight"):
-        rig = Rig(scene, config, shipped_forest(), make_controller(name, scene.world, config))
-        (leg,) = run_trial(rig, task, JudgeConfig(time_limit=90.0), np.random.default_rng(3))
-        outcomes[name] = leg
-        rig.close()
+        simulated_robot = SimulatedRobot(
+            scene, config, shipped_forest(), make_controller(name, scene.world, config)
+        )
+        (attempt,) = run_trial(
+            simulated_robot, task, TerminationConfig(time_limit=90.0), np.random.default_rng(3)
+        )
+        outcomes[name] = attempt
+        simulated_robot.close()
     assert outcomes["straight"].outcome is Outcome.COLLISION
     for name in ("learned", "reactive"):
         assert outcomes[name].outcome is Outcome.GOAL

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from andabata.app.settings import SettingsError, resolve
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.training.plans import algorithms, load_plan
@@ -39,7 +39,7 @@ from traversability.files import cloud_to_bytes, read_cloud
 from traversability.forest_training import ForestConfig
 
 BRIEFLY = "".join(
-    f" --set stages.{stage}.episodes=2 --set stages.{stage}.environment.judge.time_limit=5"
+    f" --set stages.{stage}.episodes=2 --set stages.{stage}.environment.terminations.time_limit=5"
     f" --set 'stages.{stage}.environment.seeds=[0]'"
     for stage in ("Maze2D", "Maze3D", "Natural")
 )
@@ -52,9 +52,9 @@ REDUCED = {
     "train": "--workers 1 --set validation=0 --set learner.batch=2" + BRIEFLY,
     "report": "--tests 1 --workers 1",
     "drive": "--time-limit 5",  # The first cloud, without which a replay fails, takes 3.4 s.
-    "evaluate --world": "--trials 1 --workers 1 --set judge.time_limit=3",
+    "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
     # A robot that has seen nothing is not drawn, and the first cloud takes 3.4 s.
-    "evaluate --suite": "--workers 1 --set judge.time_limit=5",
+    "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",
     "ros robot": "--set plant=kinematic",
@@ -274,7 +274,13 @@ def test_commands_and_options_in_the_text_exist(document):
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_settings_in_the_text_exist(document):
-    bases = [RigConfig(), EvaluationConfig(), CloudsConfig(), ForestConfig(), SquareConfig()]
+    bases = [
+        SimulatedRobotConfig(),
+        EvaluationConfig(),
+        CloudsConfig(),
+        ForestConfig(),
+        SquareConfig(),
+    ]
     bases += [load_plan(name) for name in algorithms()]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]
     for text in named:

@@ -76,7 +76,7 @@ class TraversabilityScanner:
         return VirtualScan(ranges, self.grid.outer_radius, odds.astype(np.float32))
 
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
-        """Judge all cells, or those up to the first red one of each sector; return the ranges."""
+        """EpisodeMonitor all cells, or those up to the first red one of each sector; return the ranges."""
         self._quarters = fill_quarters(points, self.grid, self._quarters)
         describe_cells(
             points,
@@ -131,7 +131,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     votes_of,  # noqa: ANN001
     ranges,  # noqa: ANN001
 ):
-    """Judge described cells ring by ring; a red one closes its sector."""
+    """EpisodeMonitor described cells ring by ring; a red one closes its sector."""
     sectors, rings = counts.shape
     flat = values.reshape(sectors * rings, values.shape[2])
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)

@@ -190,7 +190,7 @@ def build_truth(
     config: TruthConfig,
     surface: NDArray[np.uint8] | None = None,
 ) -> TraversabilityMap:
-    """Judge every cell of a world on its true surface.
+    """EpisodeMonitor every cell of a world on its true surface.
 
     Args:
         ground: The heightfield.

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, JustifyMethod, RenderableType
+from rich.console import Console as RichConsole
+from rich.console import JustifyMethod, RenderableType
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -19,7 +20,7 @@ from rich.progress import (
 from rich.table import Table
 
 
-class Voice:
+class Console:
     """Speaks to people on stderr and to programs on stdout."""
 
     def __init__(self, quiet: bool = False, as_json: bool = False) -> None:
@@ -31,9 +32,9 @@ class Voice:
         """
         self.as_json = as_json
         self._quiet = quiet
-        self._console = Console(stderr=True, quiet=quiet, highlight=False)
+        self._console = RichConsole(stderr=True, quiet=quiet, highlight=False)
 
-    def say(self, text: str) -> None:
+    def status(self, text: str) -> None:
         """Tell people something."""
         self._console.print(text, soft_wrap=True, markup=False)
 
@@ -42,7 +43,9 @@ class Voice:
         if self.as_json:
             sys.stdout.write(json.dumps(_finite(data)) + "\n")
         elif table is not None:
-            Console(highlight=False).print(table, markup=False, soft_wrap=isinstance(table, str))
+            RichConsole(highlight=False).print(
+                table, markup=False, soft_wrap=isinstance(table, str)
+            )
 
     @contextmanager
     def progress(self, what: str, total: int | None) -> Iterator["Step"]:

@@ -28,7 +28,8 @@ def datum_overrides(text: str | None) -> tuple[str, ...]:
             f"longitude within 180, altitude from -500 to 9000, got {text!r}"
         ) from error
     return tuple(
-        f"sensing.site.{name}={value!r}" for name, value in zip(_FIELDS, found, strict=False)
+        f"sensing.geo_reference.{name}={value!r}"
+        for name, value in zip(_FIELDS, found, strict=False)
     )
 
 

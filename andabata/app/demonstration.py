@@ -6,23 +6,23 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.app.console import Voice
+from andabata.app.console import Console
 from andabata.app.plots.drives import drive_picture, world_picture
 from andabata.app.plots.perception import confusion_picture, scan_picture
 from andabata.app.plots.training import learning_picture
 from andabata.app.report import Report
 from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.app.settings import resolve, with_parts
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.datasets.generate import generate_dataset
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.classifier import judge_forest
 from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.records.runs import make_folder, write_json
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history
 from traversability.dataset import Split, read_manifest, split_samples
@@ -64,7 +64,7 @@ class Demonstration:
         folder: Path,
         seed: int,
         workers: int,
-        voice: Voice,
+        console: Console,
         sensor: str,
     ) -> None:
         """Say what to run.
@@ -74,12 +74,12 @@ class Demonstration:
             folder: Where everything goes; an earlier demo there is replaced.
             seed: Of everything.
             workers: Processes.
-            voice: Tells people what happens.
+            console: Tells people what happens.
             sensor: The laser's name.
         """
         self._config = config
         self._folder, self._seed, self._workers = folder, seed, workers
-        self._voice, self._sensor = voice, sensor
+        self._console, self._sensor = console, sensor
         self._report = Report("andabata: from nothing to a driven path")
         self._figures: dict[str, Any] = {"sensor": sensor}
 
@@ -93,7 +93,7 @@ class Demonstration:
         self._judgement()
         self._figures["wall_s"] = time.perf_counter() - began
         path = self._folder / "report.html"
-        write_atomically(path, self._report.to_bytes())
+        atomic_io.write(path, self._report.to_bytes())
         write_json(self._folder / "demo.json", self._figures)
         return {**self._figures, "report": str(path)}
 
@@ -104,7 +104,7 @@ class Demonstration:
             "train": self._config.train,
             "validation": self._config.validation,
         }
-        with self._voice.progress("labelled clouds", sum(counts.values())) as step:
+        with self._console.progress("labelled clouds", sum(counts.values())) as step:
             generate_dataset(
                 clouds,
                 with_parts(CloudsConfig, self._sensor),
@@ -119,7 +119,7 @@ class Demonstration:
         forest = grow_forest(samples, PolarGrid(), few, self._seed)
         scores = judge_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
-        self._voice.say(
+        self._console.status(
             f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds"
         )
         self._report.section(
@@ -140,14 +140,14 @@ class Demonstration:
             overrides=(f"stages.Maze2D.episodes={episodes}", "validation=0"),
             base=load_plan(sensor=self._sensor),
         )
-        with self._voice.progress("episodes in the maze", episodes) as step:
+        with self._console.progress("episodes in the maze", episodes) as step:
             result = learn(
                 run,
                 plan,
                 range(1),
                 self._seed,
                 self._workers,
-                on_generation=lambda g: step(g.played),
+                on_iteration=lambda g: step(g.played),
             )
         self._figures["learning"] = result
         self._report.section(
@@ -161,20 +161,20 @@ class Demonstration:
 
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that nothing was trained on."""
-        config, limit = with_parts(RigConfig, self._sensor), self._config.time_limit
-        with self._voice.progress("simulated seconds", None) as step:
+        config, limit = with_parts(SimulatedRobotConfig, self._sensor), self._config.time_limit
+        with self._console.progress("simulated seconds", None) as step:
             driven = drive_once(
                 _WORLD, self._seed, "learned", config, on_second=step, time_limit=limit
             )
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
         self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k != "path"}
-        self._voice.say(driven.title)
+        self._console.status(driven.title)
         self._report.section(
             "A drive", driven.title + ", in bullet, with the shipped forest and policy."
         )
         picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
-        write_atomically(self._folder / "drive.png", picture)
+        atomic_io.write(self._folder / "drive.png", picture)
         self._report.picture(picture, "The driven path and the oracle's, on the true map")
         self._report.table(self._figures["drive"]["legs"])
         self._report.picture(world_picture(driven.world), "The world")
@@ -191,16 +191,16 @@ class Demonstration:
         self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
     def _judgement(self) -> None:
-        """Judge controllers in a few trials."""
+        """EpisodeMonitor controllers in a few trials."""
         trials = self._config.trials
         config = EvaluationConfig(
             world=_WORLD,
             trials=trials,
             seed=self._seed,
-            rig=with_parts(RigConfig, self._sensor),
-            judge=JudgeConfig(time_limit=self._config.time_limit),
+            simulated_robot=with_parts(SimulatedRobotConfig, self._sensor),
+            terminations=TerminationConfig(time_limit=self._config.time_limit),
         )
-        with self._voice.progress("trials of the controllers", trials) as step:
+        with self._console.progress("trials of the controllers", trials) as step:
             rows = evaluate(
                 config, Models(), workers=self._workers, on_trial=lambda trial, rows: step()
             )

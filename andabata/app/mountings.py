@@ -15,13 +15,13 @@ _TURN = 360.0
 
 
 def read_mountings(
-    texts: Sequence[str], senses: Sequence[str] = SENSES
+    texts: Sequence[str], readings: Sequence[str] = SENSES
 ) -> dict[str, GivenMounting]:
     """Return the mountings of options of the form ``[SENSE=]X,Y,[Z,]ROLL,PITCH,YAW``.
 
     Args:
         texts: Metres and degrees.
-        senses: Those that can be mounted here.
+        readings: Those that can be mounted here.
 
     Returns:
         By sense, or ``BARE`` where none is named.
@@ -34,9 +34,9 @@ def read_mountings(
     for text in texts:
         name, sign, value = text.rpartition("=")
         sense = name.strip()
-        if sign and sense not in senses:
+        if sign and sense not in readings:
             raise UsageError(
-                f"--mounting: expected one of {', '.join(senses)} before the sign, got {sense!r}"
+                f"--mounting: expected one of {', '.join(readings)} before the sign, got {sense!r}"
             )
         if sense in found:
             raise UsageError(f"--mounting: expected {sense or 'the laser'} once, got it twice")

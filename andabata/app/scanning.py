@@ -65,7 +65,7 @@ class ScanConfig(BaseModel):
 
 
 def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned:
-    """Judge the cells around the robot in a cloud.
+    """EpisodeMonitor the cells around the robot in a cloud.
 
     Args:
         cloud: In ``base_footprint``, or of a sensor.

@@ -13,9 +13,9 @@ from andabata.app.plots.drives import sights_picture, tests_picture, world_pictu
 from andabata.app.plots.training import learning_picture, rewards_picture
 from andabata.app.report import Report
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
-from andabata.evaluation.trial import Leg, run_trial
+from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.navigator import Step
@@ -169,7 +169,7 @@ def report_runs(
     """
     stages = common_stages(runs)
     jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
-    driven: dict[Test, tuple[Leg, Sight | None]] = {}
+    driven: dict[Test, tuple[GoalAttempt, Sight | None]] = {}
     for job, result in run_tasks(partial(_drive, runs, models.to_bytes()), jobs, workers):
         driven[job] = result
         if on_test is not None:
@@ -177,7 +177,8 @@ def report_runs(
     data: dict[str, Any] = {
         "stages": [_stage_row(run, stage) for run in runs for stage in stages],
         "tests": [
-            _test_row(runs[k].name, name, n, leg) for (k, name, n), (leg, _) in driven.items()
+            _test_row(runs[k].name, name, n, attempt)
+            for (k, name, n), (attempt, _) in driven.items()
         ],
     }
     page = Report(f"Learning to drive: {runs[0].plan.learner.algorithm}")
@@ -196,18 +197,23 @@ def _world(stage: StagePlan) -> World:
     return make_world(one.preset, one.seeds[0], one.difficulty)
 
 
-def _judged(environment: OffroadConfig) -> RigConfig:
+def _judged(environment: OffroadConfig) -> SimulatedRobotConfig:
     """Return a stage's robot as it is judged: in bullet, with the senses of the real one."""
-    rig, judged = environment.rig, RigConfig()
-    senses = judged.sensing.proprioception
-    sensing = rig.sensing.model_copy(update={"proprioception": senses})
-    parts = {"robot": rig.robot, "sensing": sensing, "assembly": rig.assembly, "grid": rig.grid}
+    simulated_robot, judged = environment.simulated_robot, SimulatedRobotConfig()
+    readings = judged.sensing.proprioception
+    sensing = simulated_robot.sensing.model_copy(update={"proprioception": readings})
+    parts = {
+        "robot": simulated_robot.robot,
+        "sensing": sensing,
+        "assembly": simulated_robot.assembly,
+        "grid": simulated_robot.grid,
+    }
     return judged.model_copy(update=parts)
 
 
 def _drive(
     runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
-) -> tuple[Leg, Sight | None]:
+) -> tuple[GoalAttempt, Sight | None]:
     """Return a test drive of a run's stage, and what the robot saw first."""
     number, stage, test = job
     run, environment = runs[number], runs[number].plan.stages[stage].unseen
@@ -216,25 +222,25 @@ def _drive(
     config = _judged(environment)
     name = "learned" if environment.heading == "subgoal" else "learned-map"
     controller = make_controller(name, scene.world, config, models)
-    rig = Rig(scene, config, models.forest, controller)
+    simulated_robot = SimulatedRobot(scene, config, models.forest, controller)
     first: list[Sight] = []
 
     def watch(step: Step) -> None:
-        if step.view is not None and step.senses.truth is not None:
-            first.append(Sight(step.senses.truth.pose, step.view.scan))
-            rig.navigator.watch(None)
+        if step.view is not None and step.readings.truth is not None:
+            first.append(Sight(step.readings.truth.pose, step.view.scan))
+            simulated_robot.navigator.watch(None)
 
-    rig.navigator.watch(watch)
+    simulated_robot.navigator.watch(watch)
     task = choose_task(scene.world.tasks, test)
     # The same starts and noises for every run.
-    (leg, *_) = run_trial(
-        rig,
+    (attempt, *_) = run_trial(
+        simulated_robot,
         replace(task, goals=task.goals[:1]),
-        environment.judge,
+        environment.terminations,
         np.random.default_rng([environment.seeds[0], test]),
     )
-    rig.close()
-    return leg, first[0] if first else None
+    simulated_robot.close()
+    return attempt, first[0] if first else None
 
 
 def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
@@ -260,17 +266,17 @@ def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
     }
 
 
-def _test_row(run: str, stage: str, test: int, leg: Leg) -> Row:
+def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
     """Return a test drive in numbers."""
     return {
         "run": run,
         "stage": stage,
         "test": test + 1,
-        "outcome": str(leg.outcome),
-        "time_s": leg.time,
-        "distance_m": leg.distance,
-        "shortest_m": leg.shortest,
-        "spl": leg.spl,
+        "outcome": str(attempt.outcome),
+        "time_s": attempt.time,
+        "distance_m": attempt.distance,
+        "shortest_m": attempt.shortest,
+        "spl": attempt.spl,
     }
 
 
@@ -304,7 +310,7 @@ def _scans(
     page: Report,
     stages: Sequence[StagePlan],
     worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[Leg, Sight | None]],
+    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
 ) -> None:
     """Show what the robot saw first in each stage (Figure 13)."""
     page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
@@ -312,10 +318,10 @@ def _scans(
     for stage in stages:
         _, sight = driven[0, stage.name, 0]
         if sight is not None:
-            name = f"{stage.name}: {stage.environment.rig.sensing.scanner} laser"
+            name = f"{stage.name}: {stage.environment.simulated_robot.sensing.scanner} laser"
             sights[name] = (worlds[stage.name], sight.pose, sight.scan)
     if sights:
-        grid = stages[0].environment.rig.grid
+        grid = stages[0].environment.simulated_robot.grid
         page.picture(sights_picture(sights, grid), ", ".join(sights))
 
 
@@ -323,7 +329,7 @@ def _tests(
     page: Report,
     runs: Sequence[TrainingRun],
     worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[Leg, Sight | None]],
+    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
 ) -> None:
     """Show the test drives after each stage (Figures 14 and 16)."""
     page.section(
@@ -332,9 +338,9 @@ def _tests(
         "Dots are starts, stars goals; a cross is where a drive failed.",
     )
     for stage, world in worlds.items():
-        drives: dict[str, list[Leg]] = {run.name: [] for run in runs}
-        for (k, name, _), (leg, _) in driven.items():
+        drives: dict[str, list[GoalAttempt]] = {run.name: [] for run in runs}
+        for (k, name, _), (attempt, _) in driven.items():
             if name == stage:
-                drives[runs[k].name].append(leg)
+                drives[runs[k].name].append(attempt)
         title = f"after {stage}: {world.name} {world.seed}"
         page.picture(tests_picture(world, drives, title), title)

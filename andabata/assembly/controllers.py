@@ -1,13 +1,13 @@
 """Controllers by name, for the command line and the judges."""
 
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import Controller
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.learned import LearnedController
 from andabata.navigation.oracle import OracleController
-from andabata.navigation.planning.local_planner import LocalMap
-from andabata.navigation.planning.trajectory_rollouts import AROUND, Rollouts
+from andabata.navigation.planning.local_planner import LocalPlanner
+from andabata.navigation.planning.trajectory_rollouts import AROUND, TrajectoryRollouts
 from andabata.navigation.reactive import ReactiveController, StraightController
 from worlds.world import World
 
@@ -26,7 +26,7 @@ CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
 
 
 def make_controller(
-    name: str, world: World | None, config: RigConfig, models: Models | None = None
+    name: str, world: World | None, config: SimulatedRobotConfig, models: Models | None = None
 ) -> Controller:
     """Return a controller.
 
@@ -60,8 +60,8 @@ def make_controller(
         case _:
             controller = StraightController()
     if guided:
-        rollouts = Rollouts(config.robot, config.rollouts)
-        remembered = config.local_map.looking_every(config.rollouts.hold)
-        local_map = LocalMap(config.grid, remembered, config.robot, AROUND, models.squares)
-        controller = GuidedController(controller, local_map, rollouts)
+        rollouts = TrajectoryRollouts(config.robot, config.rollouts)
+        remembered = config.local_planner.looking_every(config.rollouts.hold)
+        local_planner = LocalPlanner(config.grid, remembered, config.robot, AROUND, models.squares)
+        controller = GuidedController(controller, local_planner, rollouts)
     return controller

@@ -7,20 +7,23 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.localizer import Localizer
-from andabata.localization.noisy_ground_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.noisy_ground_truth import (
+    NoisyGroundTruthConfig,
+    NoisyGroundTruthLocalizer,
+)
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.machine.simulator import SensingConfig, Simulator, reseed
 from andabata.machine.vehicle import Plant
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import Controller
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
-from andabata.navigation.planning.local_planner import LocalMapConfig
-from andabata.navigation.planning.trajectory_rollouts import RolloutConfig
+from andabata.navigation.planning.local_planner import LocalPlannerConfig
+from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
@@ -28,7 +31,7 @@ from worlds.scenes import Scene
 from worlds.world import Start
 
 
-class RigConfig(BaseModel):
+class SimulatedRobotConfig(BaseModel):
     """What a robot is put together from.
 
     Attributes:
@@ -42,7 +45,7 @@ class RigConfig(BaseModel):
             ablation.
         filter: The filter's expectations.
         errors: Of the true pose.
-        local_map: The map of guided controllers.
+        local_planner: The map of guided controllers.
         rollouts: Their look ahead.
     """
 
@@ -55,18 +58,18 @@ class RigConfig(BaseModel):
     grid: PolarGrid = Field(default_factory=PolarGrid)
     localizer: Literal["ukf", "truth"] = "ukf"
     filter: UkfConfig = Field(default_factory=UkfConfig)
-    errors: NoisyTruthConfig = Field(default_factory=NoisyTruthConfig)
-    local_map: LocalMapConfig = Field(default_factory=LocalMapConfig)
-    rollouts: RolloutConfig = Field(default_factory=RolloutConfig)
+    errors: NoisyGroundTruthConfig = Field(default_factory=NoisyGroundTruthConfig)
+    local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
+    rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
 
 
-class Rig:
+class SimulatedRobot:
     """One robot in one scene, driven again and again."""
 
     def __init__(
         self,
         scene: Scene,
-        config: RigConfig,
+        config: SimulatedRobotConfig,
         forest: Forest | None = None,
         controller: Controller | None = None,
         far_sighted: bool = False,
@@ -97,16 +100,16 @@ class Rig:
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
         self.navigator.area = scene.area
 
-    def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> Senses:
+    def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> SensorReadings:
         """Put the robot down; every noise comes from a child of ``rng``."""
         self._rng.bit_generator.state = rng.spawn(1)[0].bit_generator.state
-        senses = self.simulator.reset(start)
+        readings = self.simulator.reset(start)
         reseed(self._errors, self._rng)
-        if senses.truth is None:
+        if readings.truth is None:
             raise ValueError("truth: expected the simulator's true state, got none")
-        self.navigator.reset(self._believed(senses.truth.pose), senses.stamp)
+        self.navigator.reset(self._believed(readings.truth.pose), readings.stamp)
         self.navigator.set_goal(goal)
-        return senses
+        return readings
 
     def _believed(self, pose: Pose) -> Pose:
         """Return where the robot believes to start: the filter is told no more than it expects."""
@@ -132,7 +135,7 @@ class Rig:
         self.simulator.close()
 
 
-def make_perception(config: RigConfig, forest: Forest | None) -> Perception:
+def make_perception(config: SimulatedRobotConfig, forest: Forest | None) -> Perception:
     """Return the perception that fits the scanner.
 
     Raises:
@@ -147,12 +150,16 @@ def make_perception(config: RigConfig, forest: Forest | None) -> Perception:
     )
 
 
-def with_site(config: RigConfig, site: GeoReference) -> RigConfig:
+def with_geo_reference(
+    config: SimulatedRobotConfig, geo_reference: GeoReference
+) -> SimulatedRobotConfig:
     """Return a robot's configuration with another datum of the map."""
-    return config.model_copy(update={"sensing": config.sensing.model_copy(update={"site": site})})
+    return config.model_copy(
+        update={"sensing": config.sensing.model_copy(update={"geo_reference": geo_reference})}
+    )
 
 
-def make_localizer(config: RigConfig, rng: np.random.Generator) -> Localizer:
+def make_localizer(config: SimulatedRobotConfig, rng: np.random.Generator) -> Localizer:
     """Return what tells the robot where it is.
 
     Args:
@@ -163,10 +170,10 @@ def make_localizer(config: RigConfig, rng: np.random.Generator) -> Localizer:
         ValueError: If the filter comes without the senses that it needs.
     """
     if config.localizer == "truth":
-        return NoisyTruthLocalizer(config.errors, rng)
+        return NoisyGroundTruthLocalizer(config.errors, rng)
     if config.sensing.proprioception is None:
         raise ValueError(
             "proprioception: expected the senses that the filter needs, got none; "
             "localizer = truth does without"
         )
-    return UkfLocalizer(config.filter, config.robot, config.sensing.site)
+    return UkfLocalizer(config.filter, config.robot, config.sensing.geo_reference)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine import lidar
 from andabata.models import shipped_forest
 from andabata.navigation import cloud_assembly
@@ -61,7 +61,7 @@ class Stopwatch:
 
 
 def bench_chain(
-    config: RigConfig,
+    config: SimulatedRobotConfig,
     world: str,
     seed: int,
     steps: int,
@@ -88,9 +88,9 @@ def bench_chain(
             began = time.perf_counter()
             advance(steps)
             totals.append((time.perf_counter() - began) / steps)
-        with driving(scene, config, controller, seed) as (rig, advance):
+        with driving(scene, config, controller, seed) as (simulated_robot, advance):
             watch = Stopwatch()
-            _watch(watch, rig)
+            _watch(watch, simulated_robot)
             try:
                 advance(steps)
             finally:
@@ -111,44 +111,48 @@ def bench_chain(
 
 @contextmanager
 def driving(
-    scene: Scene, config: RigConfig, controller: str, seed: int
-) -> Iterator[tuple[Rig, Callable[[int], None]]]:
+    scene: Scene, config: SimulatedRobotConfig, controller: str, seed: int
+) -> Iterator[tuple[SimulatedRobot, Callable[[int], None]]]:
     """Yield a robot that has run in, and a function that drives it some steps further."""
-    rig = Rig(scene, config, shipped_forest(), make_controller(controller, scene.world, config))
+    simulated_robot = SimulatedRobot(
+        scene, config, shipped_forest(), make_controller(controller, scene.world, config)
+    )
     task = scene.world.tasks[0]
-    senses = rig.place(task.start, np.array(task.goals[0]), np.random.default_rng(seed))
+    readings = simulated_robot.place(
+        task.start, np.array(task.goals[0]), np.random.default_rng(seed)
+    )
 
     def advance(steps: int) -> None:
-        nonlocal senses
+        nonlocal readings
         for _ in range(steps):
-            senses = rig.simulator.step(rig.navigator.step(senses))
+            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
 
     try:
         advance(_RUN_IN)
-        yield rig, advance
+        yield simulated_robot, advance
     finally:
-        rig.close()
+        simulated_robot.close()
 
 
-def _watch(watch: Stopwatch, rig: Rig) -> None:
+def _watch(watch: Stopwatch, simulated_robot: SimulatedRobot) -> None:
     """Time the parts of a robot."""
-    simulator, perception = rig.simulator, rig.perception
+    simulator, perception = simulated_robot.simulator, simulated_robot.perception
     if not isinstance(perception, CloudPerception):
         raise TypeError(f"perception: expected clouds, got {type(perception).__name__}")
     for owner, name, stage in (
         (simulator.vehicle, "drive", "plant"),
-        (simulator.feeling, "sample", "senses"),
+        (simulator.proprioception, "sample", "senses"),
         (simulator.lidar, "sweeps", "laser"),
         (lidar, "beam_rays", "rays"),
-        (rig.scene.rays, "cast", "cast"),
-        (rig.localizer, "update", "filter"),
+        (simulated_robot.scene.rays, "cast", "cast"),
+        (simulated_robot.localizer, "update", "filter"),
         (perception.assembler, "add", "assemble"),
         (cloud_assembly, "place_beams", "place"),
         (perception, "look", "look"),
         (scanner, "fill_quarters", "project"),
         (scanner, "describe_cells", "features"),
         (scanner, "_judge", "forest"),
-        (rig.navigator, "decide", "decide"),
+        (simulated_robot.navigator, "decide", "decide"),
     ):
         watch.watch(owner, name, stage)
 

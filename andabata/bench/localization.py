@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
 from andabata.evaluation.trial import run_trial
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose, wrap
-from andabata.machine.sensor_readings import Senses
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.machine.sensor_readings import SensorReadings
+from andabata.tasks.episode_monitor import TerminationConfig
 from worlds.scenes import SceneShelf
 from worlds.splits import evaluation_world
 
@@ -34,21 +34,21 @@ class Tracked:
         nees: Squared errors in units of the filter's own covariance, shape (k,).
         fixes: Horizontal errors of the satellite fixes alone [m].
         headings: Errors of the compass alone [rad].
-        legs: How the drives to the goals ended.
+        attempts: How the drives to the goals ended.
     """
 
     errors: NDArray[np.float64]
     nees: NDArray[np.float64]
     fixes: NDArray[np.float64]
     headings: NDArray[np.float64]
-    legs: tuple[str, ...]
+    attempts: tuple[str, ...]
 
 
 def track_drives(
     world: str,
     trials: int,
     seed: int,
-    config: RigConfig,
+    config: SimulatedRobotConfig,
     workers: int,
     step: Callable[[], None] | None = None,
 ) -> list[Tracked]:
@@ -78,51 +78,55 @@ def track_drives(
     return found
 
 
-def _track(world: str, seed: int, config: RigConfig, trial: int) -> Tracked:
+def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> Tracked:
     """Drive through one world."""
     scene = SceneShelf(1).get(world, evaluation_world(seed, trial))
-    rig = Rig(scene, config, None, make_controller("oracle", scene.world, config))
-    filter_ = rig.localizer
+    simulated_robot = SimulatedRobot(
+        scene, config, None, make_controller("oracle", scene.world, config)
+    )
+    filter_ = simulated_robot.localizer
     if not isinstance(filter_, UkfLocalizer):
         raise TypeError(f"localizer: expected the filter, got {type(filter_).__name__}")
-    site = config.sensing.site
+    geo_reference = config.sensing.geo_reference
     errors, nees, fixes, headings = [], [], [], []
-    waiting: list[Senses] = []
+    waiting: list[SensorReadings] = []
     places: dict[int, NDArray[np.float64]] = {}
 
-    def watch(senses: Senses) -> None:
-        """Judge the step before: these senses reach the filter in the next one."""
-        if senses.fixes is not None and senses.true_track is not None:
-            for row in senses.true_track:
+    def watch(readings: SensorReadings) -> None:
+        """EpisodeMonitor the step before: these senses reach the filter in the next one."""
+        if readings.fixes is not None and readings.true_track is not None:
+            for row in readings.true_track:
                 places[round(row[0] * 100)] = row[1:3]
-            for fix in senses.fixes[np.isfinite(senses.fixes[:, 4])]:
-                seen = site.to_map(fix[None, 1:4])[0, :2]
+            for fix in readings.fixes[np.isfinite(readings.fixes[:, 4])]:
+                seen = geo_reference.to_map(fix[None, 1:4])[0, :2]
                 fixes.append(float(np.hypot(*(seen - places[round(fix[0] * 100)]))))
         if waiting:
             error = _error(filter_.pose, waiting[-1])
             errors.append(error)
             nees.append(float(error @ np.linalg.solve(filter_.covariance, error)))
-        if senses.field is not None and senses.truth is not None and len(senses.field):
-            headings.append(_heading_error(senses.field[-1, 1:4], senses.truth.pose, site.flux))
-        waiting[:] = [senses]
+        if readings.field is not None and readings.truth is not None and len(readings.field):
+            headings.append(
+                _heading_error(readings.field[-1, 1:4], readings.truth.pose, geo_reference.flux)
+            )
+        waiting[:] = [readings]
 
-    legs = run_trial(
-        rig,
+    attempts = run_trial(
+        simulated_robot,
         scene.world.tasks[0],
-        JudgeConfig(),
+        TerminationConfig(),
         np.random.default_rng([seed, trial, 1]),
         watch,
     )
-    rig.close()
-    outcomes = tuple(str(leg.outcome) for leg in legs)
+    simulated_robot.close()
+    outcomes = tuple(str(attempt.outcome) for attempt in attempts)
     return Tracked(np.array(errors), np.array(nees), np.array(fixes), np.array(headings), outcomes)
 
 
-def _error(pose: Pose, senses: Senses) -> NDArray[np.float64]:
+def _error(pose: Pose, readings: SensorReadings) -> NDArray[np.float64]:
     """Return the error of a pose: x, y [m], yaw [rad]."""
-    if senses.truth is None:
+    if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
-    truth = senses.truth.pose
+    truth = readings.truth.pose
     return np.array([*(pose.position[:2] - truth.position[:2]), wrap(pose.yaw - truth.yaw)])
 
 
@@ -152,7 +156,7 @@ def summarise_tracks(drives: Sequence[Tracked]) -> dict[str, Any]:
     low, high = (float(chi2.ppf(share, count)) / len(drives) for share in (0.025, 0.975))
     return {
         "drives": len(drives),
-        "goals": sum(leg == "goal" for drive in drives for leg in drive.legs),
+        "goals": sum(attempt == "goal" for drive in drives for attempt in drive.attempts),
         "position_rms_m": float(np.sqrt((far**2).mean())),
         "position_95_m": float(np.quantile(far, 0.95)),
         "position_rms_of_drives_m": [min(each), float(np.median(each)), max(each)],

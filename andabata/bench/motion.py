@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.engine import run_tasks
-from andabata.localization.noisy_ground_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.noisy_ground_truth import (
+    NoisyGroundTruthConfig,
+    NoisyGroundTruthLocalizer,
+)
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose, PoseTrack
-from andabata.machine.sensor_readings import Senses, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.models import shipped_forest
 from andabata.navigation.cloud_assembly import CloudAssembler
@@ -32,7 +35,7 @@ TURNS = (0.0, 0.4)
 GROUNDS = ("lake", "natural-test")
 """Presets: nearly flat, and rough."""
 
-_TRUE = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+_TRUE = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
 _STILL = WheelSpeeds(0.0, 0.0)
 
 
@@ -63,7 +66,7 @@ class _Frozen(PoseTrack):
 
 
 def ride_clouds(
-    config: RigConfig,
+    config: SimulatedRobotConfig,
     rides: int,
     seed: int,
     workers: int,
@@ -102,35 +105,35 @@ def ride_clouds(
     return table
 
 
-def _ride(config: RigConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
+def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
     """Stand for a cloud, as the navigator does, ride for two, and compare what was made of them."""
     scene = SceneShelf(1).get(ride.ground, evaluation_world(seed, ride.number))
     rng = np.random.default_rng([seed, ride.number, 7])
     robot, lidar = config.robot, config.sensing.lidar
     simulator = Simulator(scene.world, scene.rays, robot, config.plant, config.sensing, rng)
     start = scene.world.tasks[0].start
-    senses = simulator.reset(start)
+    readings = simulator.reset(start)
     localizers = (
-        UkfLocalizer(config.filter, robot, config.sensing.site),
-        NoisyTruthLocalizer(_TRUE, rng),
+        UkfLocalizer(config.filter, robot, config.sensing.geo_reference),
+        NoisyGroundTruthLocalizer(_TRUE, rng),
     )
     ours, skewed, true = (CloudAssembler(config.assembly, robot.lidar_height) for _ in range(3))
     for localizer in localizers:
-        localizer.reset(_pose(senses), senses.stamp)
+        localizer.reset(_pose(readings), readings.stamp)
     wheels = SkidSteer(robot).wheel_speeds(ride.speed, ride.turn)
     period = config.assembly.turn / lidar.head_rate
     found: list[dict[str, float]] = []
     before = None
-    while senses.stamp < 4 * period + 1.0 and len(found) < 2:
-        senses = simulator.step(wheels if before is not None else _STILL)
-        if senses.truth is None or senses.truth.collided or senses.sweeps is None:
+    while readings.stamp < 4 * period + 1.0 and len(found) < 2:
+        readings = simulator.step(wheels if before is not None else _STILL)
+        if readings.truth is None or readings.truth.collided or readings.sweeps is None:
             break
         for localizer in localizers:
-            localizer.update(senses)
+            localizer.update(readings)
         filter_, truth = localizers
-        ours.add(senses.sweeps, filter_.track)
-        skewed.add(senses.sweeps, _Frozen(filter_.track))
-        true.add(senses.sweeps, truth.track)
+        ours.add(readings.sweeps, filter_.track)
+        skewed.add(readings.sweeps, _Frozen(filter_.track))
+        true.add(readings.sweeps, truth.track)
         if true.cloud is not None and true.cloud is not before:
             first, before = before is None, true.cloud
             if first:
@@ -139,30 +142,30 @@ def _ride(config: RigConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
                 assembler.relative(localizer.odometry).points
                 for assembler, localizer in ((ours, filter_), (skewed, filter_), (true, truth))
             ]
-            found.append(_compared(scene, config, senses, clouds, rng))
+            found.append(_compared(scene, config, readings, clouds, rng))
     simulator.close()
     return found
 
 
-def _pose(senses: Senses) -> Pose:
+def _pose(readings: SensorReadings) -> Pose:
     """Return the true pose."""
-    if senses.truth is None:
+    if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
-    return senses.truth.pose
+    return readings.truth.pose
 
 
 def _compared(
     scene: Scene,
-    config: RigConfig,
-    senses: Senses,
+    config: SimulatedRobotConfig,
+    readings: SensorReadings,
     clouds: list[NDArray[np.float32]],
     rng: np.random.Generator,
 ) -> dict[str, float]:
     """Return errors of the points and agreement of the scans of one instant."""
     ours, skewed, true = clouds
     scanner = TraversabilityScanner(shipped_forest(), config.grid)
-    standing = _standing(scene, config, senses, rng)
-    again = _standing(scene, config, senses, rng)
+    standing = _standing(scene, config, readings, rng)
+    again = _standing(scene, config, readings, rng)
     rings = [_rings(scanner, points) for points in (ours, skewed, true, standing, again)]
     still = rings[3]
     return {
@@ -178,13 +181,13 @@ def _compared(
 
 
 def _standing(
-    scene: Scene, config: RigConfig, senses: Senses, rng: np.random.Generator
+    scene: Scene, config: SimulatedRobotConfig, readings: SensorReadings, rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Return the cloud of a robot that stands where the moving one is, in its frame."""
-    pose = _pose(senses)
+    pose = _pose(readings)
     simulator = Simulator(scene.world, scene.rays, config.robot, config.plant, config.sensing, rng)
     start = Start(float(pose.position[0]), float(pose.position[1]), pose.yaw)
-    localizer = NoisyTruthLocalizer(_TRUE, rng)
+    localizer = NoisyGroundTruthLocalizer(_TRUE, rng)
     assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
     there = simulator.reset(start)
     localizer.reset(_pose(there), there.stamp)

@@ -11,7 +11,7 @@ from gymnasium.vector import VectorEnv
 from numba import njit
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench import speed_peers as peers_
 from andabata.bench.chain import STEP, driving
 from andabata.bench.perception_peers import PEERS
@@ -37,7 +37,7 @@ from andabata.tasks.planar import FlatVectorEnv
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import ObservationLayout
-from rl.training import Assignment, play_together
+from rl.training import EpisodeSpec, play_together
 from traversability.features import cell_features
 from traversability.scanner import TraversabilityScanner
 from worlds.scenes import Scene, SceneShelf
@@ -53,7 +53,7 @@ _FILTER_STEPS, _PEER_FILTER_STEPS, _FLAT_STEPS, _IRSIM_STEPS, _LOOP_STEPS = 2000
 
 
 @dataclass(frozen=True)
-class Runner:
+class Contender:
     """One of those who do the same work.
 
     Attributes:
@@ -68,22 +68,22 @@ class Runner:
 
 
 @dataclass(frozen=True)
-class Race:
+class Case:
     """A kind of work, and who does it; ours comes first.
 
     Attributes:
         name: For tables.
         unit: What is counted, in a second.
-        runners: Ours, then the peers.
+        contenders: Ours, then the peers.
     """
 
     name: str
     unit: str
-    runners: tuple[Runner, ...]
+    contenders: tuple[Contender, ...]
 
 
 def race(
-    contest: Race, runs: int, seconds: float, say: Callable[[str], None]
+    contest: Case, runs: int, seconds: float, status: Callable[[str], None]
 ) -> list[dict[str, Any]]:
     """Return one row for each runner that is installed: the median of runs in turns.
 
@@ -91,35 +91,35 @@ def race(
         contest: Who does what.
         runs: Turns.
         seconds: What a turn of one runner takes at least [s].
-        say: Told who is left out.
+        status: Told who is left out.
     """
-    works: list[tuple[Runner, Work]] = []
-    for runner in contest.runners:
+    works: list[tuple[Contender, Work]] = []
+    for contender in contest.contenders:
         try:
-            work = runner.make()
+            work = contender.make()
         except ImportError as error:
-            say(f"{runner.subject}: left out, {error.name} is not installed (extra `peers`)")
+            status(f"{contender.subject}: left out, {error.name} is not installed (extra `peers`)")
             continue
         work()  # Compiled code is compiled, caches are warm.
-        works.append((runner, work))
-    speeds: dict[str, list[float]] = {runner.subject: [] for runner, _ in works}
+        works.append((contender, work))
+    speeds: dict[str, list[float]] = {contender.subject: [] for contender, _ in works}
     for _ in range(runs):
-        for runner, work in works:
+        for contender, work in works:
             spent, calls, turn = 0.0, 0, time.perf_counter()
             while calls == 0 or time.perf_counter() - turn < seconds:
                 began = time.perf_counter()
                 own = work()
                 spent += own if isinstance(own, float) else time.perf_counter() - began
                 calls += 1
-            speeds[runner.subject].append(runner.amount * calls / spent)
+            speeds[contender.subject].append(contender.amount * calls / spent)
     ours = float(np.median(speeds[works[0][0].subject]))
     rows = []
-    for runner, _ in works:
-        values = np.array(speeds[runner.subject])
+    for contender, _ in works:
+        values = np.array(speeds[contender.subject])
         rows.append(
             {
                 "name": contest.name,
-                "subject": runner.subject,
+                "subject": contender.subject,
                 "value": float(np.median(values)),
                 "unit": contest.unit,
                 "ratio_to_ours": float(np.median(values)) / ours,
@@ -131,7 +131,7 @@ def race(
     return rows
 
 
-def races(world: str, seed: int) -> Iterator[Race]:
+def races(world: str, seed: int) -> Iterator[Case]:
     """Yield every kind of work; scenes are set up when they are asked for.
 
     Args:
@@ -153,7 +153,7 @@ def races(world: str, seed: int) -> Iterator[Race]:
     yield _crowd_race(world, seed, shelf)
 
 
-def _ray_race(scene: Scene, seed: int) -> Race:
+def _ray_race(scene: Scene, seed: int) -> Case:
     """Return the laser's work: four sweeps of a robot that stands in a natural world."""
     config, robot = LidarConfig(), RobotModel()
     track = _standing(scene.world)
@@ -167,32 +167,36 @@ def _ray_race(scene: Scene, seed: int) -> Race:
         np.full((_SWEEPS, config.beams), np.inf, dtype=np.float32),
     )
     rays = beam_rays(sweeps, track, robot.lidar_height, BeamTables()).copy()
-    reach = RigConfig().assembly.sight
+    reach = SimulatedRobotConfig().assembly.sight
     budgets = np.random.default_rng(seed).standard_exponential(len(rays), dtype=np.float32)
     lidar = RotatingLidar(scene.rays, config, robot, np.random.default_rng(seed), reach)
     end, n = _SWEEPS / config.sweep_hz, len(rays)
-    return Race(
+    return Case(
         "laser",
         "rays/s",
         (
-            Runner(
+            Contender(
                 f"{OURS}: sweeps with poses, plants, noise, labels",
                 n,
                 lambda: lambda: lidar.sweeps(0.0, end, track),
             ),
-            Runner(
+            Contender(
                 f"{OURS}: rays within reach",
                 n,
                 lambda: lambda: scene.rays.cast(rays, budgets, reach),
             ),
-            Runner(
+            Contender(
                 f"{OURS}: rays without end",
                 n,
                 lambda: lambda: scene.rays.cast(rays, budgets),
             ),
-            Runner("embree (open3d), first hit", n, partial(peers_.embree_rays, scene.world, rays)),
-            Runner("pybullet, without plants", n, partial(peers_.pybullet_rays, scene.world, rays)),
-            Runner(
+            Contender(
+                "embree (open3d), first hit", n, partial(peers_.embree_rays, scene.world, rays)
+            ),
+            Contender(
+                "pybullet, without plants", n, partial(peers_.pybullet_rays, scene.world, rays)
+            ),
+            Contender(
                 "mujoco, without plants",
                 n // _SWEEPS,
                 partial(peers_.mujoco_rays, scene.world, rays[: n // _SWEEPS]),
@@ -211,7 +215,7 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Race:
+def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
     """Return stage 1's work: a robot with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
@@ -223,12 +227,12 @@ def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Race:
         actions = draws.astype(np.float32)
         return lambda: [robots.step(action) for action in actions]
 
-    return Race(
+    return Case(
         "maze in 2D, 32 beams",
         "steps/s",
         (
-            Runner(f"{OURS}: {count} robots", count * _FLAT_STEPS, ours),
-            Runner(
+            Contender(f"{OURS}: {count} robots", count * _FLAT_STEPS, ours),
+            Contender(
                 "ir-sim, nothing drawn",
                 _IRSIM_STEPS,
                 partial(peers_.irsim_steps, scene.world, 32, _IRSIM_STEPS),
@@ -237,7 +241,7 @@ def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Race:
     )
 
 
-def _cloud_races(scene: Scene, seed: int) -> Iterator[Race]:
+def _cloud_races(scene: Scene, seed: int) -> Iterator[Case]:
     """Yield the work on a cloud: cells, features, trees."""
     forest = shipped_forest()
     rng = np.random.default_rng(seed)
@@ -249,30 +253,30 @@ def _cloud_races(scene: Scene, seed: int) -> Iterator[Race]:
         return lambda: scanner.scan(points)
 
     methods = [
-        Runner(peer.name, 1, partial(_method, peer.make, peer.name, points, forest.grid))
+        Contender(peer.name, 1, partial(_method, peer.make, peer.name, points, forest.grid))
         for peer in PEERS
         if peer.name != "quantile rule"
     ]
-    yield Race("cloud to virtual scan", "clouds/s", (Runner(OURS, 1, ours), *methods))
-    yield Race(
+    yield Case("cloud to virtual scan", "clouds/s", (Contender(OURS, 1, ours), *methods))
+    yield Case(
         "features of a cloud",
         "clouds/s",
         (
-            Runner(f"{OURS}: cells", 1, lambda: lambda: cell_features(points, forest.grid)),
-            Runner("jakteristics: points", 1, partial(peers_.jakteristics_features, points)),
+            Contender(f"{OURS}: cells", 1, lambda: lambda: cell_features(points, forest.grid)),
+            Contender("jakteristics: points", 1, partial(peers_.jakteristics_features, points)),
         ),
     )
     cells = cell_features(points, forest.grid)
     features = np.repeat(cells.values.reshape(-1, cells.values.shape[-1]), 16, axis=0)
     features = np.ascontiguousarray(features[np.isfinite(features).all(axis=1)])
     red = forest.predict_proba(features) >= 0.5
-    yield Race(
+    yield Case(
         "trees",
         "cells/s",
         (
-            Runner(OURS, len(features), lambda: lambda: forest.predict_proba(features)),
-            Runner("onnxruntime", len(features), partial(peers_.onnx_forest, forest, features)),
-            Runner(
+            Contender(OURS, len(features), lambda: lambda: forest.predict_proba(features)),
+            Contender("onnxruntime", len(features), partial(peers_.onnx_forest, forest, features)),
+            Contender(
                 "scikit-learn, as many trees",
                 len(features),
                 partial(peers_.sklearn_forest, forest, features, red),
@@ -292,7 +296,7 @@ def _method(
     return lambda: obstacles(points)
 
 
-def _filter_race() -> Race:
+def _filter_race() -> Case:
     """Return the filter's work: a prediction and a correction by gravity."""
 
     def ours() -> Work:
@@ -302,12 +306,12 @@ def _filter_race() -> Race:
         weights, room = Weights.make(), Room.make()
         return lambda: _filter(_FILTER_STEPS, x, P, imu, body, Noise(), weights, room)
 
-    return Race(
+    return Case(
         "filter of 18 numbers",
         "steps/s",
         (
-            Runner(OURS, _FILTER_STEPS, ours),
-            Runner(
+            Contender(OURS, _FILTER_STEPS, ours),
+            Contender(
                 "filterpy", _PEER_FILTER_STEPS, partial(peers_.filterpy_steps, _PEER_FILTER_STEPS)
             ),
         ),
@@ -322,14 +326,14 @@ def _filter(steps, x, P, imu, body, noise, weights, room):  # type: ignore[no-un
         see_gravity(x, P, imu, body, noise, 1e9, weights, room)
 
 
-def _loop_races(scene: Scene, seed: int) -> Iterator[Race]:
+def _loop_races(scene: Scene, seed: int) -> Iterator[Case]:
     """Yield the whole loop, from plant to policy, for both plants."""
     for plant in ("kinematic", "bullet"):
-        yield Race(
+        yield Case(
             f"whole loop, {plant}",
             "robot-seconds/s",
             tuple(
-                Runner(
+                Contender(
                     f"{OURS}: {beams} beams",
                     _LOOP_STEPS * STEP,
                     partial(_loop, scene, plant, beams, seed),
@@ -342,7 +346,7 @@ def _loop_races(scene: Scene, seed: int) -> Iterator[Race]:
 def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     """Return a drive that tells how long it took without what came before its first clouds."""
     lidar = LidarConfig(beams=beams)
-    config = RigConfig.model_validate({"plant": plant, "sensing": {"lidar": lidar}})
+    config = SimulatedRobotConfig.model_validate({"plant": plant, "sensing": {"lidar": lidar}})
 
     def work() -> float:
         with driving(scene, config, "learned", seed) as (_, advance):
@@ -353,20 +357,20 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_race(shelf: SceneShelf) -> Race:
+def _training_race(shelf: SceneShelf) -> Case:
     """Return stage 1's training: control steps with everything that is learnt from them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
         robots = FlatVectorEnv(config, 8, shelf, autoreset=False)
-        robot, grid = config.rig.robot, config.rig.grid
+        robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
         layout = ObservationLayout(grid.n_sectors)
         learner = SoftActorCritic(layout, grid.outer_radius, robot.max_steering, SacConfig(), 0)
         rng = np.random.default_rng(0)
 
         def work() -> float:
             began = time.perf_counter()
-            tasks = [Assignment(0, (0, int(number))) for number in rng.integers(2**31, size=8)]
+            tasks = [EpisodeSpec(0, (0, int(number))) for number in rng.integers(2**31, size=8)]
             explorer = learner.explorer(robot.dead_zone)
             played = play_together(robots, explorer, learner.config.hold, tasks)
             learner.update(played, rng)
@@ -374,10 +378,10 @@ def _training_race(shelf: SceneShelf) -> Race:
 
         return work
 
-    return Race("training, stage 1", "steps/s", (Runner(OURS, 1, ours),))
+    return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Race:
+def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier."""
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
@@ -401,11 +405,11 @@ def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Race:
         return work
 
     sizes = ((1, 1), (4, 1), (16, 1), (64, 1), (16, 2), (64, 2))
-    return Race(
+    return Case(
         "robots in one world",
         "robot-seconds/s",
         tuple(
-            Runner(
+            Contender(
                 f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
                 count * STEP,
                 partial(crowd, count, workers),

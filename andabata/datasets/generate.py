@@ -13,7 +13,7 @@ from andabata.datasets.kitti import begin_sequence, end_sequence, write_scan
 from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, take_cloud
 from andabata.engine import run_tasks
 from andabata.machine.pose import Pose
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.records.runs import make_folder
 from traversability.dataset import (
     MANIFEST,
@@ -65,16 +65,16 @@ def generate_dataset(
         for sequence in _SEQUENCES.values():
             begin_sequence(folder / "kitti" / sequence)
     work = partial(make_clouds, config, seed, folder, kitti)
-    for party, made in run_tasks(work, parties, workers):
-        preset, world_seed = world_of(config, seed, party.world)
-        for number, one in zip(party.clouds, made, strict=True):
-            cells[party.split] += one.cells
-            poses[party.split][number] = one.pose
+    for batch, made in run_tasks(work, parties, workers):
+        preset, world_seed = world_of(config, seed, batch.world)
+        for number, one in zip(batch.clouds, made, strict=True):
+            cells[batch.split] += one.cells
+            poses[batch.split][number] = one.pose
             entries.append(
                 CloudEntry(
                     file=file_name(number),
                     sha256=one.sha256,
-                    split=party.split,
+                    split=batch.split,
                     world=preset,
                     world_seed=world_seed,
                     points=one.points,
@@ -90,8 +90,8 @@ def generate_dataset(
     manifest = Manifest(
         seed=seed, config=resolved, config_sha256=config_hash(resolved), clouds=tuple(entries)
     )
-    write_atomically(folder / "README.md", dataset_card(manifest, cells).encode())
-    write_atomically(folder / MANIFEST, manifest.to_bytes())
+    atomic_io.write(folder / "README.md", dataset_card(manifest, cells).encode())
+    atomic_io.write(folder / MANIFEST, manifest.to_bytes())
     return manifest
 
 
@@ -99,7 +99,7 @@ _SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
 
 
 @dataclass(frozen=True)
-class Party:
+class CloudBatch:
     """Clouds that are taken in one world, so that the world is made once.
 
     Attributes:
@@ -115,17 +115,19 @@ class Party:
     first: int
 
 
-def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[Party]:
+def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[CloudBatch]:
     """Return which clouds are taken in which world; a split's clouds are spread over its worlds.
 
     A split has at least one world of each preset, as far as its clouds go.
     """
-    parties: list[Party] = []
+    parties: list[CloudBatch] = []
     first = 0
     for split, count in counts.items():
         worlds = max(-(-count // config.clouds_per_world), min(count, len(config.presets)))
         parties += [
-            Party(len(parties) + k, split, tuple(range(first + k, first + count, worlds)), first)
+            CloudBatch(
+                len(parties) + k, split, tuple(range(first + k, first + count, worlds)), first
+            )
             for k in range(worlds)
         ]
         first += count
@@ -161,20 +163,20 @@ class Made:
 
 
 def make_clouds(
-    config: CloudsConfig, seed: int, folder: Path, kitti: bool, party: Party
+    config: CloudsConfig, seed: int, folder: Path, kitti: bool, batch: CloudBatch
 ) -> list[Made]:
     """Write the clouds of one world."""
-    scene = cloud_scene(config, *world_of(config, seed, party.world))
+    scene = cloud_scene(config, *world_of(config, seed, batch.world))
     grid = PolarGrid()
     rule = quantile_rule(RULE_HEIGHT, RULE_QUANTILE, grid)
     made = []
-    for number in party.clouds:
+    for number in batch.clouds:
         cloud, pose = take_cloud(scene, config, np.random.default_rng([seed, number]))
         data = cloud_to_bytes(cloud)
-        write_atomically(folder / file_name(number), data)
+        atomic_io.write(folder / file_name(number), data)
         if kitti:
-            sequence = folder / "kitti" / _SEQUENCES[party.split]
-            write_scan(sequence, number - party.first, cloud, config.robot.lidar_height)
+            sequence = folder / "kitti" / _SEQUENCES[batch.split]
+            write_scan(sequence, number - batch.first, cloud, config.robot.lidar_height)
         states = label_cells(cloud.points, nontraversable(cloud), grid)
         scores = CellScores.of(states, label_cells(cloud.points, rule(cloud.points), grid))
         colours = np.bincount(states.ravel(), minlength=3)

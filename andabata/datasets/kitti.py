@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from andabata.machine.pose import Pose
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.records.runs import make_folder
 from terrain.classes import TRAITS, SemanticClass
 from traversability.cloud import PointCloud
@@ -29,8 +29,8 @@ def begin_sequence(folder: Path) -> None:
     lines += [f"  {number}: {name}" for number, name in names.items()]
     lines += ["learning_map:"]
     lines += [f"  {number}: {1 if number in good else 2}" for number in names]
-    write_atomically(folder / "andabata.yaml", ("\n".join(lines) + "\n").encode())
-    write_atomically(folder / "traversable.txt", (" ".join(map(str, good)) + "\n").encode())
+    atomic_io.write(folder / "andabata.yaml", ("\n".join(lines) + "\n").encode())
+    atomic_io.write(folder / "traversable.txt", (" ".join(map(str, good)) + "\n").encode())
 
 
 def write_scan(folder: Path, number: int, cloud: PointCloud, lidar_height: float) -> None:
@@ -45,8 +45,8 @@ def write_scan(folder: Path, number: int, cloud: PointCloud, lidar_height: float
     classes = np.where(rough, np.uint8(ROUGH_GROUND), cloud.classes)
     points = cloud.points - np.array([0.0, 0.0, lidar_height], dtype=np.float32)
     scan = PointCloud(points, "sensor", classes=classes)
-    write_atomically(folder / "velodyne" / f"{number:06d}.bin", cloud_to_bytes(scan, "bin"))
-    write_atomically(folder / "labels" / f"{number:06d}.label", kitti_labels(scan))
+    atomic_io.write(folder / "velodyne" / f"{number:06d}.bin", cloud_to_bytes(scan, "bin"))
+    atomic_io.write(folder / "labels" / f"{number:06d}.label", kitti_labels(scan))
 
 
 def end_sequence(folder: Path, poses: Sequence[Pose], lidar_height: float) -> None:
@@ -58,6 +58,6 @@ def end_sequence(folder: Path, poses: Sequence[Pose], lidar_height: float) -> No
         T_map_sensor[:2, :2] = [[c, -s], [s, c]]
         T_map_sensor[:3, 3] = pose.position + np.array([0.0, 0.0, lidar_height])
         lines.append(" ".join(f"{number:.9g}" for number in T_map_sensor[:3].ravel()))
-    write_atomically(folder / "poses.txt", ("\n".join(lines) + "\n").encode())
+    atomic_io.write(folder / "poses.txt", ("\n".join(lines) + "\n").encode())
     calibration = "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n"
-    write_atomically(folder / "calib.txt", calibration.encode())
+    atomic_io.write(folder / "calib.txt", calibration.encode())

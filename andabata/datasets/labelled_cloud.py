@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 from scipy.spatial.transform import Rotation
 
-from andabata.localization.noisy_ground_truth import NoisyTruthConfig, NoisyTruthLocalizer
+from andabata.localization.noisy_ground_truth import (
+    NoisyGroundTruthConfig,
+    NoisyGroundTruthLocalizer,
+)
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -152,7 +155,7 @@ def take_cloud(
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
     sensing = config.sensing.model_copy(update={"lidar": lidar, "proprioception": None})
-    believed = NoisyTruthConfig(
+    believed = NoisyGroundTruthConfig(
         position_sigma=rng.uniform(*config.drift_sigma),
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
@@ -171,24 +174,24 @@ def take_cloud(
     simulator = Simulator(
         scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
     )
-    localizers = [NoisyTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
+    localizers = [NoisyGroundTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
     assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
     speed = 0.0 if rng.random() < config.still else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
     wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
-    senses = simulator.reset(start or _random_start(scene, config, rng))
-    if senses.truth is None:
+    readings = simulator.reset(start or _random_start(scene, config, rng))
+    if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
     for localizer in localizers:
-        localizer.reset(senses.truth.pose, senses.stamp)
+        localizer.reset(readings.truth.pose, readings.stamp)
     half_turn = config.assembly.turn / lidar.head_rate
     carried = rng.uniform(0, config.carry_time)
-    while senses.stamp < half_turn + 2 / lidar.sweep_hz + carried:
-        senses = simulator.step(wheels, blind=True)
-        if senses.truth is not None and senses.truth.collided:
+    while readings.stamp < half_turn + 2 / lidar.sweep_hz + carried:
+        readings = simulator.step(wheels, blind=True)
+        if readings.truth is not None and readings.truth.collided:
             wheels = WheelSpeeds(0.0, 0.0)
         for localizer in localizers:
-            localizer.update(senses)
+            localizer.update(readings)
     # One sweep more ends the half turn.
     sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, tilt)
     for localizer, assembler in zip(localizers, assemblers, strict=True):
@@ -298,7 +301,7 @@ def _hidden(points: NDArray[np.float32], most: int, rng: np.random.Generator) ->
 
 
 # The beams' true places: labels come from them, whatever the robot believes.
-_SURVEYED = NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+_SURVEYED = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
 
 
 def _random_start(scene: Scene, config: CloudsConfig, rng: np.random.Generator) -> Start:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from traversability.cartesian.classifier import SquareForest, SquareSamples
+from traversability.cartesian.classifier import GroundClassifier, SquareSamples
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import NEAREST, REACH
 from traversability.dataset import CellSamples, DatasetError, Manifest, Split, read_clouds
@@ -61,7 +61,7 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
     return scores | {"n_cells": colours, "clouds": len(truth)}
 
 
-def judge_squares(forest: SquareForest, samples: SquareSamples) -> dict[str, Any]:
+def judge_squares(forest: GroundClassifier, samples: SquareSamples) -> dict[str, Any]:
     """Return the scores of a classifier of squares, of all and by distance.
 
     The samples are what the second look knows. A square is called red from even odds on; a map

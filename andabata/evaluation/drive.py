@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
-from andabata.evaluation.trial import Leg, run_trial
-from andabata.machine.sensor_readings import Senses
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.evaluation.trial import GoalAttempt, run_trial
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import Step
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import MessageWriter, open_writer, write_manifest
 from andabata.records.messages import Composer
 from andabata.records.recorder import Outbox, Recorder
-from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
 from worlds.scenes import SceneShelf
 from worlds.splits import evaluation_world
@@ -34,25 +34,25 @@ class Driven:
         world: Where.
         task: Start and goals.
         controller: Who drove.
-        legs: A drive to each goal that was tried.
+        attempts: A drive to each goal that was tried.
         cloud: The last levelled cloud around the robot, None with the horizontal scanner.
     """
 
     world: World
     task: Task
     controller: str
-    legs: tuple[Leg, ...]
+    attempts: tuple[GoalAttempt, ...]
     cloud: PointCloud | None
 
     @property
     def path(self) -> NDArray[np.float64]:
         """All positions [m], shape (k, 3)."""
-        return np.concatenate([leg.path for leg in self.legs])
+        return np.concatenate([attempt.path for attempt in self.attempts])
 
     @property
     def title(self) -> str:
         """One line about it."""
-        reached = sum(leg.outcome is Outcome.GOAL for leg in self.legs)
+        reached = sum(attempt.outcome is Outcome.GOAL for attempt in self.attempts)
         return (
             f"{self.controller} in {self.world.name} {self.world.seed}: {reached} of "
             f"{len(self.task.goals)} goals"
@@ -65,20 +65,20 @@ class Driven:
             "world": self.world.name,
             "world_seed": self.world.seed,
             "goals": [list(goal) for goal in self.task.goals],
-            "success": self.legs[-1].outcome is Outcome.GOAL
-            and len(self.legs) == len(self.task.goals),
+            "success": self.attempts[-1].outcome is Outcome.GOAL
+            and len(self.attempts) == len(self.task.goals),
             "legs": [
                 {
-                    "goal": leg.goal,
-                    "outcome": str(leg.outcome),
-                    "time_s": leg.time,
-                    "distance_m": leg.distance,
-                    "shortest_m": leg.shortest,
-                    "spl": leg.spl,
-                    "trespass_m": leg.trespass,
-                    "min_clearance_m": leg.min_clearance,
+                    "goal": attempt.goal,
+                    "outcome": str(attempt.outcome),
+                    "time_s": attempt.time,
+                    "distance_m": attempt.distance,
+                    "shortest_m": attempt.shortest,
+                    "spl": attempt.spl,
+                    "trespass_m": attempt.forbidden_distance,
+                    "min_clearance_m": attempt.min_clearance,
                 }
-                for leg in self.legs
+                for attempt in self.attempts
             ],
             "path": np.round(self.path, 3).tolist(),
         }
@@ -96,24 +96,27 @@ class Recording:
     path: Path
     clouds: bool = True
 
-    def watch(self, rig: Rig, setup: dict[str, Any]) -> MessageWriter:
-        """Record every step of a rig's navigator; the writer has to be closed at the end.
+    def watch(self, simulated_robot: SimulatedRobot, setup: dict[str, Any]) -> MessageWriter:
+        """Record every step of a simulated robot's navigator; the writer has to be closed at the end.
 
         Raises:
             BagError: If the file is there already.
         """
         writer = open_writer(self.path)
         outbox = Outbox(writer, Composer(writer.ros))
-        assembler = assembler_of(rig.perception)
-        bearings = rig.config.grid.bearings
-        recorder = Recorder(outbox, rig.localizer, assembler, bearings, self.clouds)
+        assembler = assembler_of(simulated_robot.perception)
+        bearings = simulated_robot.config.grid.bearings
+        recorder = Recorder(outbox, simulated_robot.localizer, assembler, bearings, self.clouds)
 
         def take(step: Step) -> None:
-            if rig.navigator.start is not None and not recorder.begun:
-                recorder.begin(*rig.navigator.start, setup | {"area": rig.navigator.area})
+            if simulated_robot.navigator.start is not None and not recorder.begun:
+                recorder.begin(
+                    *simulated_robot.navigator.start,
+                    setup | {"area": simulated_robot.navigator.area},
+                )
             recorder.take(step)
 
-        rig.navigator.watch(take)
+        simulated_robot.navigator.watch(take)
         return writer
 
 
@@ -126,7 +129,7 @@ def drive_once(
     world: str,
     seed: int,
     controller: str,
-    config: RigConfig,
+    config: SimulatedRobotConfig,
     models: Models | None = None,
     on_second: Callable[[], None] | None = None,
     record: Recording | None = None,
@@ -150,23 +153,25 @@ def drive_once(
     scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
     models = models or Models()
     driver = make_controller(controller, scene.world, config, models)
-    rig = Rig(scene, config, models.forest, driver, far_sighted=record is not None)
+    simulated_robot = SimulatedRobot(
+        scene, config, models.forest, driver, far_sighted=record is not None
+    )
     task = choose_task(scene.world.tasks, 0)
     writer = None
     if record is not None:
         about = {"world": world, "seed": seed, "controller": controller}
-        about |= {"rig": config.model_dump(mode="json"), "models": models.hashes}
-        writer = record.watch(rig, about)
+        about |= {"simulated_robot": config.model_dump(mode="json"), "models": models.hashes}
+        writer = record.watch(simulated_robot, about)
 
-    def on_step(senses: Senses) -> None:
-        if on_second is not None and round(senses.stamp * 10) % 10 == 0:
+    def on_step(readings: SensorReadings) -> None:
+        if on_second is not None and round(readings.stamp * 10) % 10 == 0:
             on_second()
 
     try:
-        legs = run_trial(
-            rig,
+        attempts = run_trial(
+            simulated_robot,
             task,
-            JudgeConfig(time_limit=time_limit),
+            TerminationConfig(time_limit=time_limit),
             np.random.default_rng([seed, 0, 1]),
             on_step,
         )
@@ -175,6 +180,6 @@ def drive_once(
             writer.close()
     if record is not None:
         write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
-    cloud = rig.last_cloud()
-    rig.close()
-    return Driven(scene.world, task, controller, legs, cloud)
+    cloud = simulated_robot.last_cloud()
+    simulated_robot.close()
+    return Driven(scene.world, task, controller, attempts, cloud)

@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
-from andabata.evaluation.failure_cause import hazard_met
-from andabata.evaluation.scenarios import Course, courses
-from andabata.evaluation.trial import Leg
+from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.scenarios import Scenario, scenarios
+from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
-from andabata.records.atomic_io import append_line, write_atomically
+from andabata.records import atomic_io
+from andabata.records.atomic_io import append_line
 from andabata.records.runs import commit
-from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 from worlds.splits import EVALUATIONS
@@ -41,8 +42,8 @@ class EvaluationConfig(BaseModel):
         trials: Trials of each controller; each trial has a world of its own.
         goals: Goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
-        rig: The robot; results are judged in bullet.
-        judge: Rules of each drive.
+        simulated_robot: The robot; results are judged in bullet.
+        terminations: Rules of each drive.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -53,13 +54,13 @@ class EvaluationConfig(BaseModel):
     trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
-    rig: RigConfig = Field(default_factory=RigConfig)
-    judge: JudgeConfig = Field(default_factory=JudgeConfig)
+    simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
+    terminations: TerminationConfig = Field(default_factory=TerminationConfig)
 
     @property
-    def courses(self) -> tuple[Course, ...]:
+    def scenarios(self) -> tuple[Scenario, ...]:
         """The course of each trial."""
-        return courses(self.suite, self.world, self.trials, self.seed)
+        return scenarios(self.suite, self.world, self.trials, self.seed)
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Failure:
     Attributes:
         row: Row of the drive in the results.
         world: World that it was driven in.
-        leg: What the monitor measured.
+        attempt: What the monitor measured.
         pose: True pose at its end.
         scan: Virtual scan there.
         goal: Goal in the map [m], shape (2,).
@@ -78,7 +79,7 @@ class Failure:
 
     row: Row
     world: World
-    leg: Leg
+    attempt: GoalAttempt
     pose: Pose
     scan: VirtualScan
     goal: NDArray[np.float64]
@@ -110,36 +111,44 @@ def run_one(
     from worlds.scenes import SceneShelf
 
     models = Models.from_bytes(files)
-    course = config.courses[trial]
-    scene = SceneShelf().get(course.world, course.seed, course.difficulty)
+    scenario = config.scenarios[trial]
+    scene = SceneShelf().get(scenario.world, scenario.seed, scenario.difficulty)
     pick = np.random.default_rng([config.seed, trial])
     task = choose_task(scene.world.tasks, pick)
     task = replace(task, goals=task.goals[: config.goals])
     rows: list[Row] = []
     for name in config.controllers:
-        controller = make_controller(name, scene.world, config.rig, models)
-        rig = Rig(scene, config.rig, models.forest, controller)
+        controller = make_controller(name, scene.world, config.simulated_robot, models)
+        simulated_robot = SimulatedRobot(scene, config.simulated_robot, models.forest, controller)
         rng = np.random.default_rng([config.seed, trial, 1])
-        legs = run_trial(rig, task, config.judge, rng)
-        rows.extend(_leg_row(leg, name, trial, scene.world, len(task.goals)) for leg in legs)
-        if on_failure is not None and legs[-1].outcome is not Outcome.GOAL:
-            failure = _failure(rows[-1], scene.world, legs[-1], rig)
+        attempts = run_trial(simulated_robot, task, config.terminations, rng)
+        rows.extend(
+            _attempt_row(attempt, name, trial, scene.world, len(task.goals)) for attempt in attempts
+        )
+        if on_failure is not None and attempts[-1].outcome is not Outcome.GOAL:
+            failure = _failure(rows[-1], scene.world, attempts[-1], simulated_robot)
             if failure is not None:
                 on_failure(failure)
-        rig.close()
+        simulated_robot.close()
     return rows
 
 
-def _failure(row: Row, world: World, leg: Leg, rig: Rig) -> Failure | None:
+def _failure(
+    row: Row, world: World, attempt: GoalAttempt, simulated_robot: SimulatedRobot
+) -> Failure | None:
     """Return a failure as the robot saw it, None where it saw nothing yet."""
-    truth = rig.simulator.vehicle.state
-    view = rig.navigator.look(Senses(truth.stamp))
+    truth = simulated_robot.simulator.vehicle.state
+    view = simulated_robot.navigator.look(SensorReadings(truth.stamp))
     if view is None:
         return None
-    return Failure(row, world, leg, truth.pose, view.scan, view.goal, rig.config.grid)
+    return Failure(
+        row, world, attempt, truth.pose, view.scan, view.goal, simulated_robot.config.grid
+    )
 
 
-def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) -> Row:
+def _attempt_row(
+    attempt: GoalAttempt, controller: str, trial: int, world: World, goals: int
+) -> Row:
     """Return what the judge measured on one leg, ready for JSON."""
     return {
         "controller": controller,
@@ -147,18 +156,18 @@ def _leg_row(leg: Leg, controller: str, trial: int, world: World, goals: int) ->
         "world": world.name,
         "world_seed": world.seed,
         "difficulty": world.difficulty,
-        "goal": leg.goal,
+        "goal": attempt.goal,
         "goals": goals,
-        "outcome": str(leg.outcome),
-        "hazard": hazard_met(world, leg.path[-1], leg.outcome),
-        "time_s": leg.time,
-        "distance_m": leg.distance,
-        "spl": leg.spl,
-        "trespass_m": leg.trespass,
-        "restlessness": leg.restlessness,
-        "energy_j": leg.energy,
-        "min_clearance_m": leg.min_clearance,
-        "end_xy": leg.path[-1, :2].tolist(),
+        "outcome": str(attempt.outcome),
+        "hazard": failure_cause(world, attempt.path[-1], attempt.outcome),
+        "time_s": attempt.time,
+        "distance_m": attempt.distance,
+        "spl": attempt.spl,
+        "trespass_m": attempt.forbidden_distance,
+        "restlessness": attempt.steering_variation,
+        "energy_j": attempt.energy,
+        "min_clearance_m": attempt.min_clearance,
+        "end_xy": attempt.path[-1, :2].tolist(),
     }
 
 
@@ -185,7 +194,7 @@ def evaluate(
     about = config.model_dump(mode="json", exclude={"trials"})
     origin = {"config": about, "models": models.hashes, "commit": commit()}
     done = _read_journal(journal, origin)
-    trials = range(len(config.courses))
+    trials = range(len(config.scenarios))
     missing = [trial for trial in trials if trial not in done]
     for trial, rows in run_tasks(
         partial(run_one, config, models.to_bytes(), on_failure), missing, workers
@@ -208,7 +217,7 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
         return {}
     head = json.dumps(about)
     if not journal.exists() or journal.stat().st_size == 0:
-        write_atomically(journal, f"{head}\n".encode())
+        atomic_io.write(journal, f"{head}\n".encode())
         return {}
     lines = journal.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:
@@ -217,7 +226,7 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
             f"{_what_differs(lines[0], about)}; take another --out"
         )
     kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
-    write_atomically(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
+    atomic_io.write(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
     return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}
 
 
@@ -275,19 +284,19 @@ def _table_row(
 
     trials = len({row["trial"] for row in rows})
     goal = goals if label == "all" else label
-    legs = [row for row in rows if label in ("all", row["goal"])]
+    attempts = [row for row in rows if label in ("all", row["goal"])]
     reached = sum(row["goal"] == goal and row["outcome"] == Outcome.GOAL for row in rows)
     low, high = wilson_interval(reached, trials)
     tried = trials * (goals if label == "all" else 1)
 
     def count(outcome: Outcome) -> int:
-        return sum(row["outcome"] == outcome for row in legs)
+        return sum(row["outcome"] == outcome for row in attempts)
 
     def mean(key: str) -> float | None:
-        known = [row[key] for row in legs if row[key] is not None]
+        known = [row[key] for row in attempts if row[key] is not None]
         return float(np.mean(known)) if known else None
 
-    driven = sum(row["distance_m"] for row in legs)
+    driven = sum(row["distance_m"] for row in attempts)
     return {
         "controller": controller,
         "world": world,
@@ -301,9 +310,9 @@ def _table_row(
         "success_rate": reached / trials,
         "wilson_low": low,
         "wilson_high": high,
-        "spl": sum(row["spl"] for row in legs) / tried,
+        "spl": sum(row["spl"] for row in attempts) / tried,
         "trespass_m": mean("trespass_m"),
-        "trespass_share": sum(row["trespass_m"] for row in legs) / driven if driven else None,
+        "trespass_share": sum(row["trespass_m"] for row in attempts) / driven if driven else None,
         "distance_m": mean("distance_m"),
         "restlessness": mean("restlessness"),
         "energy_j": mean("energy_j"),

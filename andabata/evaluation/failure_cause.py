@@ -15,7 +15,7 @@ _SMALL = 0.15
 """Rocks lower than this are a hazard of their own [m]: few beams meet them."""
 
 
-def hazard_met(world: World, place: NDArray[np.float64], outcome: Outcome) -> str:
+def failure_cause(world: World, place: NDArray[np.float64], outcome: Outcome) -> str:
     """Return what ended a drive: an object's class, a kind of ground, or ``no way``.
 
     Args:

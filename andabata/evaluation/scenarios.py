@@ -6,7 +6,7 @@ from worlds.splits import evaluation_world
 
 
 @dataclass(frozen=True)
-class Course:
+class Scenario:
     """The world of one trial.
 
     Attributes:
@@ -24,18 +24,18 @@ _HARDEST = 0.8
 """Difficulty of the hardest natural worlds of the suite; at 1 many have no safe path at all."""
 
 
-def generalisation(seed: int) -> tuple[Course, ...]:
+def generalisation(seed: int) -> tuple[Scenario, ...]:
     """Return 100 natural worlds from easy to hard, 20 mazes, 20 hollows and 20 test worlds.
 
     Args:
         seed: Of the suite; each has worlds of its own, which nothing trains on.
     """
     natural = [
-        Course("natural-far", evaluation_world(seed, k), round(_HARDEST * k / 99, 3))
+        Scenario("natural-far", evaluation_world(seed, k), round(_HARDEST * k / 99, 3))
         for k in range(100)
     ]
     others = [
-        Course(world, evaluation_world(seed, k))
+        Scenario(world, evaluation_world(seed, k))
         for world in ("maze", "hollow", "natural-test")
         for k in range(20)
     ]
@@ -46,14 +46,14 @@ SUITES = {"generalisation": generalisation}
 """Suites by name."""
 
 
-def courses(suite: str | None, world: str, trials: int, seed: int) -> tuple[Course, ...]:
+def scenarios(suite: str | None, world: str, trials: int, seed: int) -> tuple[Scenario, ...]:
     """Return the course of each trial: a suite's, or as many worlds of one preset.
 
     Raises:
         ValueError: If there is no such suite.
     """
     if suite is None:
-        return tuple(Course(world, evaluation_world(seed, trial)) for trial in range(trials))
+        return tuple(Scenario(world, evaluation_world(seed, trial)) for trial in range(trials))
     if suite not in SUITES:
         raise ValueError(f"--suite: expected one of {', '.join(SUITES)}, got {suite!r}")
     return SUITES[suite](seed)

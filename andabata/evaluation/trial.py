@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import Rig
-from andabata.machine.sensor_readings import Senses
-from andabata.tasks.episode_monitor import Judge, JudgeConfig, Outcome
+from andabata.assembly.simulated_robot import SimulatedRobot
+from andabata.machine.sensor_readings import SensorReadings
+from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
 
 SAFE_CLEARANCE = 0.35
@@ -16,7 +16,7 @@ SAFE_CLEARANCE = 0.35
 
 
 @dataclass(frozen=True)
-class Leg:
+class GoalAttempt:
     """A drive to one goal, as judged by physics and the true map.
 
     Attributes:
@@ -25,8 +25,8 @@ class Leg:
         time: Duration [s].
         distance: Metres driven.
         shortest: Length of the shortest safe path [m].
-        trespass: Metres driven where the true map forbids it.
-        restlessness: Integral of the squared yaw rate [rad2/s].
+        forbidden_distance: Metres driven where the true map forbids it.
+        steering_variation: Integral of the squared yaw rate [rad2/s].
         energy: What the motors gave [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions, one a control step, float64, shape (k, 3).
@@ -37,8 +37,8 @@ class Leg:
     time: float
     distance: float
     shortest: float
-    trespass: float
-    restlessness: float
+    forbidden_distance: float
+    steering_variation: float
     energy: float | None
     min_clearance: float
     path: NDArray[np.float64]
@@ -52,48 +52,48 @@ class Leg:
 
 
 def run_trial(
-    rig: Rig,
+    simulated_robot: SimulatedRobot,
     task: Task,
-    judge_config: JudgeConfig,
+    terminations: TerminationConfig,
     rng: np.random.Generator,
-    on_step: Callable[[Senses], None] | None = None,
-) -> tuple[Leg, ...]:
-    """Drive a task's goals in a row with the rig's own controller.
+    on_step: Callable[[SensorReadings], None] | None = None,
+) -> tuple[GoalAttempt, ...]:
+    """Drive a task's goals in a row with the robot's own controller.
 
     Args:
-        rig: The robot, with a controller.
+        simulated_robot: The robot, with a controller.
         task: Start and goals.
-        judge_config: Rules of each drive.
+        terminations: Rules of each drive.
         rng: Start jitter and every noise.
         on_step: Called with the senses after each control step.
 
     Returns:
         One leg for each goal that was tried; the last may have failed.
     """
-    world = rig.scene.world
+    world = simulated_robot.scene.world
     start = jittered(task.start, rng)
-    senses = rig.place(start, np.array(task.goals[0]), rng)
-    legs: list[Leg] = []
+    readings = simulated_robot.place(start, np.array(task.goals[0]), rng)
+    attempts: list[GoalAttempt] = []
     for number, goal in enumerate(task.goals, start=1):
-        judge = Judge(world, judge_config)
-        state = senses.truth
+        monitor = EpisodeMonitor(world, terminations)
+        state = readings.truth
         if state is None:
             raise ValueError("truth: expected the simulator's true state, got none")
-        judge.begin(state, np.array(goal))
-        rig.navigator.set_goal(np.array(goal))
-        shortest = safe_length(world, state.pose.position[:2], goal, judge_config.goal_radius)
+        monitor.begin(state, np.array(goal))
+        simulated_robot.navigator.set_goal(np.array(goal))
+        shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
         while outcome is None:
-            senses = rig.simulator.step(rig.navigator.step(senses))
-            if senses.truth is None:
+            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
+            if readings.truth is None:
                 raise ValueError("truth: expected the simulator's true state, got none")
-            outcome = judge.watch(senses.truth)
+            outcome = monitor.watch(readings.truth)
             if on_step is not None:
-                on_step(senses)
-        legs.append(_leg(number, outcome, shortest, judge))
+                on_step(readings)
+        attempts.append(_attempt(number, outcome, shortest, monitor))
         if outcome is not Outcome.GOAL:
             break
-    return tuple(legs)
+    return tuple(attempts)
 
 
 def safe_length(
@@ -107,17 +107,19 @@ def safe_length(
     return max(length - goal_radius, 0.0)
 
 
-def _leg(number: int, outcome: Outcome, shortest: float, judge: Judge) -> Leg:
-    """Return what the judge measured."""
-    return Leg(
+def _attempt(
+    number: int, outcome: Outcome, shortest: float, monitor: EpisodeMonitor
+) -> GoalAttempt:
+    """Return what the monitor measured."""
+    return GoalAttempt(
         goal=number,
         outcome=outcome,
-        time=judge.time,
-        distance=judge.distance,
+        time=monitor.time,
+        distance=monitor.distance,
         shortest=shortest,
-        trespass=judge.trespass,
-        restlessness=judge.restlessness,
-        energy=judge.energy,
-        min_clearance=judge.min_clearance,
-        path=np.array(judge.path),
+        forbidden_distance=monitor.forbidden_distance,
+        steering_variation=monitor.steering_variation,
+        energy=monitor.energy,
+        min_clearance=monitor.min_clearance,
+        path=np.array(monitor.path),
     )

@@ -20,7 +20,7 @@ from andabata.machine.geo_reference import (
 )
 from andabata.machine.magnetic_model import magnetic_field
 from andabata.machine.proprioception import TESLA
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 MAX_DISTANCE = 10_000.0
 """Largest distance of the first fixes from a datum that is told [m]."""
@@ -150,13 +150,13 @@ class Datum:
         except (KeyError, TypeError, ValueError) as error:
             raise DatumError(f"datum: expected a place and a field, got {data!r}") from error
 
-    def with_compass(self, senses: Senses) -> "Datum":
+    def with_compass(self, readings: SensorReadings) -> "Datum":
         """Return the datum with strength and dip of the field as the compass reads them.
 
         Args:
-            senses: Senses at the start; without compass or inertial unit nothing changes.
+            readings: SensorReadings at the start; without compass or inertial unit nothing changes.
         """
-        field = levelled_field(senses)
+        field = levelled_field(readings)
         if field is None:
             return self
         ahead, left, up = field / TESLA
@@ -167,22 +167,22 @@ class Datum:
         return replace(self, sensed=(strength, dip))
 
 
-def datum_of_heading(senses: Senses, yaw: float) -> Datum:
+def datum_of_heading(readings: SensorReadings, yaw: float) -> Datum:
     """Return a datum nowhere in particular whose declination is what a told heading makes of it.
 
     Args:
-        senses: Senses at the start; without a compass the default's field is expected.
+        readings: SensorReadings at the start; without a compass the default's field is expected.
         yaw: Heading that is told [rad].
     """
     nowhere = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
-    field = levelled_field(senses)
+    field = levelled_field(readings)
     if field is None:
         return nowhere
     east, north = Rotation.from_euler("Z", yaw).apply(field)[:2]
     turned = {"declination_deg": float(np.rad2deg(np.arctan2(east, north)))}
     reference = nowhere.reference.model_copy(update=turned)
     source = "the compass, by the heading that is told"
-    return replace(nowhere, reference=reference, magnetic_source=source).with_compass(senses)
+    return replace(nowhere, reference=reference, magnetic_source=source).with_compass(readings)
 
 
 def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -191,7 +191,7 @@ def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
     A receiver that has just begun may send where it last was, or anything.
 
     Args:
-        fixes: Rows as in ``Senses.fixes``, shape (k, 5).
+        fixes: Rows as in ``SensorReadings.fixes``, shape (k, 5).
     """
     kept = check_fixes(fixes).good
     if not kept.any():
@@ -210,7 +210,7 @@ def refused_fixes(fixes: NDArray[np.float64], until: float = np.inf) -> Counter[
     """Return how many of the first fixes cannot tell the place, by reason.
 
     Args:
-        fixes: Rows as in ``Senses.fixes``, shape (k, 5); all of them tell which fit each other.
+        fixes: Rows as in ``SensorReadings.fixes``, shape (k, 5); all of them tell which fit each other.
         until: Stamp of the first that is not counted [s].
     """
     early = ~(fixes[:, 0] >= until)
@@ -233,7 +233,7 @@ def make_datum(
 
     Args:
         given: Fields of ``GeoReference`` that the user gives.
-        fixes: The first rows as in ``Senses.fixes``, shape (k, 5).
+        fixes: The first rows as in ``SensorReadings.fixes``, shape (k, 5).
         year: Decimal year of the first fix.
         start: Place in the map of the first fix that fits [m], shape (3,), where it is told; None
             puts the origin there.
@@ -248,7 +248,7 @@ def make_datum(
     if ("latitude_deg" in given) != ("longitude_deg" in given):
         one = next(name for name in ("latitude_deg", "longitude_deg") if name in given)
         raise DatumError(
-            f"sensing.site: expected latitude_deg and longitude_deg, or neither, got only {one}; "
+            f"sensing.geo_reference: expected latitude_deg and longitude_deg, or neither, got only {one}; "
             "--datum LAT,LON gives both"
         )
     rows = fixes[consistent_fixes(fixes)]
@@ -312,7 +312,7 @@ def check_distance(reference: GeoReference, fixes: NDArray[np.float64], source: 
 
     Args:
         reference: The datum.
-        fixes: The first rows as in ``Senses.fixes``, shape (k, 5).
+        fixes: The first rows as in ``SensorReadings.fixes``, shape (k, 5).
         source: Teller of the datum.
 
     Raises:
@@ -334,5 +334,5 @@ def check_distance(reference: GeoReference, fixes: NDArray[np.float64], source: 
         f"fixes: expected them within {MAX_DISTANCE / 1000:.0f} km of the datum at "
         f"{place_text(reference.latitude_deg, reference.longitude_deg)} ({source}), got "
         f"{place_text(latitude, longitude)}, {away / 1000:,.0f} km away{hint}; give --datum, or "
-        "drop the setting sensing.site to take the first fix"
+        "drop the setting sensing.geo_reference to take the first fix"
     )

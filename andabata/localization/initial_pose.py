@@ -7,61 +7,61 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.fix_check import check_fixes
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 _WINDOW = 1.0
 """Span of the latest rows of a sense that are averaged [s]: before, the robot may have turned."""
 
 
-def initial_pose(senses: Senses, reference: GeoReference) -> Pose | None:
+def initial_pose(readings: SensorReadings, reference: GeoReference) -> Pose | None:
     """Return the pose of a robot at rest: tilt by gravity, heading by the compass, place by a fix.
 
     Args:
-        senses: Senses of the robot while it stood.
+        readings: SensorReadings of the robot while it stood.
         reference: Datum of the map, and the magnetic field there.
 
     Returns:
         The pose in the map, good to some metres and some ten degrees; None while one of the three
         senses has said nothing that can be used.
     """
-    tilt, field, place = _tilt(senses), levelled_field(senses), _place(senses, reference)
+    tilt, field, place = _tilt(readings), levelled_field(readings), _place(readings, reference)
     if tilt is None or field is None or place is None:
         return None
     north = np.arctan2(reference.flux[1], reference.flux[0])
     yaw = float(north - np.arctan2(field[1], field[0]))
     pose = Pose.from_euler(place, *tilt, yaw)
-    if senses.antenna is None:
+    if readings.antenna is None:
         return pose
-    arm = Rotation.from_quat(pose.quaternion).apply(senses.antenna)
+    arm = Rotation.from_quat(pose.quaternion).apply(readings.antenna)
     return Pose(pose.position - arm, pose.quaternion)
 
 
-def levelled_field(senses: Senses) -> NDArray[np.float64] | None:
+def levelled_field(readings: SensorReadings) -> NDArray[np.float64] | None:
     """Return the mean magnetic field, forward, left and up by gravity [T], shape (3,).
 
     None while the inertial unit or the compass has said nothing that is a number.
     """
-    tilt, field = _tilt(senses), _mean(senses.field, slice(1, 4))
+    tilt, field = _tilt(readings), _mean(readings.field, slice(1, 4))
     if tilt is None or field is None:
         return None
     roll, pitch = tilt
     return np.asarray(Rotation.from_euler("ZYX", [0.0, pitch, roll]).apply(field))
 
 
-def _tilt(senses: Senses) -> tuple[float, float] | None:
+def _tilt(readings: SensorReadings) -> tuple[float, float] | None:
     """Return roll and pitch [rad] by gravity."""
-    force = _mean(senses.imu, slice(4, 7))
+    force = _mean(readings.imu, slice(4, 7))
     if force is None:
         return None
     pitch = float(np.arctan2(-force[0], np.hypot(force[1], force[2])))
     return float(np.arctan2(force[1], force[2])), pitch
 
 
-def _place(senses: Senses, reference: GeoReference) -> NDArray[np.float64] | None:
+def _place(readings: SensorReadings, reference: GeoReference) -> NDArray[np.float64] | None:
     """Return the place in the map [m], shape (3,); at the datum's height without an altitude."""
-    if senses.fixes is None or not len(senses.fixes):
+    if readings.fixes is None or not len(readings.fixes):
         return None
-    rows = _latest(senses.fixes[check_fixes(senses.fixes).good])
+    rows = _latest(readings.fixes[check_fixes(readings.fixes).good])
     if not len(rows):
         return None
     known = np.isfinite(rows[:, 3]) & (reference.altitude is not None)

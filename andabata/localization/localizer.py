@@ -4,7 +4,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from andabata.machine.pose import Pose, PoseTrack
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 
 class Health(StrEnum):
@@ -26,7 +26,7 @@ class Localizer(Protocol):
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
         """Start afresh at a pose in the map at ``stamp`` [s]; ``rough`` is one that senses told."""
 
-    def update(self, senses: Senses) -> None:
+    def update(self, readings: SensorReadings) -> None:
         """Take in one control period of senses."""
 
     @property

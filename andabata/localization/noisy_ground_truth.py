@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose, PoseTrack
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 
-class NoisyTruthConfig(BaseModel):
+class NoisyGroundTruthConfig(BaseModel):
     """Errors of a localizer that knows the truth but for GNSS and compass.
 
     Each error is a first-order Gauss-Markov process, since a filtered receiver's error wanders
@@ -33,10 +33,10 @@ class NoisyTruthConfig(BaseModel):
     tilt_sigma: float = Field(default=0.004, ge=0, le=0.2)
 
 
-class NoisyTruthLocalizer:
+class NoisyGroundTruthLocalizer:
     """The true pose plus wandering GNSS, compass and inclinometer errors."""
 
-    def __init__(self, config: NoisyTruthConfig, rng: np.random.Generator) -> None:
+    def __init__(self, config: NoisyGroundTruthConfig, rng: np.random.Generator) -> None:
         self._rng = rng
         self._sigma = np.array(
             [config.position_sigma] * 2 + [config.yaw_sigma] + [config.tilt_sigma] * 2
@@ -53,16 +53,16 @@ class NoisyTruthLocalizer:
         self._pose = Pose(position[0], quaternion[0])
         self._track.append(stamp, self._pose.position, self._pose.quaternion)
 
-    def update(self, senses: Senses) -> None:
+    def update(self, readings: SensorReadings) -> None:
         """Let the errors wander for one period and add them to the true poses in it.
 
         Raises:
             ValueError: If the senses hold no truth (they come from a record, not from a
                 simulation).
         """
-        if senses.true_track is None:
+        if readings.true_track is None:
             raise ValueError("true_track: expected the true poses of the period, got none")
-        rows = senses.true_track
+        rows = readings.true_track
         if not len(rows):  # Before the first period.
             return
         draw = self._rng.standard_normal(5)  # Also without errors: the others' draws stay theirs.
@@ -70,7 +70,7 @@ class NoisyTruthLocalizer:
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
             self._pose = Pose(rows[-1, 1:4], rows[-1, 4:8])
             return
-        keep = np.exp(-(senses.stamp - self._track.latest) / self._time)
+        keep = np.exp(-(readings.stamp - self._track.latest) / self._time)
         wander = self._sigma * np.sqrt(1 - keep * keep) * draw
         before, self._error = self._error, keep * self._error + wander
         share = np.linspace(0, 1, len(rows) + 1)[1:, None]

@@ -33,7 +33,7 @@ from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 MOST_TURN = 50.0
 """No robot turns faster [rad/s]: such a gyro reading is refused."""
@@ -154,13 +154,13 @@ class UkfLocalizer:
         assumed: Number of fixes in which something was missing, by what was assumed.
     """
 
-    def __init__(self, config: UkfConfig, robot: RobotModel, site: GeoReference) -> None:
+    def __init__(self, config: UkfConfig, robot: RobotModel, geo_reference: GeoReference) -> None:
         """Begin without a pose; ``reset`` gives one.
 
         Args:
             config: What to expect.
             robot: Wheel radius and track.
-            site: Datum of the map, and the magnetic field there.
+            geo_reference: Datum of the map, and the magnetic field there.
         """
         self._config = config
         self._body = Body(
@@ -169,25 +169,25 @@ class UkfLocalizer:
         self._yaw_rate = robot.wheel_radius / robot.effective_track
         self._belief = Belief(self._body, config.noise, config.gates, Weights.make())
         self.refused, self.assumed = Counter[str](), Counter[str]()
-        self.refer(site)
+        self.refer(geo_reference)
         self._room = Room.make()
         self._track = PoseTrack()
         self._rows = np.zeros((64, 8))
         self._scratch = np.zeros(4)
         self.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
 
-    def refer(self, site: GeoReference, loose: bool = False) -> None:
+    def refer(self, geo_reference: GeoReference, loose: bool = False) -> None:
         """Take another datum of the map, and the magnetic field there, from now on.
 
         Args:
-            site: The datum.
+            geo_reference: The datum.
             loose: Whether its field is known only roughly, so that the compass tells the heading
                 and nothing of the tilt.
         """
-        self._site = site
+        self._geo_reference = geo_reference
         # Added to heights by fixes [m]; None until the first that has an altitude.
-        self._height: float | None = None if site.altitude is None else 0.0
-        x, y, z = (float(part) for part in site.flux)
+        self._height: float | None = None if geo_reference.altitude is None else 0.0
+        x, y, z = (float(part) for part in geo_reference.flux)
         self._body = self._body._replace(flux_x=x, flux_y=y, flux_z=z, loose=loose)
         self._belief = self._belief._replace(body=self._body)
 
@@ -228,19 +228,19 @@ class UkfLocalizer:
         first = self.odometry if own else pose
         self._track.append(stamp, first.position, first.quaternion)
 
-    def update(self, senses: Senses) -> None:
+    def update(self, readings: SensorReadings) -> None:
         """Take in one control period of senses, late ones where they belong."""
         before = self._counts[:, 0].copy()
-        places = self._in_map(senses.fixes)
-        arrived = early = base_of_antenna(places, self.pose.quaternion, senses.antenna)
+        places = self._in_map(readings.fixes)
+        arrived = early = base_of_antenna(places, self.pose.quaternion, readings.antenna)
         if len(arrived):
             late = arrived[:, 0] <= self._now
             for fix in arrived[late]:
                 self._go_back(fix)
             early = arrived[~late]
-        imu, noise = self._inertial(senses)
-        field = _rows(senses.field, 4) * _MICROTESLA
-        sensed = self._parted(Sensed(imu, _rows(senses.encoders, 3), field, early))
+        imu, noise = self._inertial(readings)
+        field = _rows(readings.field, 4) * _MICROTESLA
+        sensed = self._parted(Sensed(imu, _rows(readings.encoders, 3), field, early))
         period = self._begun(sensed, noise)
         self._keep(period)
         filled = self._run(period, self._odometry)
@@ -248,7 +248,7 @@ class UkfLocalizer:
             rows = self._rows[:filled]
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
         self._offsets += [fix[1:3] - self._x[6:8] for fix in arrived]
-        self._listen(senses, before, arrived)
+        self._listen(readings, before, arrived)
 
     def _in_map(self, fixes: NDArray[np.float64] | None) -> NDArray[np.float64]:
         """Return fixes as stamp, x, y, z, horizontal and vertical sigma, shape (k, 6)."""
@@ -275,31 +275,31 @@ class UkfLocalizer:
 
     def _places(self, geodetic: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places in the map [m]; without an altitude at the height that is believed."""
-        site, flat = self._site, np.isnan(geodetic[:, 2])
+        geo_reference, flat = self._geo_reference, np.isnan(geodetic[:, 2])
         if not flat.any() and self._height == 0.0:
-            return site.to_map(geodetic)
+            return geo_reference.to_map(geodetic)
         filled = geodetic.copy()
-        filled[flat, 2] = site.altitude or 0.0
-        places = site.to_map(filled)
+        filled[flat, 2] = geo_reference.altitude or 0.0
+        places = geo_reference.to_map(filled)
         if self._height is None and not flat.all():
             self._height = float(self._x[8] - places[~flat, 2][0])
         places[:, 2] += self._height or 0.0
         places[flat, 2] = self._x[8]
         return places
 
-    def _inertial(self, senses: Senses) -> tuple[NDArray[np.float64], Noise]:
+    def _inertial(self, readings: SensorReadings) -> tuple[NDArray[np.float64], Noise]:
         """Return inertial rows that can be, and the model's noise.
 
         Where rows are missing for longer than ``imu_silence``, the wheels tell the turning.
         """
-        given, noise = _rows(senses.imu, 7), self._config.noise
+        given, noise = _rows(readings.imu, 7), self._config.noise
         good = (np.abs(given[:, 1:4]) < MOST_TURN).all(axis=1) & np.isfinite(given[:, 0])
         if not good.all():
             self._counts[IMU, 2] += int((~good).sum())
             given = given[good]
         if len(given):
-            self._heard["imu"] = senses.stamp
-        until = float(given[0, 0]) if len(given) else senses.stamp + TICK
+            self._heard["imu"] = readings.stamp
+        until = float(given[0, 0]) if len(given) else readings.stamp + TICK
         gap = until - self._now
         if not gap > self._config.imu_silence + TICK:
             return given, noise
@@ -307,7 +307,7 @@ class UkfLocalizer:
         stamps = np.arange(self._now + step, until - TICK / 2, step)
         bridge = np.full((len(stamps), 7), np.nan)
         bridge[:, 0], bridge[:, 1:4] = stamps, self._x[3:6]
-        wheels = _rows(senses.encoders, 3)
+        wheels = _rows(readings.encoders, 3)
         if len(wheels) and np.isfinite(wheels).all():
             bridge[:, 3] += float((wheels[:, 2] - wheels[:, 1]).mean()) * self._yaw_rate
         return np.concatenate([bridge, given]), noise._replace(turn=_BLIND_TURN)
@@ -389,7 +389,7 @@ class UkfLocalizer:
             self._run(period, self._scratch)
 
     def _listen(
-        self, senses: Senses, before: NDArray[np.int64], fixes: NDArray[np.float64]
+        self, readings: SensorReadings, before: NDArray[np.int64], fixes: NDArray[np.float64]
     ) -> None:
         """Note which senses spoke and which were believed; ``fixes`` are those that arrived.
 
@@ -397,32 +397,32 @@ class UkfLocalizer:
         twice as much as before.
         """
         given = {
-            "wheels": senses.encoders,
-            "compass": senses.field,
+            "wheels": readings.encoders,
+            "compass": readings.field,
             "gnss": fixes,
         }
         for name, rows in given.items():
             if rows is not None and len(rows):
-                self._heard[name] = senses.stamp
+                self._heard[name] = readings.stamp
         for name, sensor, states, sigma in (
             ("compass", COMPASS, slice(2, 3), 1.0),
             ("gnss", FIX, slice(6, 8), 3.0),
         ):
             if self._counts[sensor, 0] > before[sensor]:
-                self._believed[name] = self._doubted[name] = senses.stamp
+                self._believed[name] = self._doubted[name] = readings.stamp
                 self._doubts[name] = 0
                 if sensor == FIX:
                     self._offsets.clear()
-            speaks = self._heard[name] == senses.stamp
+            speaks = self._heard[name] == readings.stamp
             steady = sensor == FIX and self._look_like_a_detour()
             patience = self._config.steady_doubt if steady else self._config.doubt
-            if speaks and senses.stamp - self._doubted[name] > patience:
+            if speaks and readings.stamp - self._doubted[name] > patience:
                 diagonal = np.arange(STATES)[states]
                 self._P[diagonal, diagonal] += (sigma * 2 ** self._doubts[name]) ** 2
                 self._doubts[name] += 1
-                self._doubted[name] = senses.stamp
+                self._doubted[name] = readings.stamp
         if not self._whole:
-            self._start_over(senses.stamp)
+            self._start_over(readings.stamp)
 
     def _look_like_a_detour(self) -> bool:
         """Return whether the fixes since the last that was believed are all off by the same."""

@@ -122,18 +122,21 @@ class Proprioception:
     """The senses of one robot in one world, sampled each control period."""
 
     def __init__(
-        self, config: ProprioceptionConfig, site: GeoReference, objects: Sequence[SceneObject]
+        self,
+        config: ProprioceptionConfig,
+        geo_reference: GeoReference,
+        objects: Sequence[SceneObject],
     ) -> None:
         """Mount the senses.
 
         Args:
             config: Their faults.
-            site: Where on Earth.
+            geo_reference: Where on Earth.
             objects: Of the world; its trees shade the receiver.
         """
         self._config = config
-        self._site = site
-        self._flux = site.flux
+        self._geo_reference = geo_reference
+        self._flux = geo_reference.flux
         trees = [o.vertices[:, :2].mean(axis=0) for o in objects if o.semantic in _SHADING]
         self._trees = cKDTree(np.array(trees)) if trees else None
         gnss = config.gnss
@@ -164,7 +167,7 @@ class Proprioception:
                 wheel speed [rad/s]; shape (k, 10).
 
         Returns:
-            Inertial rows, encoder rows, compass rows and fixes as in ``Senses``.
+            Inertial rows, encoder rows, compass rows and fixes as in ``SensorReadings``.
         """
         imu = self._config.imu
         noise = self._rng.standard_normal((len(rows), 15))
@@ -223,7 +226,7 @@ class Proprioception:
         if lost < gnss.dropout * factor:
             self._fixes.append(np.array([row[0], *[np.nan] * 3, np.inf]))
             return
-        place = self._site.to_geodetic((row[1:4] + error)[None])[0]
+        place = self._geo_reference.to_geodetic((row[1:4] + error)[None])[0]
         self._fixes.append(np.array([row[0], *place, gnss.noise**2 + gnss.wander**2]))
 
 

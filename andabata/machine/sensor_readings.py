@@ -77,7 +77,7 @@ class VehicleState:
 
 
 @dataclass(frozen=True)
-class Senses:
+class SensorReadings:
     """Everything sensed since the last control step; absent senses are None.
 
     Attributes:

@@ -15,7 +15,7 @@ from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import Senses, Sweeps, VehicleState, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.vehicle import Plant, make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
@@ -37,7 +37,7 @@ class SensingConfig(BaseModel):
         lidar: The rotating laser.
         grid: Where the horizontal beams point.
         proprioception: IMU, compass, encoders and GNSS; None leaves them out.
-        site: Where on Earth the map lies.
+        geo_reference: Where on Earth the map lies.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -46,7 +46,7 @@ class SensingConfig(BaseModel):
     lidar: LidarConfig = Field(default_factory=LidarConfig)
     grid: PolarGrid = Field(default_factory=PolarGrid)
     proprioception: ProprioceptionConfig | None = Field(default_factory=ProprioceptionConfig)
-    site: GeoReference = Field(default_factory=GeoReference)
+    geo_reference: GeoReference = Field(default_factory=GeoReference)
 
 
 class Simulator:
@@ -56,7 +56,7 @@ class Simulator:
 
     Attributes:
         vehicle: The plant.
-        feeling: IMU, compass, encoders and GNSS, None without them.
+        proprioception: IMU, compass, encoders and GNSS, None without them.
         lidar: The rotating laser, None with the horizontal scanner.
     """
 
@@ -88,9 +88,11 @@ class Simulator:
         self.vehicle = make_vehicle(plant, world, robot, slip)
         self._track = PoseTrack()
         self._tick = 0
-        self.feeling: Proprioception | None = None
+        self.proprioception: Proprioception | None = None
         if sensing.proprioception is not None:
-            self.feeling = Proprioception(sensing.proprioception, sensing.site, world.objects)
+            self.proprioception = Proprioception(
+                sensing.proprioception, sensing.geo_reference, world.objects
+            )
         self._tables = BeamTables()
         self._many_beams = sensing.lidar.is_multibeam
         self.lidar: RotatingLidar | None = None
@@ -100,7 +102,7 @@ class Simulator:
         else:
             self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams)
 
-    def reset(self, start: Start) -> Senses:
+    def reset(self, start: Start) -> SensorReadings:
         """Put the robot down at rest and return what it senses before the first period."""
         self._reseed()
         self.vehicle.place(start)
@@ -108,9 +110,9 @@ class Simulator:
         self._track.clear()
         state = self.vehicle.state
         self._track.append(0.0, state.pose.position, state.pose.quaternion)
-        if self.feeling is not None:
+        if self.proprioception is not None:
             pose = np.concatenate([state.pose.position, state.pose.quaternion])
-            self.feeling.reset(pose, self._rng)
+            self.proprioception.reset(pose, self._rng)
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
     def _reseed(self) -> None:
@@ -118,7 +120,7 @@ class Simulator:
         for stream in self._streams:
             reseed(stream, self._rng)
 
-    def step(self, wheels: WheelSpeeds, blind: bool = False) -> Senses:
+    def step(self, wheels: WheelSpeeds, blind: bool = False) -> SensorReadings:
         """Drive one control period of 0.1 s and return what was sensed in it.
 
         Args:
@@ -132,7 +134,9 @@ class Simulator:
         self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
         return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, blind)
 
-    def _sense(self, state: VehicleState, rows: NDArray[np.float64], blind: bool = False) -> Senses:
+    def _sense(
+        self, state: VehicleState, rows: NDArray[np.float64], blind: bool = False
+    ) -> SensorReadings:
         """Sample the senses for the period that ends with the state.
 
         ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
@@ -147,9 +151,9 @@ class Simulator:
         if self._scanner is not None and not blind:
             horizontal = self._scanner.ranges(state.pose)
         imu = encoders = field = fixes = None
-        if self.feeling is not None and len(rows):
-            imu, encoders, field, fixes = self.feeling.sample(rows)
-        return Senses(
+        if self.proprioception is not None and len(rows):
+            imu, encoders, field, fixes = self.proprioception.sample(rows)
+        return SensorReadings(
             stamp=state.stamp,
             imu=imu,
             encoders=encoders,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from rl.policy import Policy
-from traversability.cartesian.classifier import SquareForest
+from traversability.cartesian.classifier import GroundClassifier
 from traversability.forest import Forest
 
 
@@ -19,9 +19,9 @@ def shipped_forest() -> Forest:
 
 
 @cache
-def shipped_squares() -> SquareForest:
+def shipped_ground_classifier() -> GroundClassifier:
     """Return the classifier of squares that comes with the package."""
-    return SquareForest.from_bytes(_shipped("squares.npz"))
+    return GroundClassifier.from_bytes(_shipped("squares.npz"))
 
 
 @cache
@@ -46,7 +46,7 @@ class Models:
     """
 
     forest: Forest = field(default_factory=shipped_forest)
-    squares: SquareForest = field(default_factory=shipped_squares)
+    squares: GroundClassifier = field(default_factory=shipped_ground_classifier)
     policy: Policy = field(default_factory=shipped_policy)
 
     @classmethod
@@ -61,7 +61,7 @@ class Models:
         """
         return cls(
             Forest.load(forest) if forest else shipped_forest(),
-            SquareForest.load(squares) if squares else shipped_squares(),
+            GroundClassifier.load(squares) if squares else shipped_ground_classifier(),
             Policy.load(policy) if policy else shipped_policy(),
         )
 
@@ -80,5 +80,7 @@ class Models:
         """Return the models of ``to_bytes``."""
         forest, squares, policy = data
         return cls(
-            Forest.from_bytes(forest), SquareForest.from_bytes(squares), Policy.from_bytes(policy)
+            Forest.from_bytes(forest),
+            GroundClassifier.from_bytes(squares),
+            Policy.from_bytes(policy),
         )

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
-from andabata.navigation.controller import Recent
+from andabata.navigation.controller import SweepWindow
 from traversability.cloud import PointCloud, joined
 
 _SLACK = 1.0
@@ -187,9 +187,9 @@ class CloudAssembler:
         self._parts = []
 
     @property
-    def recent(self) -> Recent:
+    def recent(self) -> SweepWindow:
         """What was measured in the last half turn of the head, or the last of a 3D laser."""
-        return Recent(tuple(part for part, _ in self._recent), self._settled)
+        return SweepWindow(tuple(part for part, _ in self._recent), self._settled)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.

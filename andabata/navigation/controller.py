@@ -14,7 +14,7 @@ from worlds.world import Area
 
 
 @dataclass(frozen=True)
-class Recent:
+class SweepWindow:
     """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
 
     Attributes:
@@ -62,7 +62,7 @@ def _newest(part: PointCloud) -> float:
 
 
 @dataclass(frozen=True)
-class View:
+class ControllerInput:
     """The situation as the robot knows it.
 
     Attributes:
@@ -91,7 +91,7 @@ class View:
     goal: NDArray[np.float64]
     truth: VehicleState | None
     area: Area | None = None
-    recent: Recent | None = None
+    recent: SweepWindow | None = None
 
 
 class Controller(Protocol):
@@ -109,5 +109,5 @@ class Controller(Protocol):
     def reset(self) -> None:
         """Forget the last drive."""
 
-    def steer(self, view: View) -> float:
+    def steer(self, view: ControllerInput) -> float:
         """Return the wanted yaw rate [rad/s], positive to the left."""

@@ -1,6 +1,6 @@
 """A trained policy at the wheel."""
 
-from andabata.navigation.controller import View
+from andabata.navigation.controller import ControllerInput
 from rl.policy import Policy
 from rl.spaces import observation
 
@@ -18,7 +18,7 @@ class LearnedController:
     def reset(self) -> None:
         """The policy remembers nothing between steps: its memory is in the state."""
 
-    def steer(self, view: View) -> float:
+    def steer(self, view: ControllerInput) -> float:
         """Return the actor's yaw rate for the state of 35 values [rad/s].
 
         Raises:

@@ -10,8 +10,8 @@ from andabata.localization.localizer import Health, Localizer
 from andabata.machine.kinematics import SkidSteer, apply_dead_zone
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import Senses, WheelSpeeds
-from andabata.navigation.controller import Controller, View
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
+from andabata.navigation.controller import Controller, ControllerInput
 from andabata.navigation.perception import Perception
 from worlds.world import Area
 
@@ -23,7 +23,7 @@ class Step:
     """One control step, for whoever watches.
 
     Attributes:
-        senses: What came in.
+        readings: What came in.
         view: What was made of it; None before the first scan.
         goal: Where to [m], shape (2,).
         wheels: What went out.
@@ -31,8 +31,8 @@ class Step:
         steering: Yaw rate of it [rad/s].
     """
 
-    senses: Senses
-    view: View | None
+    readings: SensorReadings
+    view: ControllerInput | None
     goal: NDArray[np.float64]
     wheels: WheelSpeeds
     speed: float
@@ -40,14 +40,14 @@ class Step:
 
 
 class Navigator:
-    """Senses in, wheel speeds out: the same in simulation, in training and on a record.
+    """SensorReadings in, wheel speeds out: the same in simulation, in training and on a record.
 
     The vehicle keeps the paper's constant longitudinal speed, or the share of it that its
     controller asks for; it stands still until there is a first scan.
 
     Attributes:
         start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
-        area: Where the robot may be; see ``View``.
+        area: Where the robot may be; see ``ControllerInput``.
     """
 
     def __init__(
@@ -102,21 +102,21 @@ class Navigator:
             self._goal = np.array(goal, dtype=np.float64)
             self._stands = 0
 
-    def step(self, senses: Senses) -> WheelSpeeds:
+    def step(self, readings: SensorReadings) -> WheelSpeeds:
         """Turn one control period of senses into wheel speeds.
 
         Raises:
             ValueError: If the navigator has no controller.
         """
-        self.listen(senses)
-        return self.decide(senses)
+        self.listen(readings)
+        return self.decide(readings)
 
-    def listen(self, senses: Senses) -> None:
+    def listen(self, readings: SensorReadings) -> None:
         """Take in senses: where am I, and what is around."""
-        self._localizer.update(senses)
-        self._perception.take(senses, self._localizer)
+        self._localizer.update(readings)
+        self._perception.take(readings, self._localizer)
 
-    def decide(self, senses: Senses) -> WheelSpeeds:
+    def decide(self, readings: SensorReadings) -> WheelSpeeds:
         """Return the wheel speeds at the end of a control period whose senses were listened to.
 
         Raises:
@@ -125,7 +125,7 @@ class Navigator:
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use look and command instead")
         due, wheels = self._stands == 0, STANDSTILL
-        view = self.look(senses) if due or self._watcher is not None else None
+        view = self.look(readings) if due or self._watcher is not None else None
         if due and view is not None:
             self._answer = self._controller.steer(view), self._controller.pace
             self._stands = self._controller.hold
@@ -136,18 +136,18 @@ class Navigator:
             still = wheels is STANDSTILL
             pace = self._robot.speed * self._answer[1]
             speed, steering = (0.0, 0.0) if still else (pace, self._previous[0])
-            self._watcher(Step(senses, view, self._goal, wheels, speed, steering))
+            self._watcher(Step(readings, view, self._goal, wheels, speed, steering))
         return wheels
 
-    def look(self, senses: Senses) -> View | None:
+    def look(self, readings: SensorReadings) -> ControllerInput | None:
         """Return the situation after senses that were listened to, None before the first scan."""
-        scan = self._perception.look(senses.stamp, self._localizer)
+        scan = self._perception.look(readings.stamp, self._localizer)
         if scan is None:
             return None
         pose = self._localizer.pose
         to_goal = self._goal - pose.position[:2]
-        return View(
-            stamp=senses.stamp,
+        return ControllerInput(
+            stamp=readings.stamp,
             scan=scan,
             heading_error=wrap(float(np.arctan2(to_goal[1], to_goal[0])) - pose.yaw),
             goal_distance=float(np.hypot(*to_goal)),
@@ -155,7 +155,7 @@ class Navigator:
             pose=pose,
             odometry=self._localizer.odometry,
             goal=self._goal,
-            truth=senses.truth,
+            truth=readings.truth,
             area=self.area,
             recent=self._perception.recent,
         )

@@ -4,8 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import View
-from andabata.navigation.planning.trajectory_rollouts import ARRIVED, STEP, RolloutConfig, fan
+from andabata.navigation.controller import ControllerInput
+from andabata.navigation.planning.trajectory_rollouts import (
+    ARRIVED,
+    STEP,
+    TrajectoryRolloutsConfig,
+    fan,
+)
 from worlds.world import World
 
 
@@ -20,7 +25,7 @@ class OracleController:
     hold = 3
 
     def __init__(
-        self, world: World, robot: RobotModel, config: RolloutConfig | None = None
+        self, world: World, robot: RobotModel, config: TrajectoryRolloutsConfig | None = None
     ) -> None:
         """Prepare for one world.
 
@@ -30,7 +35,7 @@ class OracleController:
             config: Numbers.
         """
         self._truth = world.truth
-        self._config = config or RolloutConfig()
+        self._config = config or TrajectoryRolloutsConfig()
         self._fan, self._first = fan(robot, self._config)
         self._stride = robot.speed * STEP
         self.reset()
@@ -39,7 +44,7 @@ class OracleController:
         """Forget the goal."""
         self._goal: NDArray[np.float64] | None = None
 
-    def steer(self, view: View) -> float:
+    def steer(self, view: ControllerInput) -> float:
         """Return the yaw rate of the best arc [rad/s].
 
         Raises:

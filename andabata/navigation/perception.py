@@ -3,9 +3,9 @@
 from typing import Protocol
 
 from andabata.localization.localizer import Localizer
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.controller import Recent
+from andabata.navigation.controller import SweepWindow
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
@@ -16,13 +16,13 @@ class Perception(Protocol):
     """Whatever tells how far it is free around the robot."""
 
     @property
-    def recent(self) -> Recent | None:
+    def recent(self) -> SweepWindow | None:
         """What was measured last in every direction; None where there are no clouds."""
 
     def reset(self) -> None:
         """Forget what was seen."""
 
-    def take(self, senses: Senses, localizer: Localizer) -> None:
+    def take(self, readings: SensorReadings, localizer: Localizer) -> None:
         """Take in what the scanner sent."""
 
     def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
@@ -37,7 +37,7 @@ class CloudPerception:
         self._scanner = TraversabilityScanner(forest, grid)
 
     @property
-    def recent(self) -> Recent | None:
+    def recent(self) -> SweepWindow | None:
         """What the assembler keeps of the last half turn."""
         return self.assembler.recent
 
@@ -45,11 +45,11 @@ class CloudPerception:
         """Forget the clouds."""
         self.assembler.reset()
 
-    def take(self, senses: Senses, localizer: Localizer) -> None:
+    def take(self, readings: SensorReadings, localizer: Localizer) -> None:
         """Place the new beams."""
-        if senses.sweeps is not None:
-            self.assembler.add(senses.sweeps, localizer.track)
-        for frame in senses.frames:
+        if readings.sweeps is not None:
+            self.assembler.add(readings.sweeps, localizer.track)
+        for frame in readings.frames:
             self.assembler.add_frame(frame, localizer.track)
 
     def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
@@ -71,7 +71,7 @@ class HorizontalPerception:
         self.reset()
 
     @property
-    def recent(self) -> Recent | None:
+    def recent(self) -> SweepWindow | None:
         """None: a scanner in one plane makes no clouds."""
         return None
 
@@ -79,9 +79,9 @@ class HorizontalPerception:
         """Forget the last scan."""
         self._scan: VirtualScan | None = None
 
-    def take(self, senses: Senses, localizer: Localizer) -> None:
+    def take(self, readings: SensorReadings, localizer: Localizer) -> None:
         """Keep the scanner's ranges; a period without any is blind."""
-        ranges = senses.horizontal
+        ranges = readings.horizontal
         self._scan = None if ranges is None else VirtualScan(ranges, self._grid.outer_radius)
 
     def look(self, stamp: float, localizer: Localizer) -> VirtualScan | None:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import View
+from andabata.navigation.controller import ControllerInput
 from traversability.grid import PolarGrid
 
 
@@ -25,7 +25,7 @@ class StraightController:
     def reset(self) -> None:
         """There is nothing to forget."""
 
-    def steer(self, view: View) -> float:
+    def steer(self, view: ControllerInput) -> float:
         """Return a yaw rate towards the goal [rad/s]."""
         return self._gain * view.heading_error
 
@@ -75,7 +75,7 @@ class ReactiveController:
         """Forget the last choice."""
         self._last = None
 
-    def steer(self, view: View) -> float:
+    def steer(self, view: ControllerInput) -> float:
         """Return a yaw rate towards the best open sector [rad/s]; hard over when none is open."""
         free = self._passable(view.scan.finite())
         reach = min(self._config.look_ahead, max(view.goal_distance, 1.0))

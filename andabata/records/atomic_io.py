@@ -12,7 +12,7 @@ from typing import IO
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-def write_atomically(path: Path, data: bytes) -> None:
+def write(path: Path, data: bytes) -> None:
     """Write a file so that a kill at any moment leaves the old one or the new one, never a part.
 
     The bytes go to a temporary file in the same folder, onto the disk, and take the name at once.

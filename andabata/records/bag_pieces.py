@@ -16,7 +16,7 @@ from andabata.records.messages import header_ns
 from andabata.records.point_cloud2 import cloud_of
 from andabata.records.recorder import SETUP
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import SenseDecoder, as_point_cloud2, type_of
+from andabata.records.sense_decoding import MessageDecoder, as_point_cloud2, type_of
 from andabata.records.sense_units import History
 from andabata.records.topics import RosMessage, Topic
 
@@ -55,7 +55,7 @@ class Survey:
         self,
         bag: Bag,
         names: Mapping[str, Topic],
-        decoder: SenseDecoder,
+        decoder: MessageDecoder,
         cloud: Topic | None,
         settings: tuple[str, ...] = (),
     ) -> None:
@@ -82,7 +82,7 @@ class Survey:
             elif not self.settings:
                 self.settings = _settings(message.content)
 
-    def _take(self, message: Message, topic: Topic, decoder: SenseDecoder) -> None:
+    def _take(self, message: Message, topic: Topic, decoder: MessageDecoder) -> None:
         """Note a message of a sense."""
         content, stamps = message.content, self._stamps[message.topic]
         stamps.recorder.append(message.stamp_ns)
@@ -126,8 +126,8 @@ class Survey:
         """Return the pieces of the recording, and how many parts were left out."""
         heads = [name for name, topic in self._names.items() if topic is topics.HEAD]
         scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
-        senses = [self._sense(name) for name in self._stamps if name not in heads]
-        pieces, left_out = cut_pieces(senses, remarks)
+        readings = [self._sense(name) for name in self._stamps if name not in heads]
+        pieces, left_out = cut_pieces(readings, remarks)
         for piece in pieces:
             # A sweep finds the angle of the head by its stamp: both are shifted alike.
             if scans and scans[0] in piece.clock.shifts:

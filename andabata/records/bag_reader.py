@@ -1,4 +1,4 @@
-"""Senses from a recording: what the robot's navigator is given, period by period."""
+"""SensorReadings from a recording: what the robot's navigator is given, period by period."""
 
 import itertools
 import json
@@ -20,7 +20,7 @@ from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import Senses, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.records import topics
 from andabata.records.bag_pieces import Survey
 from andabata.records.bags import Bag, BagError
@@ -29,8 +29,8 @@ from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.mounts import Mounts
 from andabata.records.recorder import DATUM, SETUP
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import OLD_POINT_CLOUD, SenseDecoder, accepted_types
-from andabata.records.sensor_decoder import SWEEPS, Gathering, frame_of
+from andabata.records.sense_decoding import OLD_POINT_CLOUD, MessageDecoder, accepted_types
+from andabata.records.sensor_decoder import SWEEPS, SensorDecoder, frame_of
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 from worlds.world import Area
 
@@ -88,13 +88,13 @@ class Period:
     """A recorded control period.
 
     Attributes:
-        senses: What was sensed in it.
+        readings: What was sensed in it.
         goal: The goal at its end, None before the first [m], shape (2,).
         ranges: The virtual scan that was made then, None without one.
         wheels: The wheel speeds that were commanded then, None without.
     """
 
-    senses: Senses
+    readings: SensorReadings
     goal: NDArray[np.float64] | None
     ranges: NDArray[np.float32] | None
     wheels: WheelSpeeds | None
@@ -138,12 +138,12 @@ LEFT_OUT = "(left out)"
 """The name of a topic that is not read: no recording has it."""
 
 
-def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> Renamed:
+def check_topics(bag: Bag, sensor_decoder: SensorDecoder, renamed: Renamed) -> Renamed:
     """Refuse a recording without the robot's senses, or with other types under their names.
 
     Args:
         bag: The recording.
-        gathering: Its remarks say what is left out, or missing and not needed.
+        sensor_decoder: Its remarks say what is left out, or missing and not needed.
         renamed: What the user says of names.
 
     Returns:
@@ -158,7 +158,7 @@ def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> Renamed:
     if unknown:
         known = ", ".join(topic.ros1 for topic in TOPICS)
         raise BagError(f"--map: expected one of {known} before the sign, got {unknown[0]}")
-    needed = [t for t in gathering.wanted if t not in (topics.FIX, topics.GOAL)]
+    needed = [t for t in sensor_decoder.wanted if t not in (topics.FIX, topics.GOAL)]
     missing = [t.ros1 for t in needed if not set(_names((t,), renamed)) & set(there)]
     if missing:
         found = ", ".join(f"{name} ({kind})" for name, (kind, _) in sorted(there.items())) or "none"
@@ -167,30 +167,32 @@ def check_topics(bag: Bag, gathering: Gathering, renamed: Renamed) -> Renamed:
             "that are called otherwise, and `andabata scan --topic` judges a single cloud"
         )
     chosen = dict(renamed)
-    for topic in (*gathering.wanted, *_TYPED):
-        name = _choose_name(bag, topic, topic in needed, renamed, gathering.remarks)
+    for topic in (*sensor_decoder.wanted, *_TYPED):
+        name = _choose_name(bag, topic, topic in needed, renamed, sensor_decoder.remarks)
         if name is not None:
             chosen[topic.ros1] = name
     if not set(_names((topics.FIX,), chosen)) & set(there):
-        gathering.remarks.note(topics.FIX.ros1, "missing: positions are counted from the start")
+        sensor_decoder.remarks.note(
+            topics.FIX.ros1, "missing: positions are counted from the start"
+        )
     return chosen
 
 
-def check_frames(bag: Bag, gathering: Gathering, renamed: Renamed) -> None:
+def check_frames(bag: Bag, sensor_decoder: SensorDecoder, renamed: Renamed) -> None:
     """Refuse a recording of whose senses one sits nobody knows where.
 
     Raises:
         FrameError: If so, by the frames of each sense's first message; the message names the sense
             and the option that tells.
     """
-    for topic in gathering.wanted:
-        sense = gathering.sense_of(topic)
+    for topic in sensor_decoder.wanted:
+        sense = sensor_decoder.sense_of(topic)
         names = tuple(_names((topic,), renamed)) if sense is not None else ()
         first = next(bag.messages(names), None) if names else None
         if sense is None or first is None or not hasattr(first.content, "header"):
             continue
         try:
-            gathering.mounts.mount(sense, frame_of(first.content))
+            sensor_decoder.mounts.mount(sense, frame_of(first.content))
         except FrameError as error:
             option = f"--mounting {sense}=X,Y,Z,ROLL,PITCH,YAW tells where it sits"
             raise FrameError(f"{sense}: {error}; {option}") from error
@@ -236,7 +238,7 @@ def _typed(kind: str) -> str:
     return kind if "/msg/" in kind else kind.replace("/", "/msg/", 1)
 
 
-def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: SenseDecoder) -> Survey:
+def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: MessageDecoder) -> Survey:
     """Look a recording through for its clocks, its units and the drive's settings.
 
     Args:
@@ -248,7 +250,7 @@ def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: SenseDecode
     Raises:
         BagError: If a sense that is needed says nothing.
     """
-    wanted = [topic for topic in Gathering(0, cloud).wanted if topic is not topics.GOAL]
+    wanted = [topic for topic in SensorDecoder(0, cloud).wanted if topic is not topics.GOAL]
     names = {n: t for n, t in _names(tuple(wanted), renamed).items() if n in bag.topics}
     found = Survey(bag, names, decoder, cloud, tuple(_names((topics.DIAGNOSTICS,), renamed)))
     silent = [n for n, count in found.counts.items() if not count and names[n] != topics.FIX]
@@ -267,7 +269,7 @@ def read_setup(
     bag: Bag,
     given: Mapping[str, float],
     renamed: Renamed,
-    decoder: SenseDecoder | None = None,
+    decoder: MessageDecoder | None = None,
     mounts: Mounts | None = None,
 ) -> Setup:
     """Return how a recorded drive began: as it was told then, else as its first senses tell.
@@ -339,15 +341,15 @@ def read_first_fixes(
 ) -> tuple[NDArray[np.float64], int]:
     """Return the first half minute of fixes, and the stamp of the first good one [ns].
 
-    Fixes are rows as in ``Senses.fixes``, shape (k, 5), with stamps since 1970.
+    Fixes are rows as in ``SensorReadings.fixes``, shape (k, 5), with stamps since 1970.
     """
-    gathering, begin, rows = Gathering(0, mounts=mounts), 0, []
+    sensor_decoder, begin, rows = SensorDecoder(0, mounts=mounts), 0, []
     names = _names((topics.FIX,), renamed)
     for message in bag.messages(tuple(names)):
         if begin and message.stamp_ns > begin + _FIRST_FIXES * NS:
             break
-        gathering.add(names[message.topic], message.content, message.stamp_ns)
-        found = gathering.senses(0.0).fixes
+        sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
+        found = sensor_decoder.readings(0.0).fixes
         if found is None:
             continue
         rows.append(found)
@@ -361,7 +363,7 @@ def _setup_by_senses(
     datum: Datum,
     fixes: NDArray[np.float64],
     renamed: Renamed,
-    decoder: SenseDecoder | None,
+    decoder: MessageDecoder | None,
     mounts: Mounts | None,
 ) -> Setup | None:
     """Return a start at the first fix that fits, with the compass's heading and gravity's tilt.
@@ -371,24 +373,24 @@ def _setup_by_senses(
     first = fixes[consistent_fixes(fixes)]
     last, fitting = fixes[:, 0].max(initial=-np.inf), set(first[:, 0].tolist())
     names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
-    gathering = Gathering(0, decoder=decoder, mounts=mounts)
+    sensor_decoder = SensorDecoder(0, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
-        gathering.add(topic, message.content, message.stamp_ns)
+        sensor_decoder.add(topic, message.content, message.stamp_ns)
         if topic is not topics.FIX:
             continue
-        senses = gathering.senses(0.0)
-        rows = np.empty((0, 5)) if senses.fixes is None else senses.fixes
+        readings = sensor_decoder.readings(0.0)
+        rows = np.empty((0, 5)) if readings.fixes is None else readings.fixes
         kept = [row[0] > last or float(row[0]) in fitting for row in rows]
-        senses = replace(senses, fixes=rows[np.array(kept, dtype=bool)])
-        pose = initial_pose(senses, datum.reference)
+        readings = replace(readings, fixes=rows[np.array(kept, dtype=bool)])
+        pose = initial_pose(readings, datum.reference)
         if pose is not None:
             return Setup(
                 pose,
                 message.stamp_ns + 1,
                 {},
                 rough=True,
-                datum=datum.with_compass(senses),
+                datum=datum.with_compass(readings),
                 refused=refused_fixes(fixes, float(rows[-1, 0])),
             )
     return None
@@ -398,21 +400,21 @@ def _first_second(
     bag: Bag,
     epoch_ns: int,
     renamed: Renamed,
-    decoder: SenseDecoder | None,
+    decoder: MessageDecoder | None,
     mounts: Mounts | None,
-) -> Senses:
+) -> SensorReadings:
     """Return what inertial unit and compass sensed in the first second of a drive."""
     names = _names((topics.IMU, topics.COMPASS), renamed)
-    gathering = Gathering(epoch_ns, decoder=decoder, mounts=mounts)
+    sensor_decoder = SensorDecoder(epoch_ns, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         if message.stamp_ns > epoch_ns + NS:
             break
         if message.stamp_ns >= epoch_ns:
-            gathering.add(names[message.topic], message.content, message.stamp_ns)
-    return gathering.senses(1.0)
+            sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
+    return sensor_decoder.readings(1.0)
 
 
-def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[Period]:
+def read_periods(bag: Bag, sensor_decoder: SensorDecoder, renamed: Renamed) -> Iterator[Period]:
     """Yield the control periods of a recording, by the time at which its messages came in.
 
     Periods end with the recorded commands, and ten times a second where there are none. The period
@@ -420,19 +422,19 @@ def read_periods(bag: Bag, gathering: Gathering, renamed: Renamed) -> Iterator[P
 
     Args:
         bag: The recording.
-        gathering: Empty, counting from the drive's begin.
+        sensor_decoder: Empty, counting from the drive's begin.
         renamed: What its topics are called.
     """
-    names = _names((*gathering.wanted, topics.VIRTUAL, topics.WHEELS), renamed)
-    ends = _period_ends(bag, gathering.epoch_ns, renamed)
+    names = _names((*sensor_decoder.wanted, topics.VIRTUAL, topics.WHEELS), renamed)
+    ends = _period_ends(bag, sensor_decoder.epoch_ns, renamed)
     end = next(ends)
     for message in bag.messages(tuple(names)):
         while message.stamp_ns > end:
-            yield _period(gathering, end)
+            yield _period(sensor_decoder, end)
             end = next(ends)
-        if message.stamp_ns >= gathering.epoch_ns:
-            gathering.add(names[message.topic], message.content, message.stamp_ns)
-    yield _period(gathering, end)
+        if message.stamp_ns >= sensor_decoder.epoch_ns:
+            sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
+    yield _period(sensor_decoder, end)
 
 
 _SHORT, _LONG = NS // 20, NS // 2
@@ -455,10 +457,10 @@ def _period_ends(bag: Bag, epoch_ns: int, renamed: Renamed) -> Iterator[int]:
     yield from itertools.count(start, NS // CONTROL_HZ)
 
 
-def _period(gathering: Gathering, end_ns: int) -> Period:
+def _period(sensor_decoder: SensorDecoder, end_ns: int) -> Period:
     """Return the period that ends now."""
-    goal, ranges, wheels = gathering.goal, gathering.ranges, gathering.wheels
-    return Period(gathering.senses(gathering.seconds(end_ns)), goal, ranges, wheels)
+    goal, ranges, wheels = sensor_decoder.goal, sensor_decoder.ranges, sensor_decoder.wheels
+    return Period(sensor_decoder.readings(sensor_decoder.seconds(end_ns)), goal, ranges, wheels)
 
 
 def _names(chosen: tuple[Topic, ...], renamed: Renamed) -> dict[str, Topic]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, Self
 
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.records.containers.container import (
     BagError,
     Connection,
@@ -160,7 +160,7 @@ def write_manifest(path: Path, about: dict[str, Any]) -> Path:
     sums = {file.name: _sha256(file) for file in files if file.is_file()}
     where = path.with_name(f"{path.name}.json")
     text = json.dumps({"sha256": sums, **about}, indent=1, sort_keys=True)
-    write_atomically(where, text.encode())
+    atomic_io.write(where, text.encode())
     return where
 
 

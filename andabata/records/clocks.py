@@ -173,15 +173,15 @@ EVER = (-(1 << 62), 1 << 62)
 """Before and after every stamp [ns]."""
 
 
-def cut_pieces(senses: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece], int]:
+def cut_pieces(readings: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece], int]:
     """Return the pieces of a recording, and how many parts were left out.
 
     Args:
-        senses: Stamps of the senses.
+        readings: Stamps of the senses.
         remarks: Where to write down what was found.
     """
-    senses = [sense for sense in senses if len(sense.recorder)]
-    steady = [sense for sense in senses if sense.steady]
+    readings = [sense for sense in readings if len(sense.recorder)]
+    steady = [sense for sense in readings if sense.steady]
     if not steady:
         return [], 0
     cuts = [EVER[0], *sorted(_cuts(steady, remarks)), EVER[1]]
@@ -194,7 +194,7 @@ def cut_pieces(senses: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece]
     for begin, end in pairwise(bounds):
         if (begin, end) in overlaps:
             continue
-        inside = [sense.within(begin, end) for sense in senses]
+        inside = [sense.within(begin, end) for sense in readings]
         told = [s for s in inside if s.steady and len(s.recorder)]
         if not told:
             continue
@@ -215,14 +215,14 @@ def cut_pieces(senses: list[SenseStamps], remarks: Remarks) -> tuple[list[Piece]
     return kept, left_out + len(pieces) - len(kept)
 
 
-def _cuts(senses: list[SenseStamps], remarks: Remarks) -> list[int]:
+def _cuts(readings: list[SenseStamps], remarks: Remarks) -> list[int]:
     """Return at which recorder's stamps [ns] something else begins."""
     found: list[int] = []
-    stamps = np.unique(np.concatenate([sense.recorder for sense in senses]))
+    stamps = np.unique(np.concatenate([sense.recorder for sense in readings]))
     begin = stamps[0]
     for k in np.flatnonzero(np.diff(stamps) > LONGEST_GAP * NS):
         before, after = int(stamps[k]), int(stamps[k + 1])
-        if _goes_on(senses, before, after):
+        if _goes_on(readings, before, after):
             continue  # Only the way to the recorder was blocked: the headers go on.
         found.append(after)
         remarks.note(
@@ -230,7 +230,7 @@ def _cuts(senses: list[SenseStamps], remarks: Remarks) -> list[int]:
             f"{_duration((after - before) / NS)} without any sense {(before - begin) / NS:.1f} s "
             "after the first: the recording paused or its clock was set; cut there",
         )
-    for sense in senses:
+    for sense in readings:
         for at, size in _steps(sense):
             if any(abs(at - other) < _SETTLED * NS for other in found):
                 continue
@@ -243,10 +243,10 @@ def _cuts(senses: list[SenseStamps], remarks: Remarks) -> list[int]:
     return found
 
 
-def _goes_on(senses: list[SenseStamps], before: int, after: int) -> bool:
+def _goes_on(readings: list[SenseStamps], before: int, after: int) -> bool:
     """Return whether most headers go on as if there were no gap in what the recorder took down."""
     votes = []
-    for sense in senses:
+    for sense in readings:
         k = int(np.searchsorted(sense.recorder, after))
         if 0 < k < len(sense.recorder) and sense.header[k] and sense.header[k - 1]:
             passed = (sense.header[k] - sense.header[k - 1]) / NS
@@ -274,19 +274,19 @@ def _steps(sense: SenseStamps) -> list[tuple[int, float]]:
     return found
 
 
-def _overlaps(senses: list[SenseStamps], remarks: Remarks) -> list[tuple[int, int]]:
+def _overlaps(readings: list[SenseStamps], remarks: Remarks) -> list[tuple[int, int]]:
     """Return the times [ns] that were lived through twice, since the clock went back.
 
     The recorder's order is lost there: the messages of both lie between each other, twice as many
     as elsewhere, of every sense.
     """
     found: NDArray[np.bool_] | None = None
-    begin = min(int(sense.recorder[0]) for sense in senses)
-    end = max(int(sense.recorder[-1]) for sense in senses)
+    begin = min(int(sense.recorder[0]) for sense in readings)
+    end = max(int(sense.recorder[-1]) for sense in readings)
     bins = np.arange(begin, end + 1, NS // 10)
     if not 3 * _CROWD * 10 < len(bins) < _MOST_BINS:
         return []
-    for sense in senses:
+    for sense in readings:
         window = _counts(sense, begin, len(bins))
         usual = float(np.percentile(window[window > 0], 15)) if (window > 0).sum() > 20 else 0.0
         if usual < 4:
@@ -330,9 +330,9 @@ def _counts(sense: SenseStamps, begin: int, bins: int) -> NDArray[np.int64]:
     return window
 
 
-def _clock(senses: list[SenseStamps], remarks: Remarks) -> Clock:
+def _clock(readings: list[SenseStamps], remarks: Remarks) -> Clock:
     """Return the clock of a piece."""
-    told = [(sense, sense.offset) for sense in senses if len(sense.recorder)]
+    told = [(sense, sense.offset) for sense in readings if len(sense.recorder)]
     offsets = {s.name: offset for s, offset in told if offset is not None}
     lags = {s.name: s.lag for s, _ in told}
     same = [name for name, offset in offsets.items() if _EARLY < offset < lags[name]]

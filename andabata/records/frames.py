@@ -29,7 +29,7 @@ from scipy.spatial.transform import Rotation
 Sense = Literal["laser", "imu", "compass", "gnss"]
 
 SENSES: tuple[Sense, ...] = ("laser", "imu", "compass", "gnss")
-"""Senses that a mounting can be told of."""
+"""Sensors that a mounting can be told of."""
 
 BASES = ("base_footprint", "base_link")
 """Frames of the robot's body; the first is the one that is wanted."""

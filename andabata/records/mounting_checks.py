@@ -68,7 +68,7 @@ class MountingChecks:
     def compare(
         self, imu: NDArray[np.float64] | None, encoders: NDArray[np.float64] | None
     ) -> None:
-        """Hold the gyro against the wheels of a control period; rows as in ``Senses``."""
+        """Hold the gyro against the wheels of a control period; rows as in ``SensorReadings``."""
         if imu is None or encoders is None or len(self._turns) >= 10 * _TURNS:
             return
         apart = float(np.mean(encoders[:, 2] - encoders[:, 1]))

@@ -302,8 +302,8 @@ class Mounts:
     @property
     def is_settled(self) -> bool:
         """Whether laser, IMU and compass have spoken and no transform of theirs is missing."""
-        senses: tuple[Sense, ...] = ("laser", "imu", "compass")
-        for sense in senses:
+        readings: tuple[Sense, ...] = ("laser", "imu", "compass")
+        for sense in readings:
             mount = self._used.get(sense)
             if mount is None:
                 return False

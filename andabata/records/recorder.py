@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from andabata.localization.localizer import Health, Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Step
 from andabata.records import topics
@@ -51,28 +51,28 @@ class Outbox:
         self._waiting.clear()
 
 
-def post_senses(outbox: Outbox, senses: Senses) -> None:
+def post_senses(outbox: Outbox, readings: SensorReadings) -> None:
     """Put a period's senses in line: a sweep at its end, a fix when it arrives."""
-    compose, sweeps = outbox.compose, senses.sweeps
+    compose, sweeps = outbox.compose, readings.sweeps
     if sweeps is not None:
         lasts = sweeps.beam_period * (sweeps.ranges.shape[1] - 1)
         for k, stamp in enumerate(sweeps.stamps):
             outbox.add(float(stamp) + lasts, topics.SCAN, compose.sweep(sweeps, k))
             outbox.add(float(stamp) + lasts, topics.HEAD, compose.head(sweeps, k))
-    for frame in senses.frames:
-        outbox.add(senses.stamp, topics.LASER, compose.frame(frame))
-    for row in _rows(senses.encoders):
+    for frame in readings.frames:
+        outbox.add(readings.stamp, topics.LASER, compose.frame(frame))
+    for row in _rows(readings.encoders):
         message = compose.wheels("Wheels_speed", float(row[0]), row[1], row[2])
         outbox.add(float(row[0]), topics.ENCODERS, message)
-    for row in _rows(senses.imu):
+    for row in _rows(readings.imu):
         outbox.add(float(row[0]), topics.IMU, compose.imu(row))
-    for row in _rows(senses.field):
+    for row in _rows(readings.field):
         outbox.add(float(row[0]), topics.COMPASS, compose.field(row))
-    for row in _rows(senses.fixes):
-        outbox.add(senses.stamp, topics.FIX, compose.fix(row))
-    if senses.truth is not None:
-        truth = compose.odometry(senses.stamp, senses.truth.pose, None, senses.truth)
-        outbox.add(senses.stamp, topics.TRUTH, truth)
+    for row in _rows(readings.fixes):
+        outbox.add(readings.stamp, topics.FIX, compose.fix(row))
+    if readings.truth is not None:
+        truth = compose.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
+        outbox.add(readings.stamp, topics.TRUTH, truth)
 
 
 class Recorder:
@@ -128,12 +128,12 @@ class Recorder:
 
     def take(self, step: Step) -> None:
         """Record one control step."""
-        post_senses(self._outbox, step.senses)
-        now, compose = step.senses.stamp, self._outbox.compose
+        post_senses(self._outbox, step.readings)
+        now, compose = step.readings.stamp, self._outbox.compose
         if self._goal is None or not np.array_equal(self._goal, step.goal):
             self._goal = step.goal.copy()
             self._outbox.add(now, topics.GOAL, compose.goal(now, step.goal))
-        self.move(step.senses)
+        self.move(step.readings)
         self.believe(now)
         for stamp in (now - 0.05, now):
             self.relate(stamp)
@@ -142,7 +142,7 @@ class Recorder:
 
     def act(self, step: Step) -> None:
         """Put in line what a step made of it: virtual scan, command and wheel speeds."""
-        now, compose = step.senses.stamp, self._outbox.compose
+        now, compose = step.readings.stamp, self._outbox.compose
         if step.view is not None:
             scan = compose.virtual_scan(now, step.view.scan, self._bearings)
             self._outbox.add(now, topics.VIRTUAL, scan)
@@ -150,10 +150,12 @@ class Recorder:
         wheels = compose.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._outbox.add(now, topics.WHEELS, wheels)
 
-    def move(self, senses: Senses) -> None:
+    def move(self, readings: SensorReadings) -> None:
         """Put in line the poses of some senses."""
         outbox, localizer = self._outbox, self._localizer
-        ticks = _rows(senses.imu)[:, 0] if senses.imu is not None else np.array([senses.stamp])
+        ticks = (
+            _rows(readings.imu)[:, 0] if readings.imu is not None else np.array([readings.stamp])
+        )
         kind = topics.TF.type_name(outbox.compose.ros)
         for stamp, row in zip(ticks, localizer.track.at(ticks), strict=True):
             message = outbox.compose.transform(float(stamp), row, kind)

@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from traversability.dataset import config_hash
 
 _PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
@@ -26,7 +26,7 @@ def make_folder(folder: Path) -> Path:
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
     """Write a JSON file, whole or not at all."""
-    write_atomically(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
+    atomic_io.write(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
 
 
 def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:

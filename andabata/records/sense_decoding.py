@@ -1,4 +1,4 @@
-"""Senses decoded: a message of any type that tells a sense becomes a row of numbers in SI units.
+"""Readings decoded: a message of any type that tells a sense becomes a row of numbers in SI units.
 
 | sense | types |
 |---|---|
@@ -61,7 +61,7 @@ _NAMES = {
     topics.COMPASS: "field",
     topics.FIX: "fix",
 }
-"""Senses that come as rows, by what ``Gathering`` calls them."""
+"""Readings that come as rows, by what ``SensorDecoder`` calls them."""
 
 _FIRST_ROWS = 25
 """A live session judges a sense by so many rows, which are not used otherwise."""
@@ -87,7 +87,7 @@ def type_of(message: RosMessage) -> str:
 
 
 def row_name(topic: Topic) -> str | None:
-    """Return what ``Gathering`` calls the sense of a topic, None where it has no rows."""
+    """Return what ``SensorDecoder`` calls the sense of a topic, None where it has no rows."""
     return _NAMES.get(topic)
 
 
@@ -124,7 +124,7 @@ def as_point_cloud2(message: RosMessage) -> RosMessage:
     )
 
 
-class SenseDecoder:
+class MessageDecoder:
     """Turns the messages of one recording or live session into rows in SI units.
 
     Attributes:
@@ -164,7 +164,7 @@ class SenseDecoder:
             self._live.restart()
 
     def rows(self, topic: Topic, message: RosMessage, stamp: float) -> list[list[float]]:
-        """Return the rows that a message gives: stamp [s] and numbers as ``Senses`` wants them.
+        """Return the rows that a message gives: stamp [s] and numbers as ``SensorReadings`` wants them.
 
         None come of a message that says nothing of the sense, and of those by which a live session
         judges a unit.
@@ -245,7 +245,7 @@ class SenseDecoder:
 class _LiveJudge:
     """Judges the units of a live session by what comes first, and again when it has turned."""
 
-    def __init__(self, decoder: SenseDecoder) -> None:
+    def __init__(self, decoder: MessageDecoder) -> None:
         self._decoder = decoder
         self._judged: set[Topic] = set()
         self._refused: dict[Topic, str] = {}
@@ -276,7 +276,7 @@ class _LiveJudge:
         return True
 
     def _judge(self, topic: Topic | None) -> None:
-        """Judge one sense, or all of them, where there is enough of them."""
+        """EpisodeMonitor one sense, or all of them, where there is enough of them."""
         history = self._history
         if topic is not None:
             few = history.rows(topic) < _FIRST_ROWS

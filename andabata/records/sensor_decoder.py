@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.sensor_readings import Senses, Sweeps, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, Sweeps, WheelSpeeds
 from andabata.records import topics
 from andabata.records.frames import Sense
 from andabata.records.messages import (
@@ -19,7 +19,7 @@ from andabata.records.point_cloud2 import decode_point_cloud2
 from andabata.records.remarks import Remarks
 from andabata.records.row_error import RowError
 from andabata.records.sense_decoding import (
-    SenseDecoder,
+    MessageDecoder,
     accepted_types,
     as_point_cloud2,
     row_name,
@@ -45,10 +45,10 @@ _MOUNTED: dict[Topic, Sense] = {
     topics.COMPASS: "compass",
     topics.FIX: "gnss",
 }
-"""Senses whose rows depend on where they sit."""
+"""Sensors whose rows depend on where they sit."""
 
 
-class Gathering:
+class SensorDecoder:
     """Gathers the messages of a control period and gives them back as senses.
 
     Attributes:
@@ -64,7 +64,7 @@ class Gathering:
         self,
         epoch_ns: int,
         cloud: Topic | None = None,
-        decoder: SenseDecoder | None = None,
+        decoder: MessageDecoder | None = None,
         mounts: Mounts | None = None,
     ) -> None:
         """Begin with nothing.
@@ -76,7 +76,7 @@ class Gathering:
                 come.
             mounts: Where the senses sit; None for what the frames' names say.
         """
-        self.decoder = decoder or SenseDecoder()
+        self.decoder = decoder or MessageDecoder()
         self.epoch_ns = epoch_ns
         self.mounts = mounts or Mounts()
         self._cloud = cloud
@@ -216,11 +216,11 @@ class Gathering:
             except ValueError as error:
                 self._refuse(self._laser, str(error), header_ns(content))
 
-    def senses(self, stamp: float) -> Senses:
+    def readings(self, stamp: float) -> SensorReadings:
         """Return what was sensed in the period that ends at ``stamp`` [s], and begin the next."""
         self._retry()
         rows = {name: self._in_order(name) for name in self._rows}
-        found = Senses(
+        found = SensorReadings(
             stamp=stamp,
             sweeps=self._sweeps(),
             frames=tuple(self._frames),

@@ -1,9 +1,9 @@
-"""Datum that a user gives: an option of its own, or single fields of ``sensing.site``."""
+"""Datum that a user gives: an option of its own, or single fields of ``sensing.geo_reference``."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
 
-from andabata.assembly.simulated_robot import RigConfig, with_site
+from andabata.assembly.simulated_robot import SimulatedRobotConfig, with_geo_reference
 from andabata.localization.datum import Datum
 from andabata.localization.localizer import Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
@@ -32,14 +32,19 @@ _PROBES = (
 )
 
 
-def given_site(configure: Callable[[RigConfig], RigConfig]) -> dict[str, float]:
+def given_site(
+    configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig],
+) -> dict[str, float]:
     """Return the fields of the datum that the user's settings give, whatever they start from.
 
     Args:
         configure: Puts the user's settings over a configuration.
     """
     first, second = (
-        configure(with_site(RigConfig(), probe)).sensing.site.model_dump() for probe in _PROBES
+        configure(
+            with_geo_reference(SimulatedRobotConfig(), probe)
+        ).sensing.geo_reference.model_dump()
+        for probe in _PROBES
     )
     return {
         name: value for name, value in first.items() if value == second[name] and value is not None

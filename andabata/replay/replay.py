@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import RigConfig, make_localizer, make_perception
+from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localizer, make_perception
 from andabata.localization.datum import Datum, check_distance, make_datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import decimal_year
@@ -34,9 +34,9 @@ from andabata.records.bags import Bag, BagError
 from andabata.records.clocks import NS
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import SenseDecoder
+from andabata.records.sense_decoding import MessageDecoder
 from andabata.records.sense_units import SenseUnits, factor_of, judge_history
-from andabata.records.sensor_decoder import Gathering
+from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import SCAN
 from andabata.records.transform_tree import read_transforms
 from andabata.replay.datum import given_site, note_fixes, use_datum
@@ -50,7 +50,7 @@ def replay_bag(
     models: Models | None = None,
     on_second: Callable[[], None] | None = None,
     cloud: str | None = None,
-    configure: Callable[[RigConfig], RigConfig] = lambda recorded: recorded,
+    configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig] = lambda recorded: recorded,
     renamed: Mapping[str, str] | None = None,
     mountings: Mapping[str, GivenMounting] | None = None,
     units: Mapping[str, str] | None = None,
@@ -84,12 +84,14 @@ def replay_bag(
     datum: Datum | None = None
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
-        names = check_topics(bag, Gathering(0, topic, SenseDecoder(remarks=remarks)), names)
+        names = check_topics(bag, SensorDecoder(0, topic, MessageDecoder(remarks=remarks)), names)
         mounts = Mounts(mountings, read_transforms(bag))
-        check_frames(bag, Gathering(0, topic, mounts=mounts), names)
-        robot = configure(RigConfig()).robot
-        found = survey(bag, topic, names, SenseDecoder(robot, SenseUnits(), remarks))
-        config = configure(RigConfig.model_validate(found.settings.get("rig", {})))
+        check_frames(bag, SensorDecoder(0, topic, mounts=mounts), names)
+        robot = configure(SimulatedRobotConfig()).robot
+        found = survey(bag, topic, names, MessageDecoder(robot, SenseUnits(), remarks))
+        config = configure(
+            SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
+        )
         asked = _factors(units or {}, config.robot)
         given = given_site(configure)
         flux = _field_strength(bag, given, names, config) * TESLA
@@ -104,11 +106,11 @@ def replay_bag(
         watcher = MountingWatcher(mounts, assembler, config.robot.lidar_height)
         for piece in pieces:
             part = BagPiece(bag, piece)
-            decoder = SenseDecoder(config.robot, si, remarks)
+            decoder = MessageDecoder(config.robot, si, remarks)
             begin = (piece.first_ns - pieces[0].first_ns) / NS
             told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
             try:
-                first = SenseDecoder(config.robot, si)
+                first = MessageDecoder(config.robot, si)
                 setup = read_setup(part, given, names, first, mounts)
             except BagError as error:
                 told[-1]["reason"] = str(error)
@@ -119,15 +121,15 @@ def replay_bag(
                 use_datum(localizer, datum)
             navigator.reset(setup.start, 0.0, setup.rough)
             navigator.area = replace(setup, settings=found.settings).area
-            gathering, before = (
-                Gathering(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
+            sensor_decoder, before = (
+                SensorDecoder(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
                 compared.scans,
             )
-            for period in read_periods(part, gathering, names):
+            for period in read_periods(part, sensor_decoder, names):
                 if period.goal is not None:
                     navigator.set_goal(period.goal)
                 navigator.watch(partial(compared.add, period))
-                navigator.step(period.senses)
+                navigator.step(period.readings)
                 watcher.watch(localizer.odometry)
                 sure.add(localizer)
                 if on_second is not None and compared.periods % 10 == 0:
@@ -136,11 +138,11 @@ def replay_bag(
             note_fixes(remarks, localizer, setup.refused)
             told[-1]["scans"] = compared.scans - before
             unplaced = assembler.refused if assembler else 0
-            refused += gathering.refused + unplaced
+            refused += sensor_decoder.refused + unplaced
             if unplaced:
                 laser = topic.ros1 if topic else SCAN.ros1
                 remarks.refuse(laser, "no pose is known at its stamp", number=unplaced)
-        read = {name for t in Gathering(0, topic).wanted for name in (t.ros1, t.ros2)}
+        read = {name for t in SensorDecoder(0, topic).wanted for name in (t.ros1, t.ros2)}
         unread = [str(lost) for lost in bag.left_out if lost.topic in read | set(names.values())]
         for text in bag.notes:
             remarks.note(path.name, text)
@@ -177,18 +179,18 @@ def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
 
 
 def _field_strength(
-    bag: Bag, given: Mapping[str, float], renamed: Renamed, config: RigConfig
+    bag: Bag, given: Mapping[str, float], renamed: Renamed, config: SimulatedRobotConfig
 ) -> float:
     """Return the strength of the magnetic field where a recording was made [uT].
 
     Raises:
         DatumError: If its fixes lie far from the datum that is given.
     """
-    if config.sensing.site != GeoReference():
-        return config.sensing.site.field
+    if config.sensing.geo_reference != GeoReference():
+        return config.sensing.geo_reference.field
     fixes, stamp_ns = read_first_fixes(bag, renamed)
     datum = make_datum(given, fixes, decimal_year(stamp_ns)) if stamp_ns else None
-    return (config.sensing.site if datum is None else datum.reference).field
+    return (config.sensing.geo_reference if datum is None else datum.reference).field
 
 
 def _place(datum: Datum) -> dict[str, float]:
@@ -198,17 +200,21 @@ def _place(datum: Datum) -> dict[str, float]:
 
 
 def _recorded_datum(
-    bag: Bag, setup: Setup, config: RigConfig, given: Mapping[str, float], renamed: Renamed
+    bag: Bag,
+    setup: Setup,
+    config: SimulatedRobotConfig,
+    given: Mapping[str, float],
+    renamed: Renamed,
 ) -> Datum:
     """Return the datum of a recording that names it in its settings.
 
     Raises:
         DatumError: If the fixes lie far from it.
     """
-    site, (fixes, stamp_ns) = config.sensing.site, read_first_fixes(bag, renamed)
+    geo_reference, (fixes, stamp_ns) = config.sensing.geo_reference, read_first_fixes(bag, renamed)
     if {"latitude_deg", "longitude_deg"} & set(given):
-        ours = site.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
+        ours = geo_reference.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
         year = decimal_year(stamp_ns or setup.epoch_ns)
-        return make_datum({**ours, **given}, fixes, year) or Datum(site, "given", "given")
-    check_distance(site, fixes, "the recording")
-    return Datum(site, "the recording", "given" if given else "the recording")
+        return make_datum({**ours, **given}, fixes, year) or Datum(geo_reference, "given", "given")
+    check_distance(geo_reference, fixes, "the recording")
+    return Datum(geo_reference, "the recording", "given" if given else "the recording")

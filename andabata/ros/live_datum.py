@@ -18,7 +18,7 @@ from andabata.localization.initial_pose import initial_pose
 from andabata.localization.localizer import Localizer
 from andabata.machine.magnetic_model import decimal_year
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
 from andabata.replay.datum import use_datum
 
@@ -39,23 +39,23 @@ class LiveDatum:
         datum: None until it is known.
     """
 
-    def __init__(self, given: Mapping[str, float], say: Callable[[str], None]) -> None:
+    def __init__(self, given: Mapping[str, float], status: Callable[[str], None]) -> None:
         """Begin without a datum.
 
         Args:
             given: Fields of ``GeoReference`` that the user gives.
-            say: Tells the user.
+            status: Tells the user.
         """
-        self._given, self._say = given, say
+        self._given, self._status = given, status
         self.datum: Datum | None = None
         self._fixes = np.empty((0, 5))
         self._is_turned = False  # Whether the compass is compared with a heading that was told.
 
-    def locate(self, kept: Senses, now_ns: int) -> Pose | None:
+    def locate(self, kept: SensorReadings, now_ns: int) -> Pose | None:
         """Return the pose that the senses tell, once enough fixes fit each other.
 
         Args:
-            kept: Senses so far.
+            kept: SensorReadings so far.
             now_ns: The graph's time [ns].
 
         Raises:
@@ -80,50 +80,50 @@ class LiveDatum:
         use_datum(localizer, self.datum)
         facts[key] = json.dumps(self.datum.as_dict())
         for note in self.datum.notes:
-            self._say(note)
+            self._status(note)
 
-    def find(self, senses: Senses, now_ns: int, place: NDArray[np.float64]) -> bool:
+    def find(self, readings: SensorReadings, now_ns: int, place: NDArray[np.float64]) -> bool:
         """Look for the datum of a start that was told; return whether it has just been found.
 
         The datum is laid so that the last of some fixes that fit each other is where the robot
         believes to be.
 
         Args:
-            senses: Senses of the period.
+            readings: SensorReadings of the period.
             now_ns: The graph's time [ns].
             place: Where the robot believes to be in the map [m], shape (3,).
 
         Raises:
             DatumError: If the fixes lie far from the datum that is given.
         """
-        if senses.fixes is not None:
-            self._fixes = np.concatenate([self._fixes, senses.fixes])[-_MOST_FIXES:]
+        if readings.fixes is not None:
+            self._fixes = np.concatenate([self._fixes, readings.fixes])[-_MOST_FIXES:]
         fitting = self._fixes[consistent_fixes(self._fixes)]
-        if len(fitting) < _FEW_FIXES or senses.imu is None or senses.field is None:
+        if len(fitting) < _FEW_FIXES or readings.imu is None or readings.field is None:
             return False
         datum = make_datum(self._given, fitting[::-1], decimal_year(now_ns), place)
         assert datum is not None  # A fix is good.
-        self.datum = datum.with_compass(senses)
+        self.datum = datum.with_compass(readings)
         return True
 
-    def usable(self, senses: Senses, now: float, localizer: Localizer) -> Senses:
+    def usable(self, readings: SensorReadings, now: float, localizer: Localizer) -> SensorReadings:
         """Return senses without what needs a datum, while there is none.
 
         Without fixes for long, the compass keeps the heading that was told.
 
         Args:
-            senses: Senses of the period.
+            readings: SensorReadings of the period.
             now: Time since the start [s].
             localizer: Told what to expect of the compass.
         """
-        if not self._is_turned and now > SILENCE and senses.field is not None:
-            use_datum(localizer, datum_of_heading(senses, localizer.pose.yaw))
+        if not self._is_turned and now > SILENCE and readings.field is not None:
+            use_datum(localizer, datum_of_heading(readings, localizer.pose.yaw))
             self._is_turned = True
-            self._say(f"no place yet: expected {_missing_fixes(self._fixes)}")
-        return replace(senses, fixes=None, field=senses.field if self._is_turned else None)
+            self._status(f"no place yet: expected {_missing_fixes(self._fixes)}")
+        return replace(readings, fixes=None, field=readings.field if self._is_turned else None)
 
 
-def missing_senses(kept: Senses) -> str:
+def missing_senses(kept: SensorReadings) -> str:
     """Return what a start by the senses still lacks, in words."""
     found = [
         topic.ros1

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import RigConfig, make_localizer, make_perception
+from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localizer, make_perception
 from andabata.machine.pose import Pose
 from andabata.machine.proprioception import GRAVITY, TESLA
-from andabata.machine.sensor_readings import Senses, Sweeps, VehicleState, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.navigation.controller import Controller
 from andabata.navigation.navigator import STANDSTILL, Navigator, Step
@@ -20,14 +20,14 @@ from andabata.records import topics
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
 from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.recorder import DATUM, Outbox, Recorder, post_senses
-from andabata.records.sense_decoding import SenseDecoder
-from andabata.records.sensor_decoder import Gathering
+from andabata.records.sense_decoding import MessageDecoder
+from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.replay.datum import note_fixes
 from andabata.replay.mounting_watcher import MountingWatcher
 from andabata.ros.graph import RosError, RosGraph
 from andabata.ros.live_datum import SILENCE, LiveDatum, missing_senses
-from andabata.tasks.episode_monitor import Judge, JudgeConfig, Outcome
+from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from worlds.scenes import Scene
@@ -37,7 +37,7 @@ _HALF = NS // 20
 """Half a control period [ns]: the relative cloud comes twice in one (paper, Table 3)."""
 
 _APART = 1.0
-"""Senses stamped further from the graph's time are another clock's [s]."""
+"""SensorReadings stamped further from the graph's time are another clock's [s]."""
 
 _LAST_WORDS = 0.2
 """How long the last messages may take to leave [s]."""
@@ -57,13 +57,13 @@ class NavigatorNode:
     def __init__(
         self,
         graph: RosGraph,
-        config: RigConfig,
+        config: SimulatedRobotConfig,
         forest: Forest,
         controller: Controller,
         cloud: Topic | None = None,
         mountings: Mapping[str, GivenMounting] | None = None,
         given: Mapping[str, float] | None = None,
-        say: Callable[[str], None] = lambda text: None,
+        status: Callable[[str], None] = lambda text: None,
     ) -> None:
         """Build the navigator and listen to its topics.
 
@@ -76,13 +76,13 @@ class NavigatorNode:
             mountings: Where senses sit, by sense, above what frames and /tf say.
             given: Fields of ``GeoReference`` that the user gives; the first good fix and the
                 World Magnetic Model tell the others.
-            say: Tells the user where the map lies, once, and what is taken for granted.
+            status: Tells the user where the map lies, once, and what is taken for granted.
         """
-        self._graph, self._say = graph, say
-        self._where = LiveDatum(given or {}, say)
+        self._graph, self._status = graph, status
+        self._where = LiveDatum(given or {}, status)
         self._lock = threading.Lock()
-        decoder, mounts = SenseDecoder(config.robot), Mounts(mountings)
-        self._gathering = Gathering(0, cloud, decoder, mounts)
+        decoder, mounts = MessageDecoder(config.robot), Mounts(mountings)
+        self._sensor_decoder = SensorDecoder(0, cloud, decoder, mounts)
         self._told: Pose | None = None
         self._localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, forest)
@@ -92,10 +92,10 @@ class NavigatorNode:
         self._steps: list[Step] = []
         self._navigator.watch(self._steps.append)
         self._mountings = MountingWatcher(
-            self._gathering.mounts, self._assembler, config.robot.lidar_height
+            self._sensor_decoder.mounts, self._assembler, config.robot.lidar_height
         )
         _rehearse(self._navigator, config)
-        for topic in self._gathering.wanted:
+        for topic in self._sensor_decoder.wanted:
             graph.subscribe(topic, self._hear)
         graph.subscribe(topics.INITIAL, self._hear_start)
         for topic in (topics.TF_STATIC, topics.TF):
@@ -106,12 +106,12 @@ class NavigatorNode:
     def _hear(self, topic: Topic, message: RosMessage) -> None:
         """Take in a sensor's message; called from the graph's threads."""
         with self._lock:
-            self._gathering.add(topic, message, self._graph.now_ns())
+            self._sensor_decoder.add(topic, message, self._graph.now_ns())
 
     def _hear_transforms(self, topic: Topic, message: RosMessage) -> None:
         """Take in transforms; those of static frames are sent again to whoever comes late."""
         with self._lock:
-            tree = self._gathering.mounts.tree
+            tree = self._sensor_decoder.mounts.tree
             tree.add(message.transforms, topic is topics.TF_STATIC)
             tree.forget(_TRANSFORMS)
 
@@ -120,16 +120,16 @@ class NavigatorNode:
         with self._lock:
             self._told = pose_of(message.pose.pose)
 
-    def _sensed(self, stamp: float) -> Senses:
+    def _sensed(self, stamp: float) -> SensorReadings:
         """Return what came since the last call."""
         with self._lock:
-            self._gathering.mounts.verify()
-            return self._gathering.senses(stamp)
+            self._sensor_decoder.mounts.verify()
+            return self._sensor_decoder.readings(stamp)
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
         """Head for a goal in the map [m], shape (2,), until another is published."""
         with self._lock:
-            self._gathering.goal = goal
+            self._sensor_decoder.goal = goal
 
     def run(
         self,
@@ -159,7 +159,7 @@ class NavigatorNode:
         epoch = graph.now_ns()
         self._sensed(0.0)  # What came before the begin is of no use.
         with self._lock:
-            self._gathering.epoch_ns, self._told = epoch, None
+            self._sensor_decoder.epoch_ns, self._told = epoch, None
         self._navigator.reset(pose, 0.0, rough)
         self._outbox = Outbox(graph, Composer(1, epoch))
         self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
@@ -170,14 +170,14 @@ class NavigatorNode:
         finally:
             self._halt()
         localizer, datum = self._localizer, self._where.datum
-        remarks = self._gathering.remarks
+        remarks = self._sensor_decoder.remarks
         self._mountings.remark(remarks)
         note_fixes(remarks, localizer)
         return {
             **found,
             "health": str(localizer.health),
             "counts": getattr(localizer, "counts", {}),
-            "refused": self._gathering.refused,
+            "refused": self._sensor_decoder.refused,
             "frames": self._mountings.frames,
             "refused_by_reason": remarks.refused_by_reason(),
             "remarks": remarks.as_dicts(),
@@ -225,19 +225,19 @@ class NavigatorNode:
             RosError: If the senses have another clock than the graph.
             DatumError: If the fixes lie far from the datum that is given.
         """
-        graph, kept = self._graph, Senses(0.0)
+        graph, kept = self._graph, SensorReadings(0.0)
         begin = said = graph.now_ns()
         while not graph.is_over:
             graph.sleep_until(graph.now_ns() + _HALF)
-            senses = self._sensed(0.0)
-            if senses.imu is not None:
-                _check_clock(float(senses.imu[-1, 0]), graph.now_ns() / NS)
-            kept = Senses(
+            readings = self._sensed(0.0)
+            if readings.imu is not None:
+                _check_clock(float(readings.imu[-1, 0]), graph.now_ns() / NS)
+            kept = SensorReadings(
                 0.0,
-                imu=_joined(kept.imu, senses.imu),
-                field=_joined(kept.field, senses.field),
-                fixes=_joined(kept.fixes, senses.fixes),
-                antenna=senses.antenna,
+                imu=_joined(kept.imu, readings.imu),
+                field=_joined(kept.field, readings.field),
+                fixes=_joined(kept.fixes, readings.fixes),
+                antenna=readings.antenna,
             )
             with self._lock:
                 told = self._told
@@ -249,7 +249,7 @@ class NavigatorNode:
                     return found, True
             if graph.now_ns() - said > SILENCE * NS:
                 said = graph.now_ns()
-                self._say(f"no start yet: expected {missing_senses(kept)}; or /initialpose")
+                self._status(f"no start yet: expected {missing_senses(kept)}; or /initialpose")
         raise RosError("start: expected someone to tell it, got the end of the graph")
 
     def _wait_for_frames(self) -> None:
@@ -261,21 +261,21 @@ class NavigatorNode:
         while not graph.is_over and graph.now_ns() - begin < _FRAMES_PATIENCE * NS:
             graph.sleep_until(graph.now_ns() + _HALF)
             with self._lock:
-                if self._gathering.mounts.is_settled:
+                if self._sensor_decoder.mounts.is_settled:
                     break
         with self._lock:
-            remarks = self._gathering.mounts.remarks
+            remarks = self._sensor_decoder.mounts.remarks
         for remark in remarks:
-            self._say(f"note: {remark}")
+            self._status(f"note: {remark}")
 
-    def _referred(self, senses: Senses, now: float) -> Senses:
+    def _referred(self, readings: SensorReadings, now: float) -> SensorReadings:
         """Return senses without those that need a datum, until the fixes tell one."""
         known, graph = self._where, self._graph
         if known.datum is not None:
-            return senses
-        if known.find(senses, graph.now_ns(), self._localizer.pose.position):
+            return readings
+        if known.find(readings, graph.now_ns(), self._localizer.pose.position):
             known.take(self._localizer, self._recorder.facts, DATUM)
-        return known.usable(senses, now, self._localizer)
+        return known.usable(readings, now, self._localizer)
 
     def _listen(self, now: float) -> None:
         """Take in half a period and publish what is believed at its end."""
@@ -283,20 +283,20 @@ class NavigatorNode:
             told, self._told = self._told, None
         if told is not None:
             self._navigator.reset(told, now)
-        senses = self._referred(self._sensed(now), now)
-        self._navigator.listen(senses)
-        self._recorder.move(senses)
+        readings = self._referred(self._sensed(now), now)
+        self._navigator.listen(readings)
+        self._recorder.move(readings)
         self._recorder.relate(now)
         self._outbox.flush()
 
     def _decide(self, now: float) -> Step:
         """Publish the virtual scan and the commands of a period."""
         with self._lock:
-            goal = self._gathering.goal
+            goal = self._sensor_decoder.goal
         if goal is not None:
             self._navigator.set_goal(goal)
         self._steps.clear()
-        self._navigator.decide(Senses(now))
+        self._navigator.decide(SensorReadings(now))
         step = self._steps[0]
         self._mountings.watch(self._localizer.odometry)
         self._recorder.act(step)
@@ -326,7 +326,7 @@ _SPOKEN = (
 class RobotNode:
     """A simulated robot that publishes its senses as they come and obeys wheel speeds."""
 
-    def __init__(self, graph: RosGraph, scene: Scene, config: RigConfig) -> None:
+    def __init__(self, graph: RosGraph, scene: Scene, config: SimulatedRobotConfig) -> None:
         """Put a robot into a world.
 
         Args:
@@ -350,7 +350,7 @@ class RobotNode:
         self,
         task: Task,
         rng: np.random.Generator,
-        judging: JudgeConfig,
+        terminations: TerminationConfig,
         on_second: Callable[[], None] | None = None,
     ) -> dict[str, Any]:
         """Live through a task in the graph's time.
@@ -358,7 +358,7 @@ class RobotNode:
         Args:
             task: Start and goals.
             rng: Of every noise.
-            judging: Rules of the drive to each goal.
+            terminations: Rules of the drive to each goal.
             on_second: Called after each second.
 
         Returns:
@@ -368,32 +368,32 @@ class RobotNode:
         graph.wait_for_clock()
         world, rays = self._scene.world, self._scene.rays
         simulator = Simulator(world, rays, config.robot, config.plant, config.sensing, rng)
-        senses = simulator.reset(task.start)
+        readings = simulator.reset(task.start)
         compose = Composer(1, graph.now_ns() + NS // 10)
         outbox = Outbox(_Paced(graph), compose)
-        judge = Judge(world, judging)
+        monitor = EpisodeMonitor(world, terminations)
         outcomes: list[str] = []
         for goal in task.goals:
-            state = _true(senses)
-            judge.begin(state, np.array(goal))
-            self._goal.publish(self._goal.data_class(compose.goal(senses.stamp, np.array(goal))))
+            state = _true(readings)
+            monitor.begin(state, np.array(goal))
+            self._goal.publish(self._goal.data_class(compose.goal(readings.stamp, np.array(goal))))
             if not outcomes:
-                told = compose.initial(senses.stamp, state.pose)
+                told = compose.initial(readings.stamp, state.pose)
                 self._start.publish(self._start.data_class(told))
             outcome: Outcome | None = None
             while outcome is None and not graph.is_over:
-                senses = simulator.step(self._commanded())
-                post_senses(outbox, senses)
+                readings = simulator.step(self._commanded())
+                post_senses(outbox, readings)
                 outbox.flush()
-                outcome = judge.watch(_true(senses))
-                if on_second is not None and round(senses.stamp * 10) % 10 == 0:
+                outcome = monitor.watch(_true(readings))
+                if on_second is not None and round(readings.stamp * 10) % 10 == 0:
                     on_second()
             outcomes.append(str(outcome) if outcome else "interrupted")
             if outcome is not Outcome.GOAL:
                 break
         simulator.close()
-        behind = (graph.now_ns() - compose.stamp_ns(senses.stamp)) / NS
-        return {"outcomes": outcomes, "simulated_s": senses.stamp, "behind_s": behind}
+        behind = (graph.now_ns() - compose.stamp_ns(readings.stamp)) / NS
+        return {"outcomes": outcomes, "simulated_s": readings.stamp, "behind_s": behind}
 
     def _commanded(self) -> WheelSpeeds:
         """Return the latest command; a robot that hears none for half a second stands still."""
@@ -418,18 +418,18 @@ class _Paced:
         self._graph.close()
 
 
-def _true(senses: Senses) -> VehicleState:
-    if senses.truth is None:
+def _true(readings: SensorReadings) -> VehicleState:
+    if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
-    return senses.truth
+    return readings.truth
 
 
-def _rehearse(navigator: Navigator, config: RigConfig) -> None:
+def _rehearse(navigator: Navigator, config: SimulatedRobotConfig) -> None:
     """Go through a period of nothing much, so that all code is compiled before it is needed."""
     stamps = np.arange(1, 11) / 100
     imu = np.column_stack([stamps, np.zeros((10, 5)), np.full(10, GRAVITY)])
     wheels = np.column_stack([stamps, np.zeros((10, 2))])
-    field = np.column_stack([stamps, np.tile(config.sensing.site.flux * TESLA, (10, 1))])
+    field = np.column_stack([stamps, np.tile(config.sensing.geo_reference.flux * TESLA, (10, 1))])
     lidar = config.sensing.lidar
     beams = lidar.elevations(0, 1)
     sweep = Sweeps(
@@ -442,9 +442,9 @@ def _rehearse(navigator: Navigator, config: RigConfig) -> None:
     )
     frame = PointCloud(np.ones((10, 3), dtype=np.float32), "sensor", stamps)
     navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
-    senses = Senses(0.1, sweep, (frame,), imu=imu, encoders=wheels, field=field)
-    navigator.listen(senses)
-    navigator.decide(senses)
+    readings = SensorReadings(0.1, sweep, (frame,), imu=imu, encoders=wheels, field=field)
+    navigator.listen(readings)
+    navigator.decide(readings)
 
 
 def _check_clock(stamp: float, now: float) -> None:

@@ -21,7 +21,7 @@ class Outcome(StrEnum):
     TIMEOUT = "timeout"
 
 
-class JudgeConfig(BaseModel):
+class TerminationConfig(BaseModel):
     """Rules of a drive to one goal.
 
     Attributes:
@@ -40,20 +40,20 @@ class JudgeConfig(BaseModel):
     stuck_radius: float = Field(default=0.3, gt=0)
 
 
-class Judge:
+class EpisodeMonitor:
     """Watches the true state of one drive and measures it.
 
     Attributes:
         distance: Metres driven.
-        trespass: Metres driven where the true map forbids it.
-        restlessness: Integral of the squared yaw rate, a measure of restless steering [rad2/s].
+        forbidden_distance: Metres driven where the true map forbids it.
+        steering_variation: Integral of the squared yaw rate, a measure of restless steering [rad2/s].
         energy: What the motors gave [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions of the body, one a control step [m].
     """
 
-    def __init__(self, world: World, config: JudgeConfig) -> None:
-        """Judge drives in ``world``."""
+    def __init__(self, world: World, config: TerminationConfig) -> None:
+        """EpisodeMonitor drives in ``world``."""
         self._truth = world.truth
         self._config = config
 
@@ -66,8 +66,8 @@ class Judge:
         self._work = state.work
         self.energy: float | None = None
         self.distance = 0.0
-        self.trespass = 0.0
-        self.restlessness = 0.0
+        self.forbidden_distance = 0.0
+        self.steering_variation = 0.0
         self.min_clearance = np.inf
         self.path: list[NDArray[np.float64]] = [state.pose.position.copy()]
         self.time = 0.0
@@ -77,13 +77,15 @@ class Judge:
         here = state.pose.position[:2]
         moved = math.hypot(*(here - self.path[-1][:2]).tolist())
         self.distance += moved
-        self.restlessness += float(state.angular[2] ** 2) * (state.stamp - self._began - self.time)
+        self.steering_variation += float(state.angular[2] ** 2) * (
+            state.stamp - self._began - self.time
+        )
         self.time = state.stamp - self._began
         if state.work is not None and self._work is not None:
             self.energy = state.work - self._work
         forbidden, clearance = self._truth.at(float(here[0]), float(here[1]))
         if moved > 0 and forbidden:
-            self.trespass += moved
+            self.forbidden_distance += moved
         self.min_clearance = min(self.min_clearance, clearance)
         self.path.append(state.pose.position.copy())
         return self._verdict(state, here)

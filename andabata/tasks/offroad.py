@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.assembly.simulated_robot import Rig, RigConfig
-from andabata.machine.sensor_readings import Senses, VehicleState
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.navigator import STANDSTILL
-from andabata.navigation.planning.local_planner import LocalMap, LocalMapConfig
-from andabata.tasks.episode_monitor import Judge, JudgeConfig, Outcome
+from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
+from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from andabata.tasks.rewards import RewardConfig, paper_reward
 from rl.spaces import ObservationLayout, observation
 from worlds.scenes import SceneShelf
@@ -29,10 +29,10 @@ class OffroadConfig(BaseModel):
         preset: World preset.
         seeds: World seeds that episodes draw from.
         difficulty: Difficulty of the worlds, or None for the preset's own.
-        rig: The robot.
+        simulated_robot: The robot.
         heading: What the state's heading error refers to: the ``goal`` (paper), or the ``subgoal``
             of the robot's local map.
-        judge: When an episode ends.
+        terminations: When an episode ends.
         reward: The reward's constants.
         start_jitter: Start positions vary uniformly by up to this [m] in x and in y.
         heading_jitter: Start headings vary uniformly by up to this [rad].
@@ -45,9 +45,9 @@ class OffroadConfig(BaseModel):
     preset: str = "natural"
     seeds: tuple[int, ...] = TRAINING_SEEDS
     difficulty: float | None = Field(default=None, ge=0, le=1)
-    rig: RigConfig = Field(default_factory=RigConfig)
+    simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
     heading: Literal["goal", "subgoal"] = "subgoal"
-    judge: JudgeConfig = Field(default_factory=JudgeConfig)
+    terminations: TerminationConfig = Field(default_factory=TerminationConfig)
     reward: RewardConfig = Field(default_factory=RewardConfig)
     start_jitter: float = Field(default=0.2, ge=0, le=5)
     heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
@@ -108,13 +108,15 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.config = config
         self._shelf = shelf or SceneShelf()
         self._models = models or Models()
-        self._kept: Rig | None = None
-        self._limit = config.rig.robot.max_steering
-        self._map: LocalMap | None = None
+        self._kept: SimulatedRobot | None = None
+        self._limit = config.simulated_robot.robot.max_steering
+        self._map: LocalPlanner | None = None
         if config.heading == "subgoal":
-            rig, squares = config.rig, self._models.squares
-            local_map = rig.local_map.looking_every(config.look_every)
-            self._map = LocalMap(rig.grid, local_map, rig.robot, squares=squares)
+            simulated_robot, squares = config.simulated_robot, self._models.squares
+            local_planner = simulated_robot.local_planner.looking_every(config.look_every)
+            self._map = LocalPlanner(
+                simulated_robot.grid, local_planner, simulated_robot.robot, squares=squares
+            )
         self.observation_space, self.action_space = offroad_spaces(config)
 
     def reset(
@@ -124,39 +126,41 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         super().reset(seed=seed)
         options = options or {}
         world_seed = int(options.get("world_seed", self.np_random.choice(self.config.seeds)))
-        rig = self._rig_in(world_seed, options.get("difficulty", self.config.difficulty))
-        task = choose_task(rig.scene.world.tasks, options.get("task", self.np_random))
+        simulated_robot = self._robot_in(
+            world_seed, options.get("difficulty", self.config.difficulty)
+        )
+        task = choose_task(simulated_robot.scene.world.tasks, options.get("task", self.np_random))
         goal = np.array(task.goals[0])
         config = self.config
         start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
-        senses = rig.place(start, goal, self.np_random)
-        self._judge = Judge(rig.scene.world, self.config.judge)
-        self._judge.begin(_truth(senses), goal)
-        navigator = rig.navigator
-        navigator.listen(senses)
-        while navigator.look(senses) is None:
-            senses = rig.simulator.step(STANDSTILL)
-            navigator.listen(senses)
-        self._goal_distance = self._judge.goal_distance(_truth(senses))
-        self._place = rig.localizer.odometry.position[:2]
+        readings = simulated_robot.place(start, goal, self.np_random)
+        self._monitor = EpisodeMonitor(simulated_robot.scene.world, self.config.terminations)
+        self._monitor.begin(_truth(readings), goal)
+        navigator = simulated_robot.navigator
+        navigator.listen(readings)
+        while navigator.look(readings) is None:
+            readings = simulated_robot.simulator.step(STANDSTILL)
+            navigator.listen(readings)
+        self._goal_distance = self._monitor.goal_distance(_truth(readings))
+        self._place = simulated_robot.localizer.odometry.position[:2]
         if self._map is not None:
             self._map.reset()
         self._steps = 0
-        self._look(senses)
+        self._look(readings)
         return self._state, {"world_seed": world_seed}
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Steer for one control period of 0.1 s."""
-        wheels = self._rig.navigator.command(float(action[0]) * self._limit)
-        senses = self._rig.simulator.step(wheels)
-        self._rig.navigator.listen(senses)
-        outcome = self._judge.watch(_truth(senses))
-        before, distance = self._nearer(_truth(senses))
+        wheels = self._simulated_robot.navigator.command(float(action[0]) * self._limit)
+        readings = self._simulated_robot.simulator.step(wheels)
+        self._simulated_robot.navigator.listen(readings)
+        outcome = self._monitor.watch(_truth(readings))
+        before, distance = self._nearer(_truth(readings))
         self._steps += 1
         if self._steps % self.config.look_every == 0:
-            self._look(senses)
+            self._look(readings)
         terms = paper_reward(self.config.reward, self._ranges, before, distance, outcome)
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:
@@ -165,9 +169,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         terminated = outcome is not None and not truncated
         return self._state, float(sum(terms.values())), terminated, truncated, info
 
-    def _look(self, senses: Senses) -> None:
+    def _look(self, readings: SensorReadings) -> None:
         """Renew the ranges that repel and the policy's state."""
-        view = self._rig.navigator.look(senses)
+        view = self._simulated_robot.navigator.look(readings)
         if view is None:
             raise ValueError("view: expected a scan after the first one, got None")
         self._ranges = view.scan.finite()
@@ -177,9 +181,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def _nearer(self, truth: VehicleState) -> tuple[float, float]:
         """Return the distances before and after the step to what attracts [m]."""
         if self._map is None:
-            before, self._goal_distance = self._goal_distance, self._judge.goal_distance(truth)
+            before, self._goal_distance = self._goal_distance, self._monitor.goal_distance(truth)
             return before, self._goal_distance
-        here, target = self._rig.localizer.odometry.position[:2], self._map.target
+        here, target = self._simulated_robot.localizer.odometry.position[:2], self._map.target
         before, self._place = math.dist(self._place, target), here
         return before, math.dist(here, target)
 
@@ -190,7 +194,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self._kept = None
 
     @property
-    def _rig(self) -> Rig:
+    def _simulated_robot(self) -> SimulatedRobot:
         """Return the robot in the episode's world.
 
         Raises:
@@ -200,29 +204,33 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise ValueError("reset: expected it before the first step, got none")
         return self._kept
 
-    def _rig_in(self, world_seed: int, difficulty: float | None) -> Rig:
+    def _robot_in(self, world_seed: int, difficulty: float | None) -> SimulatedRobot:
         """Return the robot in a world: the last episode's, where the world is the same."""
         scene = self._shelf.get(self.config.preset, world_seed, difficulty)
         if self._kept is None or self._kept.scene is not scene:
             self.close()
-            sees = self.config.rig.sensing.scanner == "rotating"
-            self._kept = Rig(scene, self.config.rig, self._models.forest if sees else None)
+            sees = self.config.simulated_robot.sensing.scanner == "rotating"
+            self._kept = SimulatedRobot(
+                scene, self.config.simulated_robot, self._models.forest if sees else None
+            )
         return self._kept
 
 
 def offroad_spaces(config: OffroadConfig) -> tuple[gym.spaces.Space[Any], gym.spaces.Space[Any]]:
     """Return the spaces of states and actions; see ``OffroadEnv``."""
-    layout = ObservationLayout(config.rig.grid.n_sectors)
-    low, high = layout.bounds(config.rig.grid.outer_radius, config.rig.robot.max_steering)
+    layout = ObservationLayout(config.simulated_robot.grid.n_sectors)
+    low, high = layout.bounds(
+        config.simulated_robot.grid.outer_radius, config.simulated_robot.robot.max_steering
+    )
     actions = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
     return gym.spaces.Box(low, high, dtype=np.float32), actions
 
 
-def _truth(senses: Senses) -> VehicleState:
+def _truth(readings: SensorReadings) -> VehicleState:
     """Return the true state, which a simulation always gives."""
-    if senses.truth is None:
+    if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
-    return senses.truth
+    return readings.truth
 
 
 def stage_config(stage: str) -> OffroadConfig:
@@ -235,19 +243,27 @@ def stage_config(stage: str) -> OffroadConfig:
         ValueError: If there is no such stage.
     """
     # Nobody rolls out ways while training, so that a plan a second is enough.
-    rig = RigConfig(plant="kinematic", local_map=LocalMapConfig(plan_every=10))
+    simulated_robot = SimulatedRobotConfig(
+        plant="kinematic", local_planner=LocalPlannerConfig(plan_every=10)
+    )
     if stage == "Maze2D":
         sensing = SensingConfig(scanner="horizontal", proprioception=None)
-        flat = rig.model_copy(update={"sensing": sensing, "localizer": "truth"})
-        return OffroadConfig(preset="maze", rig=flat, judge=JudgeConfig(time_limit=180.0))
+        flat = simulated_robot.model_copy(update={"sensing": sensing, "localizer": "truth"})
+        return OffroadConfig(
+            preset="maze", simulated_robot=flat, terminations=TerminationConfig(time_limit=180.0)
+        )
     if stage == "Maze3D":
-        return OffroadConfig(preset="maze", rig=rig, judge=JudgeConfig(time_limit=180.0))
+        return OffroadConfig(
+            preset="maze",
+            simulated_robot=simulated_robot,
+            terminations=TerminationConfig(time_limit=180.0),
+        )
     if stage == "Natural":
         return OffroadConfig(
             preset="natural",
             seeds=TRAINING_SEEDS[:48],  # A natural world takes a second.
-            rig=rig,
-            judge=JudgeConfig(time_limit=300.0),
+            simulated_robot=simulated_robot,
+            terminations=TerminationConfig(time_limit=300.0),
         )
     raise ValueError(f"stage: expected Maze2D, Maze3D or Natural, got {stage!r}")
 

@@ -20,7 +20,7 @@ from andabata.machine.kinematic_vehicle import (
 )
 from andabata.machine.pose import wrap
 from andabata.machine.simulator import reseed
-from andabata.navigation.planning.local_planner import LocalMap
+from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.tasks.offroad import OffroadConfig, offroad_spaces
 from andabata.tasks.planar_kernel import (
     AHEAD,
@@ -71,11 +71,11 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         Raises:
             ValueError: If the stage is another.
         """
-        rig = config.rig
+        simulated_robot = config.simulated_robot
         if not is_flat(config):
             raise ValueError(
-                "rig: expected a maze, horizontal scanner, kinematic plant and true pose, got "
-                f"{config.preset}, {rig.sensing.scanner}, {rig.plant}, {rig.localizer}; use "
+                "simulated_robot: expected a maze, horizontal scanner, kinematic plant and true pose, got "
+                f"{config.preset}, {simulated_robot.sensing.scanner}, {simulated_robot.plant}, {simulated_robot.localizer}; use "
                 "OffroadVectorEnv"
             )
         self.config, self.num_envs = config, num_envs
@@ -90,16 +90,23 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self._shelf = shelf or SceneShelf()
         self._mazes: list[Maze] = []
         self._numbers: dict[tuple[int, float | None], int] = {}
-        self._maps: list[LocalMap] = []
+        self._maps: list[LocalPlanner] = []
         self._places = np.zeros((num_envs, 2))
         if config.heading == "subgoal":
-            self._maps = [LocalMap(rig.grid, rig.local_map, rig.robot) for _ in range(num_envs)]
+            self._maps = [
+                LocalPlanner(
+                    simulated_robot.grid, simulated_robot.local_planner, simulated_robot.robot
+                )
+                for _ in range(num_envs)
+            ]
         self._robots = FlatRobots.make(num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
         self._slips = [np.random.default_rng(0) for _ in range(num_envs)]
         self._wanders = [np.random.default_rng(0) for _ in range(num_envs)]
         self._over = np.ones(num_envs, dtype=np.bool_)
-        self._states = np.zeros((num_envs, rig.grid.n_sectors + N_EXTRAS), dtype=np.float32)
+        self._states = np.zeros(
+            (num_envs, simulated_robot.grid.n_sectors + N_EXTRAS), dtype=np.float32
+        )
         self._terms = np.zeros((num_envs, 4))
         self._outcomes = np.zeros(num_envs, dtype=np.int64)
         self._worlds: FlatWorlds | None = None
@@ -146,7 +153,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             raise ValueError("actions: expected finite shares of the steering limit, got others")
         going = ~self._over
         self._draw(going)
-        steering = actions[:, 0].astype(np.float64) * self.config.rig.robot.max_steering
+        steering = actions[:, 0].astype(np.float64) * self.config.simulated_robot.robot.max_steering
         self._pass(steering, going, True)
         self._terms[~going] = 0.0
         rewards = self._terms.sum(axis=1)
@@ -187,7 +194,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
     def _place(
         self, k: int, number: int, start: Start, goal: NDArray[np.float64], rng: np.random.Generator
     ) -> None:
-        """Put a robot down at rest; its streams come from ``rng`` in the order of ``Rig.place``."""
+        """Put a robot down at rest; its streams come from ``rng`` in the order of ``SimulatedRobot.place``."""
         robots = self._robots
         reseed(self._slips[k], rng)
         rng.integers(2**63)  # The beams' stream: there is nothing porous in a maze.
@@ -258,7 +265,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
     def _head_for_subgoal(self, k: int, moved: bool) -> None:
         """Put the bearing of a robot's sub-goal into its state, as ``OffroadEnv`` does."""
         robots, state = self._robots, self._states[k]
-        grid = self.config.rig.grid
+        grid = self.config.simulated_robot.grid
         here = robots.motions[k, :2] + robots.errors[k, :2]
         bearing = float(heading_error(robots.motions[k], robots.errors[k], robots.goals[k]))
         to_goal = robots.goals[k] - here
@@ -268,15 +275,20 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             nearer = math.dist(self._places[k], target) - math.dist(here, target)
             self._terms[k, 0] = self.config.reward.attraction * nearer
         self._places[k] = here
-        local_map, ranges = self._maps[k], state[:-N_EXTRAS]
+        local_planner, ranges = self._maps[k], state[:-N_EXTRAS]
         odds = VirtualScan(ranges, grid.outer_radius).odds_of(grid)
-        state[-1] = local_map.bearing(odds, here, yaw, bearing, float(np.hypot(*to_goal)))
-        ranges[:] = local_map.evidence.shortened(ranges, here, yaw, local_map.config.reach)
+        state[-1] = local_planner.bearing(odds, here, yaw, bearing, float(np.hypot(*to_goal)))
+        ranges[:] = local_planner.evidence.shortened(ranges, here, yaw, local_planner.config.reach)
 
     def _make_rules(self) -> Rules:
         """Return every number that the compiled pass needs."""
-        config, rig = self.config, self.config.rig
-        robot, errors, judge, reward = rig.robot, rig.errors, config.judge, config.reward
+        config, simulated_robot = self.config, self.config.simulated_robot
+        robot, errors, judge, reward = (
+            simulated_robot.robot,
+            simulated_robot.errors,
+            config.terminations,
+            config.reward,
+        )
         plant = plant_numbers(robot, KinematicConfig())
         sigma = np.array([errors.position_sigma] * 2 + [errors.yaw_sigma] + [errors.tilt_sigma] * 2)
         times = np.array([errors.position_time] * 2 + [errors.yaw_time] * 3)
@@ -300,7 +312,10 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             outline=plant.outline,
             keep=keep,
             spread=np.stack([sigma, sigma * np.sqrt(1 - keep * keep)]),
-            beams=np.stack([np.cos(rig.grid.bearings), np.sin(rig.grid.bearings)], axis=1),
+            beams=np.stack(
+                [np.cos(simulated_robot.grid.bearings), np.sin(simulated_robot.grid.bearings)],
+                axis=1,
+            ),
             judge=np.array(
                 [judge.goal_radius, judge.time_limit, judge.stuck_time, judge.stuck_radius]
             ),
@@ -310,10 +325,10 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
                     reward.max_range,
                     reward.collision,
                     reward.tipover,
-                    rig.grid.outer_radius,
+                    simulated_robot.grid.outer_radius,
                 ]
             ),
-            weights=repulsion_weights(reward, rig.grid.n_sectors),
+            weights=repulsion_weights(reward, simulated_robot.grid.n_sectors),
         )
 
     def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
@@ -322,8 +337,16 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
 
 def is_flat(config: OffroadConfig) -> bool:
     """Return whether a stage is one that the compiled pass drives."""
-    rig = config.rig
-    kind = (config.preset, rig.sensing.scanner, rig.plant, rig.localizer)
-    plain = rig.sensing.proprioception is None and rig.sensing.grid == rig.grid
+    simulated_robot = config.simulated_robot
+    kind = (
+        config.preset,
+        simulated_robot.sensing.scanner,
+        simulated_robot.plant,
+        simulated_robot.localizer,
+    )
+    plain = (
+        simulated_robot.sensing.proprioception is None
+        and simulated_robot.sensing.grid == simulated_robot.grid
+    )
     plain &= config.look_every == 1
     return plain and kind == ("maze", "horizontal", "kinematic", "truth")

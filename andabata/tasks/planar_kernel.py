@@ -283,7 +283,7 @@ def heading_error(motion, errors, goal):  # type: ignore[no-untyped-def]  # noqa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _verdict(flags, motion, distance, anchor, steps, judge):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return how the drive ended, if it did, as ``Judge`` does."""
+    """Return how the drive ended, if it did, as ``EpisodeMonitor`` does."""
     stamp = steps * TICKS_PER_STEP / TICK_HZ
     if flags[1]:
         return TIPOVER

@@ -12,7 +12,7 @@ from andabata.models import Models
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.planar import FlatVectorEnv, is_flat
 from rl.policy import Policy
-from rl.training import Assignment, Episode, play, play_together
+from rl.training import Episode, EpisodeSpec, play, play_together
 from worlds.scenes import SceneShelf
 
 _Files = tuple[bytes, bytes, bytes]
@@ -26,7 +26,7 @@ _LANES = 8
 """Robots of the first stage that a process drives side by side."""
 
 
-class PoolSampler:
+class ParallelSampler:
     """Plays each episode in whichever process is free; an episode depends on its seed alone.
 
     With one worker everything happens in this process. The robots of the first stage are driven
@@ -51,26 +51,26 @@ class PoolSampler:
         self,
         policy: Policy,
         hold: int,
-        assignments: Sequence[Assignment],
+        specs: Sequence[EpisodeSpec],
         explore: bool,
     ) -> list[Episode]:
         """Play what is assigned; see ``rl.training.Sampler``."""
         work = partial(_play, self._stages, self._files, policy.to_bytes(), hold, explore)
-        shares = self._shares(assignments)
-        jobs = [tuple(assignments[k] for k in share) for share in shares]
+        shares = self._shares(specs)
+        jobs = [tuple(specs[k] for k in share) for share in shares]
         played = map(work, jobs) if self._pool is None else self._pool.map(work, jobs)
         found = {
             number: episode
             for share, episodes in zip(shares, played, strict=True)
             for number, episode in zip(share, episodes, strict=True)
         }
-        return [found[number] for number in range(len(assignments))]
+        return [found[number] for number in range(len(specs))]
 
-    def _shares(self, assignments: Sequence[Assignment]) -> list[_Share]:
+    def _shares(self, specs: Sequence[EpisodeSpec]) -> list[_Share]:
         """Return which episodes are played together: the flat stage's, else each alone."""
         flat: dict[int, list[int]] = {}
         alone: list[_Share] = []
-        for number, one in enumerate(assignments):
+        for number, one in enumerate(specs):
             if is_flat(self._stages[one.stage]):
                 flat.setdefault(one.stage, []).append(number)
             else:
@@ -104,7 +104,7 @@ def _play(
     policy: bytes,
     hold: int,
     explore: bool,
-    share: Sequence[Assignment],
+    share: Sequence[EpisodeSpec],
 ) -> list[Episode]:
     """Play one stage's episodes in this process, whose environments live as long as it does."""
     config, actor = stages[share[0].stage], Policy.from_bytes(policy)

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import sensor_settings
 from andabata.machine.robot import RobotModel
 from andabata.tasks.offroad import OffroadConfig, stage_config
@@ -64,17 +64,17 @@ class TrainingPlan(BaseModel):
     def curriculum(self, chosen: range, seed: int) -> CurriculumConfig:
         """Return the curriculum of some of the stages, by their indices."""
         plans = [list(self.stages.values())[k] for k in chosen]
-        rig = plans[0].environment.rig
+        simulated_robot = plans[0].environment.simulated_robot
         return CurriculumConfig(
             stages=tuple(
                 Stage.model_validate(plan.model_dump(exclude={"environment"})) for plan in plans
             ),
             learner=self.learner,
             seed=seed,
-            n_sectors=rig.grid.n_sectors,
-            max_range=rig.grid.outer_radius,
-            limit=rig.robot.max_steering,
-            dead_zone=rig.robot.dead_zone,
+            n_sectors=simulated_robot.grid.n_sectors,
+            max_range=simulated_robot.grid.outer_radius,
+            limit=simulated_robot.robot.max_steering,
+            dead_zone=simulated_robot.robot.dead_zone,
             final_pace=self.final_pace,
             validation=self.validation,
             validate_every=self.validate_every,
@@ -112,10 +112,12 @@ def load_plan(
 def _environment(stage: str, changes: dict[str, Any], parts: dict[str, Any]) -> OffroadConfig:
     """Return a stage's environment with a plan's changes and a robot's parts."""
     base = stage_config(stage)
-    flat = base.rig.sensing.scanner == "horizontal"
+    flat = base.simulated_robot.sensing.scanner == "horizontal"
     fitting = {"robot": parts["robot"]} if flat else parts
-    rig = RigConfig.model_validate({**base.rig.model_dump(), **fitting})
-    data = base.model_copy(update={"rig": rig}).model_dump()
+    simulated_robot = SimulatedRobotConfig.model_validate(
+        {**base.simulated_robot.model_dump(), **fitting}
+    )
+    data = base.model_copy(update={"simulated_robot": simulated_robot}).model_dump()
     for key, value in changes.items():
         data[key] = {**data[key], **value} if isinstance(value, dict) else value
     return OffroadConfig.model_validate(data)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from andabata.models import Models
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
-from andabata.training.parallel_sampler import PoolSampler
+from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan
-from rl.curriculum import Curriculum, Generation
+from rl.curriculum import Curriculum, TrainingIteration
 from rl.networks import use_one_thread
 
 CHECKPOINT = "checkpoint.safetensors"
@@ -30,7 +30,7 @@ def learn(
     models: Models | None = None,
     resume: bool = False,
     changed: bool = False,
-    on_generation: Callable[[Generation], None] | None = None,
+    on_iteration: Callable[[TrainingIteration], None] | None = None,
 ) -> dict[str, Any]:
     """Run stages of a curriculum and return what came of it.
 
@@ -47,7 +47,7 @@ def learn(
         models: Classifiers of cells and squares; None for the shipped ones.
         resume: Whether to go on with the run that stands in the folder.
         changed: Whether to go on even with other code or another classifier than it began with.
-        on_generation: Called after each update.
+        on_iteration: Called after each update.
 
     Raises:
         ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
@@ -71,17 +71,17 @@ def learn(
     environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
-    with PoolSampler(environments, models, workers) as sampler:
+    with ParallelSampler(environments, models, workers) as sampler:
         curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
         history = history[: curriculum.generations]
         for generation in curriculum.run():
             history.append(asdict(generation))
             policy = curriculum.policy(origin | {"stage": generation.name}).to_bytes()
             if generation.is_last:
-                write_atomically(folder / f"policy_{generation.name}.safetensors", policy)
+                atomic_io.write(folder / f"policy_{generation.name}.safetensors", policy)
             _write(folder, history, policy, curriculum.to_bytes())
-            if on_generation is not None:
-                on_generation(generation)
+            if on_iteration is not None:
+                on_iteration(generation)
     wall = time.perf_counter() - began
     return _summary(folder, history, wall, steps_before)
 
@@ -132,9 +132,9 @@ def read_history(path: Path) -> list[dict[str, Any]]:
 def _write(folder: Path, history: list[dict[str, Any]], policy: bytes, checkpoint: bytes) -> None:
     """Write history, policy and, last, the checkpoint: a resume begins from it."""
     lines = "".join(json.dumps(row) + "\n" for row in history)
-    write_atomically(folder / HISTORY, lines.encode())
-    write_atomically(folder / POLICY, policy)
-    write_atomically(folder / CHECKPOINT, checkpoint)
+    atomic_io.write(folder / HISTORY, lines.encode())
+    atomic_io.write(folder / POLICY, policy)
+    atomic_io.write(folder / CHECKPOINT, checkpoint)
 
 
 def _summary(

@@ -14,7 +14,7 @@ import numpy as np
 
 from andabata.app.settings import resolve
 from andabata.engine import run_tasks
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import CHECKPOINT, learn
 from tests.benchmarks.bench_maze import judge
@@ -57,7 +57,7 @@ def run_one(folder: Path, task: tuple[str, int]) -> dict[str, float]:
         outcomes = judge(place / "policy.safetensors", EPISODES, first=FIRST)
         counts = {key: outcomes[key] for key in ("goal", "collision", "timeout")}
         found = counts | {"steps": trained["steps"], "wall_s": trained["wall_s"]}
-        write_atomically(result, json.dumps(found).encode())
+        atomic_io.write(result, json.dumps(found).encode())
     return json.loads(result.read_text(encoding="utf-8"))
 
 

@@ -15,7 +15,7 @@ from andabata.evaluation.statistics import wilson_interval
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.planar import FlatVectorEnv, is_flat
 from rl.policy import Policy
-from rl.training import Assignment, play, play_together
+from rl.training import EpisodeSpec, play, play_together
 from worlds.splits import evaluation_world
 
 
@@ -29,11 +29,15 @@ def judge(
     """Return how often a policy file's drives in 60 unseen mazes ended how."""
     config = stage_config(stage)
     seeds = tuple(range(first, first + 60))
-    rig = config.rig.model_validate(config.rig.model_dump() | {"plant": plant})
+    simulated_robot = config.simulated_robot.model_validate(
+        config.simulated_robot.model_dump() | {"plant": plant}
+    )
     loaded = Policy.load(policy)
     trained = loaded.info["config"]["stages"][stage]["environment"]["heading"]
-    config = config.model_copy(update={"seeds": seeds, "rig": rig, "heading": trained})
-    drives = [Assignment(0, (7, k)) for k in range(episodes)]
+    config = config.model_copy(
+        update={"seeds": seeds, "simulated_robot": simulated_robot, "heading": trained}
+    )
+    drives = [EpisodeSpec(0, (7, k)) for k in range(episodes)]
     if is_flat(config):
         robots = FlatVectorEnv(config, 64, autoreset=False)
         played = play_together(robots, loaded, 1, drives, explore=False)

@@ -1,7 +1,7 @@
 """What does the robot's map know of low rocks when it gets near them, and what does it make up?
 
 Run with ``python -m tests.benchmarks.bench_rocks [WORLD] [FIRST] [COUNT] [GOALS] [A.B=C ...]``:
-drives of ``learned`` in so many worlds from that seed on, kinematic plant, settings of the rig as
+drives of ``learned`` in so many worlds from that seed on, kinematic plant, settings of the robot as
 given. The map that steers is asked once for each rock of 5 to 25 cm that lies ahead, when the
 robot's middle comes nearer than each distance: is its cell, or one beside it, a wall? And every 3 s
 for the cells from 0.8 to 2.5 m away with more than 0.5 m of true clearance.
@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from andabata.app.settings import resolve
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
 from andabata.evaluation.trial import run_trial
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.tasks.episode_monitor import TerminationConfig
 from terrain.classes import TRAITS
 from worlds.scenes import SceneShelf
 from worlds.world import World
@@ -50,19 +50,19 @@ def low_rocks(world: World) -> NDArray[np.float64]:
 class Asker:
     """Asks the map that steers a robot."""
 
-    def __init__(self, rig: Rig, controller: GuidedController) -> None:
-        self._rig = rig
-        self._evidence = controller.local_map.evidence
-        self._truth = rig.scene.world.truth
-        self._rocks = low_rocks(rig.scene.world)
+    def __init__(self, simulated_robot: SimulatedRobot, controller: GuidedController) -> None:
+        self._simulated_robot = simulated_robot
+        self._evidence = controller.local_planner.evidence
+        self._truth = simulated_robot.scene.world.truth
+        self._rocks = low_rocks(simulated_robot.scene.world)
         self._asked: set[tuple[int, float]] = set()
         self._steps = 0
         self.known: list[tuple[float, float, bool]] = []
         self.clear = np.zeros(2, dtype=np.int64)
 
-    def __call__(self, senses: Senses) -> None:
+    def __call__(self, readings: SensorReadings) -> None:
         """Ask after a control step."""
-        true = self._rig.simulator.vehicle.state.pose
+        true = self._simulated_robot.simulator.vehicle.state.pose
         here = true.position[:2]
         away = self._rocks[:, :2] - here
         ahead = away @ [np.cos(true.yaw), np.sin(true.yaw)]
@@ -83,7 +83,10 @@ class Asker:
 
     def _walls(self, places: NDArray[np.float64], around: int) -> NDArray[np.bool_]:
         """Return whether places of the true map, shape (n, 2), or cells around are walls."""
-        there, true = self._rig.localizer.odometry, self._rig.simulator.vehicle.state.pose
+        there, true = (
+            self._simulated_robot.localizer.odometry,
+            self._simulated_robot.simulator.vehicle.state.pose,
+        )
         c, s = np.cos(there.yaw - true.yaw), np.sin(there.yaw - true.yaw)
         dx, dy = (places - true.position[:2]).T
         spots = np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) + there.position[:2]
@@ -103,26 +106,32 @@ class Drive:
     Attributes:
         known: Distance [m], height [m], and whether that rock was a wall.
         clear: Clear cells that were asked for, and those that were walls.
-        legs: Outcome, time [s] and SPL of each.
+        attempts: Outcome, time [s] and SPL of each.
     """
 
     known: list[tuple[float, float, bool]]
     clear: NDArray[np.int64]
-    legs: list[tuple[str, float, float]]
+    attempts: list[tuple[str, float, float]]
 
 
-def drive(config: RigConfig, goals: int, place: tuple[str, int]) -> Drive:
+def drive(config: SimulatedRobotConfig, goals: int, place: tuple[str, int]) -> Drive:
     """Drive in the world of a preset and seed."""
     scene = SceneShelf().get(*place)
     controller = make_controller("learned", scene.world, config)
     assert isinstance(controller, GuidedController)
-    rig = Rig(scene, config, shipped_forest(), controller)
-    asker = Asker(rig, controller)
+    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
+    asker = Asker(simulated_robot, controller)
     task = scene.world.tasks[0]
     task = replace(task, goals=task.goals[:goals])
-    legs = run_trial(rig, task, JudgeConfig(), np.random.default_rng([place[1], 1]), asker)
-    rig.close()
-    return Drive(asker.known, asker.clear, [(str(leg.outcome), leg.time, leg.spl) for leg in legs])
+    attempts = run_trial(
+        simulated_robot, task, TerminationConfig(), np.random.default_rng([place[1], 1]), asker
+    )
+    simulated_robot.close()
+    return Drive(
+        asker.known,
+        asker.clear,
+        [(str(attempt.outcome), attempt.time, attempt.spl) for attempt in attempts],
+    )
 
 
 def main() -> None:
@@ -133,7 +142,7 @@ def main() -> None:
         *given[: len(given) - len(settings)],
         *DEFAULTS[len(given) - len(settings) :],
     ]
-    config = resolve(RigConfig, None, settings, RigConfig(plant="kinematic"))
+    config = resolve(SimulatedRobotConfig, None, settings, SimulatedRobotConfig(plant="kinematic"))
     places = [(preset, seed) for seed in range(int(first), int(first) + int(count))]
     drives = [found for _, found in run_tasks(partial(drive, config, int(goals)), places, 2)]
     known = np.array([row for each in drives for row in each.known]).reshape(-1, 3)
@@ -145,11 +154,11 @@ def main() -> None:
             shares.append(f"{distance} m {walls.sum():.0f} of {len(walls)}")
         sys.stdout.write(f"rocks of {low} to {high} m known: {', '.join(shares)}\n")
     cells, walls = sum(each.clear for each in drives)
-    legs = [leg for each in drives for leg in each.legs]
+    attempts = [attempt for each in drives for attempt in each.attempts]
     sys.stdout.write(
         f"clear cells {cells}, walls {walls / cells:.4f}; goals "
-        f"{sum(leg[0] == 'goal' for leg in legs)} of {len(legs)}, time "
-        f"{np.mean([leg[1] for leg in legs]):.1f} s, SPL {np.mean([leg[2] for leg in legs]):.3f}\n"
+        f"{sum(attempt[0] == 'goal' for attempt in attempts)} of {len(attempts)}, time "
+        f"{np.mean([attempt[1] for attempt in attempts]):.1f} s, SPL {np.mean([attempt[2] for attempt in attempts]):.3f}\n"
     )
 
 

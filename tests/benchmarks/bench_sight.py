@@ -15,35 +15,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
-from andabata.evaluation.failure_cause import hazard_met
+from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.trial import run_trial
-from andabata.localization.noisy_ground_truth import NoisyTruthConfig
+from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
-from andabata.navigation.planning.ground_layer import SquareMap
-from andabata.tasks.episode_monitor import JudgeConfig, Outcome
+from andabata.navigation.planning.ground_layer import GroundLayer
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from tests.benchmarks.bench_squares import forbidden, moved
-from traversability.cartesian.elevation_grid import EVER, Tiles
-from traversability.cartesian.features import NEAREST, REACH, SQUARE, SquareFeatures
+from traversability.cartesian.elevation_grid import EVER, ElevationGrid
+from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
 from worlds.scenes import SceneShelf
 
 GOALS = 3
 SIGHTS = ("as it is", "true pose", "true squares", "true map", "oracle")
-KNOWN_POSE = RigConfig(
-    localizer="truth", errors=NoisyTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+KNOWN_POSE = SimulatedRobotConfig(
+    localizer="truth",
+    errors=NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0),
 )
 
 
-def know(rig: Rig, squares: SquareMap, unseen: bool) -> None:
+def know(simulated_robot: SimulatedRobot, squares: GroundLayer, unseen: bool) -> None:
     """Write the truth where squares are judged, or within their reach, seen or not."""
-    features, config = SquareFeatures(), rig.config.local_map.squares
-    reach = int(REACH / rig.config.local_map.cell) + 1
+    features, config = GroundFeatures(), simulated_robot.config.local_planner.squares
+    reach = int(REACH / simulated_robot.config.local_planner.cell) + 1
     around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
 
-    def take(tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER) -> None:
+    def take(
+        tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+    ) -> None:
         squares.follow(here)
         places, edge = around + squares.centre, SQUARE * tiles.cell
         if not unseen:
@@ -52,9 +55,12 @@ def know(rig: Rig, squares: SquareMap, unseen: bool) -> None:
         middles = (places + 0.5) * edge - here
         far = np.hypot(*middles.T)
         near = (far >= NEAREST) & (far <= REACH)
-        there, true = rig.localizer.odometry, rig.simulator.vehicle.state.pose
+        there, true = (
+            simulated_robot.localizer.odometry,
+            simulated_robot.simulator.vehicle.state.pose,
+        )
         spots = moved(*middles[near].T, true.yaw - there.yaw) + true.position[:2]
-        red, _ = forbidden(rig.scene.world.truth, spots)
+        red, _ = forbidden(simulated_robot.scene.world.truth, spots)
         i, j = (places[near] & (len(squares.odds) - 1)).T
         squares.odds[i, j] = np.where(red, config.most, -config.most)
 
@@ -63,21 +69,23 @@ def know(rig: Rig, squares: SquareMap, unseen: bool) -> None:
 
 def drive(sight: str, place: tuple[str, int]) -> tuple[list[float], str]:
     """Return the SPL of each goal that a drive reached in a row, and what ended it."""
-    config = KNOWN_POSE if sight == "true pose" else RigConfig()
+    config = KNOWN_POSE if sight == "true pose" else SimulatedRobotConfig()
     scene = SceneShelf().get(*place)
     law = "oracle" if sight == "oracle" else "learned"
     controller = make_controller(law, scene.world, config)
-    rig = Rig(scene, config, shipped_forest(), controller)
+    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
     if sight in ("true squares", "true map"):
         assert isinstance(controller, GuidedController)
-        squares = controller.local_map.evidence.squares
+        squares = controller.local_planner.evidence.squares
         assert squares is not None
-        know(rig, squares, sight == "true map")
+        know(simulated_robot, squares, sight == "true map")
     rng = np.random.default_rng([place[1], 1])
-    legs = run_trial(rig, scene.world.tasks[0], JudgeConfig(), rng)
-    rig.close()
-    met = hazard_met(scene.world, legs[-1].path[-1], legs[-1].outcome)
-    return [leg.spl for leg in legs if leg.outcome is Outcome.GOAL], str(met or legs[-1].outcome)
+    attempts = run_trial(simulated_robot, scene.world.tasks[0], TerminationConfig(), rng)
+    simulated_robot.close()
+    met = failure_cause(scene.world, attempts[-1].path[-1], attempts[-1].outcome)
+    return [attempt.spl for attempt in attempts if attempt.outcome is Outcome.GOAL], str(
+        met or attempts[-1].outcome
+    )
 
 
 def main() -> None:

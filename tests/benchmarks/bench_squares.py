@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 from sklearn.metrics import average_precision_score, roc_auc_score
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.trial import run_trial
-from andabata.models import shipped_forest, shipped_squares
+from andabata.models import shipped_forest, shipped_ground_classifier
 from andabata.navigation.navigator import Step
-from andabata.navigation.planning.ground_layer import SquareMap
-from andabata.navigation.planning.local_planner import LocalMapConfig
-from andabata.tasks.episode_monitor import JudgeConfig
-from traversability.cartesian.classifier import SquareForest
-from traversability.cartesian.elevation_grid import Tiles
-from traversability.cartesian.features import SQUARE_FEATURES, SquareFeatures
+from andabata.navigation.planning.ground_layer import GroundLayer
+from andabata.navigation.planning.local_planner import LocalPlannerConfig
+from andabata.tasks.episode_monitor import TerminationConfig
+from traversability.cartesian.classifier import GroundClassifier
+from traversability.cartesian.elevation_grid import ElevationGrid
+from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from traversability.grid import PolarGrid
 from worlds.scenes import SceneShelf
 from worlds.truth import Reason, TraversabilityMap
@@ -35,7 +35,7 @@ from worlds.world import World
 
 BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
 MAP_BANDS = ((0.7, 2.5), (2.5, 5.0))
-CONFIG = LocalMapConfig()
+CONFIG = LocalPlannerConfig()
 WALL = CONFIG.wall / CONFIG.certain * CONFIG.squares.most
 """Log odds from which a square is a wall."""
 
@@ -46,10 +46,10 @@ EVERY = 5
 class Watcher:
     """Gathers, for each square of each cloud, what was said of it and what is true."""
 
-    def __init__(self, world: World, grid: PolarGrid, forest: SquareForest) -> None:
+    def __init__(self, world: World, grid: PolarGrid, forest: GroundClassifier) -> None:
         self._truth, self._grid, self._forest = world.truth, grid, forest
-        self._tiles, self._features = Tiles(), SquareFeatures()
-        self._map = SquareMap(CONFIG.cells, forest, CONFIG.squares)
+        self._tiles, self._features = ElevationGrid(), GroundFeatures()
+        self._map = GroundLayer(CONFIG.cells, forest, CONFIG.squares)
         self._settled = -np.inf
         self._steps = 0
         self.rows: list[NDArray[np.float64]] = []
@@ -78,7 +78,7 @@ class Watcher:
         ring = np.minimum(ring, self._grid.n_rings - 1)  # Squares reach as far as the last one.
         cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
         red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
-        far = values[:, SQUARE_FEATURES.index("range")]
+        far = values[:, GROUND_FEATURES.index("range")]
         self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
         self._map.take(self._tiles, here, span)
         reach = int(MAP_BANDS[-1][1] / 0.2) + 1
@@ -112,17 +112,26 @@ def main() -> None:
     preset = sys.argv[1] if len(sys.argv) > 1 else "natural-test"
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 7050
     count = int(sys.argv[3]) if len(sys.argv) > 3 else 6
-    forest = SquareForest.load(Path(sys.argv[4])) if len(sys.argv) > 4 else shipped_squares()
-    config = RigConfig(plant="kinematic")
+    forest = (
+        GroundClassifier.load(Path(sys.argv[4]))
+        if len(sys.argv) > 4
+        else shipped_ground_classifier()
+    )
+    config = SimulatedRobotConfig(plant="kinematic")
     rows, walls = [], []
     for seed in range(first, first + count):
         scene = SceneShelf().get(preset, seed)
         controller = make_controller("learned", scene.world, config)
-        rig = Rig(scene, config, shipped_forest(), controller)
+        simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
         watcher = Watcher(scene.world, config.grid, forest)
-        rig.navigator.watch(watcher)
-        run_trial(rig, scene.world.tasks[0], JudgeConfig(), np.random.default_rng([seed, 1]))
-        rig.close()
+        simulated_robot.navigator.watch(watcher)
+        run_trial(
+            simulated_robot,
+            scene.world.tasks[0],
+            TerminationConfig(),
+            np.random.default_rng([seed, 1]),
+        )
+        simulated_robot.close()
         rows += watcher.rows
         walls += watcher.walls
     table = np.concatenate(rows)

@@ -11,7 +11,7 @@ from rl.networks import ValueCritic
 from rl.replay import Replay
 from rl.sac import SacConfig
 from rl.spaces import ObservationLayout
-from rl.training import Assignment, Episode, play, serial_sampler
+from rl.training import Episode, EpisodeSpec, play, serial_sampler
 
 
 class TurnToGoal:
@@ -71,7 +71,7 @@ def test_it_learns_to_face_the_goal():
     run(curriculum)
     policy = curriculum.policy({})
     episodes = [
-        play(TurnToGoal(), policy, 1, Assignment(0, (9, k)), explore=False) for k in range(20)
+        play(TurnToGoal(), policy, 1, EpisodeSpec(0, (9, k)), explore=False) for k in range(20)
     ]
     assert np.mean([episode.is_success for episode in episodes]) >= 0.9
 
@@ -180,7 +180,7 @@ def test_the_papers_actor_stays_near_the_one_that_drove():
         learner = ActorCritic(ObservationLayout(4), 10.0, 0.5, config, seed=1)
         rng = np.random.default_rng(2)
         driver = learner.explorer(0.0)
-        episodes = [play(TurnToGoal(), driver, 1, Assignment(0, (5, k))) for k in range(8)]
+        episodes = [play(TurnToGoal(), driver, 1, EpisodeSpec(0, (5, k))) for k in range(8)]
         states = torch.from_numpy(np.concatenate([e.states for e in episodes]))
         actions = torch.from_numpy(np.concatenate([e.actions for e in episodes]))
         before = learner.actor.log_probability(states, actions).detach()
@@ -227,9 +227,9 @@ class Recorder:
         self.assigned, self.tried = [], []
         self._play = serial_sampler([TurnToGoal() for _ in range(4)])
 
-    def __call__(self, policy, hold, assignments, explore):
-        (self.assigned if explore else self.tried).append(list(assignments))
-        return self._play(policy, hold, assignments, explore)
+    def __call__(self, policy, hold, specs, explore):
+        (self.assigned if explore else self.tried).append(list(specs))
+        return self._play(policy, hold, specs, explore)
 
 
 def test_old_stages_are_rehearsed_and_all_are_tried():

@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cartesian.context import CONTEXT_FEATURES, in_context
-from traversability.cartesian.elevation_grid import Tiles
-from traversability.cartesian.features import SQUARE_FEATURES, SquareFeatures, label_squares
+from traversability.cartesian.elevation_grid import ElevationGrid
+from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_squares
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.labels import MIN_SHARE, things
@@ -62,7 +62,7 @@ class SquareSamples:
     """Labelled squares of several clouds.
 
     Attributes:
-        features: In the order of ``SQUARE_FEATURES``, or of ``CONTEXT_FEATURES`` for the second
+        features: In the order of ``GROUND_FEATURES``, or of ``CONTEXT_FEATURES`` for the second
             look, float32, shape (n, f).
         red: Whether each is non-traversable, bool, shape (n,).
         low: Whether that is for a thing lower than ``LOW``, bool, shape (n,).
@@ -117,11 +117,11 @@ class Look:
 
 
 @dataclass(frozen=True)
-class SquareForest:
+class GroundClassifier:
     """What tells red squares from green ones.
 
     Attributes:
-        first: Knows ``SQUARE_FEATURES``.
+        first: Knows ``GROUND_FEATURES``.
         second: Knows ``CONTEXT_FEATURES``, so what a square and its neighbours were taken for.
         cell: Edge of the tiles that they know [m].
         summary: What they were trained on, ready for JSON.
@@ -138,7 +138,7 @@ class SquareForest:
         Raises:
             ValueError: If they do not, or the tiles have no size.
         """
-        if self.first.names != SQUARE_FEATURES or self.second.names != CONTEXT_FEATURES:
+        if self.first.names != GROUND_FEATURES or self.second.names != CONTEXT_FEATURES:
             raise ValueError(f"looks at {len(self.first.names)}, {len(self.second.names)} columns")
         if not self.cell > 0:
             raise ValueError(f"tiles of {self.cell} m")
@@ -152,7 +152,7 @@ class SquareForest:
         """Return the log odds of a cloud's squares for being non-traversable, shape (k,).
 
         Args:
-            features: Of all squares of the cloud, as ``SQUARE_FEATURES``, float32, shape (n, f).
+            features: Of all squares of the cloud, as ``GROUND_FEATURES``, float32, shape (n, f).
             places: The squares, int64, shape (n, 2).
             due: The k squares that are asked for, bool, shape (n,); None for all.
 
@@ -187,7 +187,7 @@ class SquareForest:
                 raise ValueError(f"format {header.get('format')!r} {header.get('version')!r}")
             first, second = (
                 Look(Trees.unpacked(arrays, header[look], f"{look}_", set(names)), names)
-                for look, names in (("first", SQUARE_FEATURES), ("second", CONTEXT_FEATURES))
+                for look, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
             )
             return cls(first, second, float(header["cell"]), dict(header["summary"]))
         except (ArrayFileError, KeyError, TypeError, ValueError) as error:
@@ -230,8 +230,8 @@ def square_samples(
     Raises:
         ValueError: If there are no squares, or one cloud has no labels.
     """
-    tiles, describer, here = Tiles(), SquareFeatures(), np.zeros(2)
-    height = SQUARE_FEATURES.index("height")
+    tiles, describer, here = ElevationGrid(), GroundFeatures(), np.zeros(2)
+    height = GROUND_FEATURES.index("height")
     features: list[NDArray[np.float32]] = []
     labels: list[NDArray[np.bool_]] = []
     for cloud in clouds:
@@ -274,7 +274,7 @@ def grow_squares(
     config: SquareConfig,
     seed: int,
     summary: dict[str, Any] | None = None,
-) -> SquareForest:
+) -> GroundClassifier:
     """Grow the classifier.
 
     Args:
@@ -288,12 +288,12 @@ def grow_squares(
         ValueError: If the squares are not of both kinds, or as ``square_samples`` says.
     """
     samples = square_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
-    first = grow_look(samples, SQUARE_FEATURES, config, seed)
+    first = grow_look(samples, GROUND_FEATURES, config, seed)
     count = len(samples.red)
     samples = square_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
     second = grow_look(samples, CONTEXT_FEATURES, config, seed)
     squares = {"squares": [count, len(samples.red)]}
-    return SquareForest(first, second, Tiles().cell, {**(summary or {}), **squares})
+    return GroundClassifier(first, second, ElevationGrid().cell, {**(summary or {}), **squares})
 
 
 def grow_look(

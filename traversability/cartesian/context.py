@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from traversability.cartesian.features import SQUARE_FEATURES
+from traversability.cartesian.features import GROUND_FEATURES
 
 CONTEXT_FEATURES = (
-    *SQUARE_FEATURES,
+    *GROUND_FEATURES,
     "alone",
     "beside_mean",
     "beside_least",
@@ -34,7 +34,7 @@ def in_context(
     """Return what the second look knows of the squares of one cloud, shape (n, c).
 
     Args:
-        features: In the order of ``SQUARE_FEATURES``, float32, shape (n, f).
+        features: In the order of ``GROUND_FEATURES``, float32, shape (n, f).
         odds: Log odds of the first look, shape (n,).
         places: The squares, each once, int64, shape (n, 2).
 

@@ -1,4 +1,4 @@
-"""Tiles: what a cloud shows of each decimetre of the ground around a place."""
+"""ElevationGrid: what a cloud shows of each decimetre of the ground around a place."""
 
 from typing import Annotated
 
@@ -43,7 +43,7 @@ Wrapping = Annotated[int, AfterValidator(_wrapping)]
 """Cells along an edge of a square that moves with the robot: a power of 2."""
 
 
-class Tiles:
+class ElevationGrid:
     """A cloud in tiles, in the cloud's frame, whose z points up.
 
     Attributes:
@@ -60,7 +60,7 @@ class Tiles:
 
         Args:
             cell: Edge of a tile [m].
-            cells: Tiles along an edge of the square around the place.
+            cells: ElevationGrid along an edge of the square around the place.
         """
         self.cell = cell
         self.table = np.zeros((cells, cells, 4), dtype=np.float32)

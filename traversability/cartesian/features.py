@@ -11,11 +11,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from traversability.cartesian.elevation_grid import EVER, HIGHEST, LOWEST, MEAN, POINTS, TALL, Tiles
+from traversability.cartesian.elevation_grid import (
+    EVER,
+    HIGHEST,
+    LOWEST,
+    MEAN,
+    POINTS,
+    TALL,
+    ElevationGrid,
+)
 from traversability.cloud import PointCloud
 
 SQUARE = 2
-"""Tiles along a square's edge."""
+"""ElevationGrid along a square's edge."""
 
 REACH = 10.0
 """Squares further away are not judged [m]. Between 5 and 10 m half of them show points: what stands
@@ -28,10 +36,10 @@ _WINDOWS = (2, 4, 8)
 """The windows around a square reach so many tiles beyond it."""
 
 _FLAT = 0.1
-"""Tiles whose points differ by more stand out of the ground and are kept out of the planes [m]."""
+"""ElevationGrid whose points differ by more stand out of the ground and are kept out of the planes [m]."""
 
 _FEW = 5
-"""Tiles that make a plane."""
+"""ElevationGrid that make a plane."""
 
 _SHARED = 5
 """Features that do not belong to a window."""
@@ -42,7 +50,7 @@ _OF_WINDOW = 7
 _UNKNOWN = -1.0
 """Value of what cannot be told."""
 
-SQUARE_FEATURES = (
+GROUND_FEATURES = (
     "points",
     "tiles",
     "spread",
@@ -61,12 +69,12 @@ lies beside the plane [m], how far the highest and the lowest of its own tiles d
 point in them [m]."""
 
 
-class SquareFeatures:
+class GroundFeatures:
     """Describes the squares of clouds; its memory lives as long as it does.
 
     Attributes:
         places: Squares of the last cloud, int64, shape (k, 2).
-        values: In the order of ``SQUARE_FEATURES``, float32, shape (k, f).
+        values: In the order of ``GROUND_FEATURES``, float32, shape (k, f).
         due: Whether they were asked for, bool, shape (k,); the others lie beside one that was.
     """
 
@@ -74,12 +82,12 @@ class SquareFeatures:
         """Begin without a cloud."""
         self._count = 0
         self._places = np.zeros((0, 2), dtype=np.int64)
-        self._values = np.zeros((0, len(SQUARE_FEATURES)), dtype=np.float32)
+        self._values = np.zeros((0, len(GROUND_FEATURES)), dtype=np.float32)
         self._due = np.zeros(0, dtype=np.bool_)
         self._flat = np.zeros((2, 0, 0))
 
     def describe(
-        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
     ) -> None:
         """Describe the squares of a cloud around a place, and those beside them.
 
@@ -92,7 +100,7 @@ class SquareFeatures:
         most = (2 * int(REACH / (SQUARE * tiles.cell)) + 3) ** 2
         if len(self._places) < most:
             self._places = np.zeros((most, 2), dtype=np.int64)
-            self._values = np.zeros((most, len(SQUARE_FEATURES)), dtype=np.float32)
+            self._values = np.zeros((most, len(GROUND_FEATURES)), dtype=np.float32)
             self._due = np.zeros(most, dtype=np.bool_)
         if self._flat.shape[1] != len(tiles.table):
             self._flat = np.zeros((2, *tiles.table.shape[:2]))
@@ -126,7 +134,7 @@ def label_squares(
     cloud: PointCloud,
     bad: NDArray[np.bool_],
     share: float,
-    tiles: Tiles,
+    tiles: ElevationGrid,
     places: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
     """Return which squares of a cloud have a tile whose points below crowns are bad.
@@ -163,7 +171,7 @@ def label_squares(
 def _flatten(table, centre, flat):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write which tiles are flat, 1 or 0, and their mean heights, else 0.
 
-    Tiles stand in the square's own order, so that windows are rows of memory.
+    ElevationGrid stand in the square's own order, so that windows are rows of memory.
     """
     n = len(table)
     for i in range(n):

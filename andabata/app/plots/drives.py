@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from andabata.app.plots.axes import draw_ranges, png
 from andabata.evaluation.evaluate import Failure
-from andabata.evaluation.trial import Leg
+from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.pose import Pose
-from andabata.records.atomic_io import write_atomically
+from andabata.records import atomic_io
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
@@ -95,7 +95,7 @@ def drive_picture(
     return png(figure)
 
 
-def tests_picture(world: World, drives: Mapping[str, Sequence[Leg]], title: str) -> bytes:
+def tests_picture(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> bytes:
     """Return drives in one world from above, on the true map; a cross where one came to grief.
 
     Args:
@@ -106,13 +106,13 @@ def tests_picture(world: World, drives: Mapping[str, Sequence[Leg]], title: str)
     figure = Figure(figsize=(9, 9), layout="constrained")
     axes = figure.add_subplot()
     _draw_ground(axes, world)
-    for name, legs in drives.items():
+    for name, attempts in drives.items():
         (line,) = axes.plot([], [], linewidth=1.8, label=name)
-        for leg in legs:
-            axes.plot(*leg.path[:, :2].T, color=line.get_color(), linewidth=1.8)
-            if leg.outcome is not Outcome.GOAL:
-                axes.plot(*leg.path[-1, :2], "x", color=line.get_color(), markersize=11)
-        _draw_tasks(axes, world.tasks[: len(legs)])
+        for attempt in attempts:
+            axes.plot(*attempt.path[:, :2].T, color=line.get_color(), linewidth=1.8)
+            if attempt.outcome is not Outcome.GOAL:
+                axes.plot(*attempt.path[-1, :2], "x", color=line.get_color(), markersize=11)
+        _draw_tasks(axes, world.tasks[: len(attempts)])
     axes.legend(loc="upper right")
     axes.set_title(title)
     return png(figure)
@@ -142,7 +142,7 @@ def write_failure(folder: Path, failure: Failure) -> None:
     row = failure.row
     name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
     title = f"{name}: {row['outcome']}, {row['hazard']}"
-    write_atomically(folder / f"{name}.png", failure_picture(failure, title))
+    atomic_io.write(folder / f"{name}.png", failure_picture(failure, title))
 
 
 def failure_picture(failure: Failure, title: str) -> bytes:
@@ -154,7 +154,7 @@ def failure_picture(failure: Failure, title: str) -> bytes:
     """
     figure = Figure(figsize=(16, 8), layout="constrained")
     left, right = figure.subplots(1, 2)
-    here, goal, path = failure.pose.position[:2], failure.goal, failure.leg.path
+    here, goal, path = failure.pose.position[:2], failure.goal, failure.attempt.path
     for axes, reach in ((left, 1.2 * max(float(np.hypot(*(goal - here))), 15.0)), (right, 6.0)):
         _draw_ground(axes, failure.world)
         axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)

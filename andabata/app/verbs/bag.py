@@ -39,16 +39,16 @@ def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
 
     Counts are of what is in the file. The exit code is 3 when a part of the file is damaged.
     """
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.records.summary import summarise
 
-    voice = Voice(quiet, as_json)
-    with voice.progress("messages", None) as step:
+    console = Console(quiet, as_json)
+    with console.progress("messages", None) as step:
         found = summarise(file, lambda: step(1))
     rows = [topic.to_json() for topic in found.topics]
     data = {"file": str(file), "duration_s": found.duration_s, "topics": rows}
     data |= {"left_out": _left_out(found.left_out), "notes": list(found.notes)}
-    voice.result(data, _table(found, f"{file.name}, {found.duration_s:.1f} s"))
+    console.result(data, _table(found, f"{file.name}, {found.duration_s:.1f} s"))
     told = {row["topic"]: row["reason"] for row in rows if not row["readable"]}
     lines = [f"{topic} can't be read: {reason}" for topic, reason in told.items()]
     lines += _notes([each for each in found.left_out if each.topic not in told], found.notes)
@@ -56,7 +56,7 @@ def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
         for line in lines:
             typer.echo(line)
     if found.damaged:
-        voice.say(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
+        console.status(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
         raise typer.Exit(3)
 
 
@@ -115,15 +115,15 @@ def replay(
 ) -> None:
     """Send a recording through the navigator and compare scans and commands with the recorded.
 
-    Senses are turned into the robot's axes by /tf_static and /tf, or by --mounting. The exit code
+    Readings are turned into the robot's axes by /tf_static and /tf, or by --mounting. The exit code
     is 3 when data were left out, 1 when no scan could be made.
     """
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.datum import datum_notes, datum_overrides
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.settings import resolve
     from andabata.app.usage import pairs, units
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
     from andabata.models import Models
     from andabata.replay.replay import replay_bag
@@ -131,15 +131,15 @@ def replay(
 
     overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
 
-    def configure(recorded: RigConfig) -> RigConfig:
+    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
-        return resolve(RigConfig, config, overrides, recorded.model_copy(update=body))
+        return resolve(SimulatedRobotConfig, config, overrides, recorded.model_copy(update=body))
 
     mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
     told = units(unit or ())
-    voice = Voice(quiet, as_json)
-    with voice.progress("recorded seconds", None) as step:
+    console = Console(quiet, as_json)
+    with console.progress("recorded seconds", None) as step:
         data = replay_bag(
             file,
             controller,
@@ -152,12 +152,12 @@ def replay(
             told,
         )
     if data["same_models"] is False:
-        voice.say("note: other models drove; scans and commands may differ")
+        console.status("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":
-        voice.say(f"note: cells are made of {data['laser']}")
+        console.status(f"note: cells are made of {data['laser']}")
     for note in datum_notes(data):
-        voice.say(f"note: {note}")
-    voice.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
+        console.status(f"note: {note}")
+    console.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
     if not data["scans"]:
         raise UnscannedError(why_no_scan(data))
     if data["left_out"]:
@@ -174,17 +174,17 @@ def salvage(
     quiet: Quiet = False,
 ) -> None:
     """Keep what is whole of a recording. The exit code is 3 when something was lost."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.records.salvage import salvage as keep
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     found = keep(file, out)
     data = {"file": str(out), "messages": found.messages, "lost": found.lost}
     data |= {"lost_messages": found.lost_messages, "reason": found.reason}
     count = "an unknown number of" if found.lost_messages is None else found.lost_messages
     ending = f"{count} messages lost: {found.reason}" if found.lost else "nothing was lost"
     lines = [f"{out}: {found.messages} messages; {ending}", *_notes((), found.notes)]
-    voice.result(data | {"notes": list(found.notes)}, "\n".join(lines))
+    console.result(data | {"notes": list(found.notes)}, "\n".join(lines))
     if found.lost:
         raise typer.Exit(3)
 
@@ -204,11 +204,11 @@ def export(
     Arrays of more than 64 bytes are written as base64, others of more than 4,096 values as a JSON
     list. The exit code is 3 when messages were left out.
     """
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.records.export import export_bag
 
-    voice = Voice(quiet, as_json)
-    with voice.progress("messages", None) as step:
+    console = Console(quiet, as_json)
+    with console.progress("messages", None) as step:
         found = export_bag(file, out, tuple(topic) if topic else None, lambda: step(1))
     data = {
         "files": [str(path) for path in found.files],
@@ -216,7 +216,7 @@ def export(
         "notes": list(found.notes),
     }
     lines = [f"{len(found.files)} files in {out}", *_notes(found.left_out, found.notes)]
-    voice.result(data, "\n".join(lines))
+    console.result(data, "\n".join(lines))
     if found.left_out:
         raise typer.Exit(3)
 

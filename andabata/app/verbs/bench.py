@@ -41,23 +41,23 @@ def speed(
     """
     if context.invoked_subcommand is not None:
         return
-    from andabata.app.console import Voice, table_of
+    from andabata.app.console import Console, table_of
     from andabata.app.plots.bench import speed_picture
     from andabata.bench.speed import race, races
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     rows: list[dict[str, Any]] = []
     names = []
     for contest in races(world, seed):
         names.append(contest.name)
         if only in contest.name:
-            voice.say(contest.name)
-            rows += race(contest, runs, seconds, voice.say)
+            console.status(contest.name)
+            rows += race(contest, runs, seconds, console.status)
     if not rows:
         raise ValueError(f"only: expected part of one of {', '.join(names)}, got {only!r}")
     if out is not None:
-        write_atomically(out, speed_picture(rows))
+        atomic_io.write(out, speed_picture(rows))
     table = [
         {
             "work": row["name"],
@@ -68,7 +68,7 @@ def speed(
         }
         for row in rows
     ]
-    voice.result({"rows": rows}, table_of(table, f"medians of {runs} turns"))
+    console.result({"rows": rows}, table_of(table, f"medians of {runs} turns"))
 
 
 @app.command()
@@ -96,7 +96,7 @@ def perception(
     Without `--tune-on` the judging clouds' own training split tunes. Peers that are not installed
     (extra `peers`) are named and left out.
     """
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.bench.perception import OURS, Bench, compare, judge_hazards, tune
     from andabata.bench.perception import train_point_classifier as train_points
     from andabata.bench.perception_peers import PEERS
@@ -105,7 +105,7 @@ def perception(
     from traversability.dataset import DatasetError, read_clouds, read_manifest
     from traversability.forest import Forest
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     loaded = Forest.load(forest) if forest else shipped_forest()
     manifest = read_manifest(clouds)
     source, split = (tune_on, "validation") if tune_on else (clouds, "train")
@@ -121,21 +121,21 @@ def perception(
         try:
             settings = tune(peer, tuning_clouds, loaded.grid)
         except ImportError as error:
-            voice.say(f"{peer.name}: left out, {error.name} is not installed (extra `peers`)")
+            console.status(f"{peer.name}: left out, {error.name} is not installed (extra `peers`)")
             continue
-        voice.say(f"{peer.name}: {settings}")
+        console.status(f"{peer.name}: {settings}")
         tuned.append((peer.name, tuple(settings.items())))
     trained = None
     if points:
-        voice.say(f"growing the point classifier on {points} clouds")
+        console.status(f"growing the point classifier on {points} clouds")
         trained = train_points(source, source_manifest, loaded.grid, points, seed)
     bench = Bench(loaded.to_bytes(), trained, tuple(tuned))
     total = len(manifest.of("validation"))
-    with voice.progress("clouds", total) as step:
+    with console.progress("clouds", total) as step:
         scores = compare(bench, clouds, manifest, workers, step)
     hazards = []
     if sides:
-        with voice.progress("hazards", len(list(hazard_cases(sides)))) as step:
+        with console.progress("hazards", len(list(hazard_cases(sides)))) as step:
             hazards = judge_hazards(bench.forest, sides, 0, workers, step)
     rows = _rows(scores, scores[OURS])
     data = {
@@ -145,7 +145,7 @@ def perception(
         "settings": {name: dict(settings) for name, settings in tuned},
         "clouds": total,
     }
-    voice.result(data, _tables(scores, hazards))
+    console.result(data, _tables(scores, hazards))
 
 
 @app.command()
@@ -164,22 +164,22 @@ def localization(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge the filter on whole drives, and what motion does to clouds and virtual scans."""
-    from andabata.app.console import Voice
+    """EpisodeMonitor the filter on whole drives, and what motion does to clouds and virtual scans."""
+    from andabata.app.console import Console
     from andabata.app.settings import resolve
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.localization import summarise_tracks, track_drives
     from andabata.bench.motion import GROUNDS, SPEEDS, TURNS, ride_clouds
 
-    voice = Voice(quiet, as_json)
-    resolved = resolve(RigConfig, config, settings or ())
-    with voice.progress("drives", drives) as step:
+    console = Console(quiet, as_json)
+    resolved = resolve(SimulatedRobotConfig, config, settings or ())
+    with console.progress("drives", drives) as step:
         tracked = track_drives(world, drives, seed, resolved, workers, step)
     figures = summarise_tracks(tracked)
     rows: list[dict[str, Any]] = []
     if rides:
         total = rides * len(GROUNDS) * len(SPEEDS) * len(TURNS)
-        with voice.progress("rides", total) as step:
+        with console.progress("rides", total) as step:
             rows = ride_clouds(resolved, rides, seed, workers, step)
     units = {"m": "m", "deg": "deg"}
     data = {
@@ -198,7 +198,7 @@ def localization(
         "localization": figures,
         "motion": rows,
     }
-    voice.result(data, _localization_text(figures, rows))
+    console.result(data, _localization_text(figures, rows))
 
 
 def _localization_text(figures: dict[str, Any], rows: list[dict[str, Any]]) -> str:
@@ -247,15 +247,15 @@ def vehicle(
     """Measure a body in the reference plant: turning, slopes, obstacles, tipping over."""
     from rich.console import Group
 
-    from andabata.app.console import Voice, table_of
+    from andabata.app.console import Console, table_of
     from andabata.app.plots.bench import vehicle_picture
     from andabata.bench.vehicle import obstacles, plants, slopes, tipping, turning
     from andabata.machine.robot import RobotModel
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
 
-    voice, model = Voice(quiet, as_json), RobotModel.load(robot)
+    console, model = Console(quiet, as_json), RobotModel.load(robot)
     found: dict[str, Any] = {"robot": robot}
-    with voice.progress("parts", 5) as step:
+    with console.progress("parts", 5) as step:
         for name, part in (
             ("turning", turning),
             ("slopes", slopes),
@@ -267,14 +267,14 @@ def vehicle(
         found["plants"] = plants(model, seed)
         step()
     if picture is not None:
-        write_atomically(picture, vehicle_picture(found))
+        atomic_io.write(picture, vehicle_picture(found))
     tables = [
         table_of(found["turning"], f"{robot}: yaw rate achieved over commanded"),
         table_of(found["slopes"], "slopes"),
         table_of(found["obstacles"], "10 s towards something 1.5 m ahead"),
         table_of([found["tipping"] | found["plants"]], "tipping over, and the two plants apart"),
     ]
-    voice.result(found, Group(*tables))
+    console.result(found, Group(*tables))
 
 
 @app.command()
@@ -292,31 +292,31 @@ def chain(
     quiet: Quiet = False,
 ) -> None:
     """Say where the time of a control step goes, from plant to policy."""
-    from andabata.app.console import Voice, table_of
+    from andabata.app.console import Console, table_of
     from andabata.app.settings import resolve
     from andabata.app.usage import words
     from andabata.assembly.controllers import BLIND_CONTROLLERS
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.chain import bench_chain
 
     (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     chosen = [
         (plant, count)
         for plant in words(plants, ("kinematic", "bullet"), "--plants")
         for count in words(beams, ("1081", "541", "271"), "--beams")
     ]
     rows: list[dict[str, Any]] = []
-    with voice.progress("runs", runs * len(chosen)) as step:
+    with console.progress("runs", runs * len(chosen)) as step:
         for plant, count in chosen:
             overrides = [f"plant={plant}", f"sensing.lidar.beams={count}", *(settings or ())]
-            resolved = resolve(RigConfig, config, overrides)
+            resolved = resolve(SimulatedRobotConfig, config, overrides)
             rows += bench_chain(resolved, world, seed, steps, runs, name, lambda: step(1))
     names = list(dict.fromkeys(row["name"] for row in rows))
     values = {(row["name"], row["subject"]): row["value"] for row in rows}
     subjects = list(dict.fromkeys(row["subject"] for row in rows))
     table = [{"stage": n} | {s: f"{values[n, s]:.0f}" for s in subjects} for n in names]
-    voice.result({"rows": rows}, table_of(table, "us of a control step of 0.1 s, one core"))
+    console.result({"rows": rows}, table_of(table, "us of a control step of 0.1 s, one core"))
 
 
 _FIGURES = ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")

@@ -48,11 +48,11 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Grow a forest on the training clouds and judge it on the validation clouds."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.plots.perception import confusion_picture, importance_picture
     from andabata.app.settings import resolve
     from andabata.evaluation.classifier import judge_forest, tables
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from andabata.records.runs import describe, make_folder, write_json
     from traversability.dataset import join_samples, read_manifest, split_samples
     from traversability.forest_training import (
@@ -64,15 +64,17 @@ def train(
     )
     from traversability.grid import PolarGrid
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     resolved = resolve(ForestConfig, config, settings or (), base)
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
     pairs = zip(folders, manifests, strict=True)
-    with voice.progress("clouds", sum(len(manifest.of("train")) for manifest in manifests)) as step:
+    with console.progress(
+        "clouds", sum(len(manifest.of("train")) for manifest in manifests)
+    ) as step:
         samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
-    voice.say(f"growing {resolved.trees} trees on {len(samples.red)} cells")
+    console.status(f"growing {resolved.trees} trees on {len(samples.red)} cells")
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
         "clouds_seeds": [manifest.seed for manifest in manifests],
@@ -83,11 +85,11 @@ def train(
     }
     forest = grow_forest(samples, grid, resolved, seed, summary)
     make_folder(out)
-    write_atomically(out / "forest.npz", forest.to_bytes())  # Before judging: it took minutes.
+    atomic_io.write(out / "forest.npz", forest.to_bytes())  # Before judging: it took minutes.
     scores = judge_forest(forest, clouds, manifests[0], "validation")
-    write_atomically(out / "confusion.png", confusion_picture(scores))
+    atomic_io.write(out / "confusion.png", confusion_picture(scores))
     worth = importances(forest, samples, seed)
-    write_atomically(out / "importances.png", importance_picture(worth))
+    atomic_io.write(out / "importances.png", importance_picture(worth))
     data: dict[str, Any] = {
         **scores,
         "importances": worth,
@@ -96,7 +98,7 @@ def train(
     }
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier train", resolved.model_dump(), seed))
-    voice.result(data, tables(data, samples))
+    console.result(data, tables(data, samples))
 
 
 @app.command()
@@ -106,8 +108,8 @@ def evaluate(
     split: Annotated[SplitName, typer.Option(help="Clouds to judge on.")] = SplitName.VALIDATION,
     as_json: Json = False,
 ) -> None:
-    """Judge a forest on the clouds of a folder."""
-    from andabata.app.console import Voice
+    """EpisodeMonitor a forest on the clouds of a folder."""
+    from andabata.app.console import Console
     from andabata.evaluation.classifier import judge_forest, tables
     from andabata.models import shipped_forest
     from traversability.dataset import read_manifest
@@ -116,7 +118,7 @@ def evaluate(
     loaded = Forest.load(forest) if forest else shipped_forest()
     scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
-    Voice(as_json=as_json).result(data, tables(data))
+    Console(as_json=as_json).result(data, tables(data))
 
 
 @app.command()
@@ -135,16 +137,16 @@ def squares(
 
     import numpy as np
 
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.settings import resolve
     from andabata.evaluation.classifier import judge_squares, squares_table
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from andabata.records.runs import describe, make_folder, write_json
     from traversability.cartesian.classifier import SquareConfig, grow_squares, square_samples
     from traversability.cloud import PointCloud
     from traversability.dataset import every_second_world, read_clouds, read_manifest
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     resolved = resolve(SquareConfig, config, settings or ())
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
@@ -153,10 +155,10 @@ def squares(
     def training(half: int) -> Iterator[PointCloud]:
         parts = [pair[half] for pair in halves]
         total = sum(len(part.clouds) for part in parts)
-        with voice.progress(f"clouds of the {('first', 'second')[half]} look", total) as step:
+        with console.progress(f"clouds of the {('first', 'second')[half]} look", total) as step:
             for pair in zip(folders, parts, strict=True):
                 yield from read_clouds(*pair, "train", step)
-            voice.say(f"growing {resolved.trees} trees")
+            console.status(f"growing {resolved.trees} trees")
 
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
@@ -166,14 +168,14 @@ def squares(
     }
     forest = grow_squares((training(0), training(1)), resolved, seed, summary)
     make_folder(out)
-    write_atomically(out / "squares.npz", forest.to_bytes())
+    atomic_io.write(out / "squares.npz", forest.to_bytes())
     judging = read_clouds(clouds, manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
     held = square_samples(judging, resolved.share, rng, forest.first)
     data = {**judge_squares(forest, held), "out": str(out)}
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier squares", resolved.model_dump(), seed))
-    voice.result(data, squares_table(data))
+    console.result(data, squares_table(data))
 
 
 @app.command()
@@ -184,12 +186,14 @@ def export(
     quiet: Quiet = False,
 ) -> None:
     """Write a forest as ONNX: features of cells in, probability of red out."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.models import shipped_forest
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from traversability.export import forest_to_onnx
     from traversability.forest import Forest
 
     data = forest_to_onnx(Forest.load(forest) if forest else shipped_forest())
-    write_atomically(out, data)
-    Voice(quiet, as_json).result({"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes")
+    atomic_io.write(out, data)
+    Console(quiet, as_json).result(
+        {"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes"
+    )

@@ -27,7 +27,7 @@ def generate(
     quiet: Quiet = False,
 ) -> None:
     """Write labelled clouds of many worlds, with a manifest and a card."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import UsageError
     from andabata.datasets.generate import generate_dataset
@@ -35,10 +35,10 @@ def generate(
 
     if train + validation == 0:
         raise UsageError("--train, --validation: expected at least one cloud, got none")
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     base = with_parts(CloudsConfig, sensor)
     resolved = resolve(CloudsConfig, config, settings or (), base)
-    with voice.progress("clouds", train + validation) as step:
+    with console.progress("clouds", train + validation) as step:
         manifest = generate_dataset(
             out, resolved, {"train": train, "validation": validation}, seed, workers, step, kitti
         )
@@ -50,7 +50,9 @@ def generate(
         "config_sha256": manifest.config_sha256,
         "sha256": {entry.file: entry.sha256 for entry in manifest.clouds},
     }
-    voice.result(data, f"{len(manifest.clouds)} clouds of {points:.0f} points on average in {out}")
+    console.result(
+        data, f"{len(manifest.clouds)} clouds of {points:.0f} points on average in {out}"
+    )
 
 
 @app.command()
@@ -67,21 +69,21 @@ def convert(
 
     The exit code is 3 when the new format has no room for some of them.
     """
-    from andabata.app.console import Voice
-    from andabata.records.atomic_io import write_atomically
+    from andabata.app.console import Console
+    from andabata.records import atomic_io
     from traversability.files import cloud_to_bytes, decode_cloud_file, left_out_by
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     kind = out.suffix[1:].lower()
     decoded = decode_cloud_file(file, columns)
     cloud = decoded.cloud
-    write_atomically(out, cloud_to_bytes(cloud, kind, decoded.others, decoded.spacing))
+    atomic_io.write(out, cloud_to_bytes(cloud, kind, decoded.others, decoded.spacing))
     left_out = left_out_by(kind, decoded)
     notes = [*decoded.remarks]
     if left_out:
         notes.append(f"{kind} has no room for {', '.join(left_out)}: left out")
     for note in notes:
-        voice.say(f"note: {file.name}: {note}")
+        console.status(f"note: {file.name}: {note}")
     data = {
         "out": str(out),
         "points": len(cloud),
@@ -91,6 +93,6 @@ def convert(
         "notes": notes,
     }
     none = f"; {decoded.no_returns} no-returns left out" if decoded.no_returns else ""
-    voice.result(data, f"{len(cloud)} points in {out}{none}")
+    console.result(data, f"{len(cloud)} points in {out}{none}")
     if left_out:
         raise typer.Exit(3)

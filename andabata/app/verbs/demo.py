@@ -19,11 +19,11 @@ def demo(
     quiet: Quiet = False,
 ) -> None:
     """Make clouds, grow a forest, learn a little, drive a natural world, and report it."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.demonstration import Demonstration, DemonstrationConfig
     from andabata.app.settings import resolve
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     resolved = resolve(DemonstrationConfig, config, settings or ())
-    result = Demonstration(resolved, out, seed, workers, voice, sensor).run()
-    voice.result(result, f"report: {result['report']}")
+    result = Demonstration(resolved, out, seed, workers, console, sensor).run()
+    console.result(result, f"report: {result['report']}")

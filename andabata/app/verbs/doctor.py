@@ -36,7 +36,7 @@ _SYSTEM = (
 
 def doctor(as_json: Json = False) -> None:
     """Check the installation: versions, system libraries, package origins."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.import_guard import check_origins
     from andabata.records.runs import commit
 
@@ -54,7 +54,7 @@ def doctor(as_json: Json = False) -> None:
     lines.append(f"packages lie beside each other in {found['origins']['andabata']}")
     if broken:
         lines.append(f"a system library may be missing: {_SYSTEM}")
-    Voice(as_json=as_json).result(found, "\n".join(lines))
+    Console(as_json=as_json).result(found, "\n".join(lines))
     if broken:
         raise typer.Exit(1)
 

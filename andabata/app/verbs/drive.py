@@ -47,21 +47,26 @@ def drive(
     quiet: Quiet = False,
 ) -> None:
     """Visit the goals of one task in a row and draw the way."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.plots.drives import drive_picture
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
     from andabata.assembly.controllers import CONTROLLERS
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
     from andabata.models import Models
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from andabata.records.runs import describe, make_folder, write_json
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
-    voice = Voice(quiet, as_json)
-    resolved = resolve(RigConfig, config, settings or (), with_parts(RigConfig, sensor, robot))
-    with voice.progress("simulated seconds", None) as step:
+    console = Console(quiet, as_json)
+    resolved = resolve(
+        SimulatedRobotConfig,
+        config,
+        settings or (),
+        with_parts(SimulatedRobotConfig, sensor, robot),
+    )
+    with console.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,
             seed,
@@ -73,19 +78,19 @@ def drive(
             time_limit=time_limit,
         )
     make_folder(out)
-    write_atomically(
+    atomic_io.write(
         out / "drive.png",
         drive_picture(driven.world, driven.path, driven.task.goals, driven.title),
     )
     write_json(out / "drive.json", driven.as_dict())
     write_json(out / "run.json", describe("drive", resolved.model_dump(mode="json"), seed))
-    legs = "\n".join(
-        f"goal {leg['goal']}: {leg['outcome']} after {leg['time_s']:.1f} s and "
-        f"{leg['distance_m']:.1f} m, {leg['trespass_m']:.1f} m of trespass"
-        for leg in driven.as_dict()["legs"]
+    attempts = "\n".join(
+        f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
+        f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m of trespass"
+        for attempt in driven.as_dict()["legs"]
     )
     data = {**driven.as_dict(), "picture": str(out / "drive.png")}
     data.pop("path")
     data |= {"record": str(record)} if record else {}
     recorded = f"\nrecord: {record}" if record else ""
-    voice.result(data, f"{driven.title}\n{legs}\npicture: {out / 'drive.png'}{recorded}")
+    console.result(data, f"{driven.title}\n{attempts}\npicture: {out / 'drive.png'}{recorded}")

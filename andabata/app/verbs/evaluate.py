@@ -60,12 +60,12 @@ def evaluate(
 
     from rich.console import Group
 
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.plots.drives import write_failure
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import words
     from andabata.assembly.controllers import CONTROLLERS
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.evaluation.evaluate import EvaluationConfig, hazards, summarise
     from andabata.evaluation.evaluate import evaluate as run_evaluation
     from andabata.models import Models
@@ -75,7 +75,7 @@ def evaluate(
     if world not in preset_names():
         known = ", ".join(preset_names())
         raise UnknownWorldError(f"--world: expected one of {known}, got {world!r}")
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     base = EvaluationConfig(
         suite=suite,
         world=world,
@@ -83,12 +83,12 @@ def evaluate(
         trials=trials,
         goals=goals,
         seed=seed,
-        rig=with_parts(RigConfig, sensor, robot),
+        simulated_robot=with_parts(SimulatedRobotConfig, sensor, robot),
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
     models = Models.load(forest, squares, policy)
     folder = make_folder(out) if out else None
-    with voice.progress("trials", len(resolved.courses)) as step:
+    with console.progress("trials", len(resolved.scenarios)) as step:
 
         def on_trial(trial: int, rows: list[dict[str, Any]]) -> None:
             step(1, f"world {rows[0]['world_seed']}")
@@ -112,7 +112,7 @@ def evaluate(
         write_json(folder / "evaluation.json", data)
         write_json(folder / "run.json", describe("evaluate", data["config"], seed))
     worlds = dict.fromkeys(row["world"] for row in table)
-    voice.result(data, Group(*(_table(table, name) for name in worlds)))
+    console.result(data, Group(*(_table(table, name) for name in worlds)))
 
 
 def _table(rows: list[dict[str, Any]], world: str) -> "Table":

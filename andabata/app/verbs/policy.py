@@ -13,7 +13,7 @@ app = typer.Typer(no_args_is_help=True, help="Look at a policy, or export it.")
 @app.command()
 def show(policy: PolicyFile = None, as_json: Json = False) -> None:
     """Say how a policy was trained and what it takes."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.models import shipped_policy
     from rl.policy import Policy
 
@@ -33,7 +33,7 @@ def show(policy: PolicyFile = None, as_json: Json = False) -> None:
         f"trained to stage {info.get('stage')} with seed {info.get('seed')} at commit "
         f"{info.get('commit')}; --json has every setting"
     )
-    Voice(as_json=as_json).result(data, text)
+    Console(as_json=as_json).result(data, text)
 
 
 @app.command()
@@ -44,12 +44,14 @@ def export(
     quiet: Quiet = False,
 ) -> None:
     """Write a policy as ONNX: states in, yaw rates out."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.models import shipped_policy
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from rl.export import policy_to_onnx
     from rl.policy import Policy
 
     data = policy_to_onnx(Policy.load(policy) if policy else shipped_policy())
-    write_atomically(out, data)
-    Voice(quiet, as_json).result({"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes")
+    atomic_io.write(out, data)
+    Console(quiet, as_json).result(
+        {"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes"
+    )

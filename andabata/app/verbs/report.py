@@ -25,21 +25,21 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Draw the rewards, worlds, scans and test drives of training runs on one HTML page."""
-    from andabata.app.console import Voice, table_of
+    from andabata.app.console import Console, table_of
     from andabata.app.training_report import common_stages, read_runs, report_runs
     from andabata.models import Models
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from andabata.records.runs import make_folder
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     models = Models.load(forest, squares)
     found = read_runs(runs, models)
     path = out or runs[0] / "report.html"
     make_folder(path.parent)
     drives = len(found) * len(common_stages(found)) * tests
-    with voice.progress("test drives", drives) as step:
+    with console.progress("test drives", drives) as step:
         page, data = report_runs(
             found, models, tests=tests, workers=workers, on_test=lambda: step(1)
         )
-    write_atomically(path, page)
-    voice.result(data | {"report": str(path)}, table_of(data["tests"], f"report: {path}"))
+    atomic_io.write(path, page)
+    console.result(data | {"report": str(path)}, table_of(data["tests"], f"report: {path}"))

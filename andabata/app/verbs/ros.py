@@ -63,13 +63,13 @@ def navigator(
     """Be the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels."""
     import numpy as np
 
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.datum import datum_overrides
     from andabata.app.mountings import mountings_in_words, read_mountings, with_height
     from andabata.app.settings import resolve, with_parts
     from andabata.app.usage import numbers, words
     from andabata.assembly.controllers import BLIND_CONTROLLERS, make_controller
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.pose import Pose
     from andabata.models import Models
     from andabata.records.topics import POINT_CLOUD, Topic
@@ -83,14 +83,14 @@ def navigator(
         x, y, degrees = numbers(start, 3, "--start")
         pose = Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))
     target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     mountings = read_mountings(mounting or ())
     overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
 
-    def configure(base: RigConfig) -> RigConfig:
-        return resolve(RigConfig, config, overrides, base)
+    def configure(base: SimulatedRobotConfig) -> SimulatedRobotConfig:
+        return resolve(SimulatedRobotConfig, config, overrides, base)
 
-    resolved = configure(with_parts(RigConfig, "utm-30lx", robot))
+    resolved = configure(with_parts(SimulatedRobotConfig, "utm-30lx", robot))
     models = Models.load(forest, squares, policy)
     driver = make_controller(name, None, resolved, models)
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
@@ -104,11 +104,11 @@ def navigator(
             laser,
             mountings,
             given_site(configure),
-            voice.say,
+            console.status,
         )
         if target is not None:
             node.set_goal(target)
-        with voice.progress("seconds", None) as step:
+        with console.progress("seconds", None) as step:
             data = node.run(pose, seconds, lambda: step(1))
     finally:
         graph.close()
@@ -116,7 +116,7 @@ def navigator(
         f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
         f"missed; the filter is {data['health']}\n{mountings_in_words(data['frames'])}"
     )
-    voice.result(data, "\n".join([text, *(f"remark: {r}" for r in data["remark_texts"])]))
+    console.result(data, "\n".join([text, *(f"remark: {r}" for r in data["remark_texts"])]))
 
 
 @app.command()
@@ -138,26 +138,28 @@ def robot(
     """Be a simulated robot: publish its senses in real time, obey /wheel_speed_cmd."""
     import numpy as np
 
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.settings import resolve, with_parts
-    from andabata.assembly.simulated_robot import RigConfig
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.ros.graph import RosGraph
     from andabata.ros.nodes import RobotNode
-    from andabata.tasks.episode_monitor import JudgeConfig
+    from andabata.tasks.episode_monitor import TerminationConfig
     from worlds.scenes import SceneShelf
     from worlds.splits import evaluation_world
 
-    voice = Voice(quiet, as_json)
-    resolved = resolve(RigConfig, config, settings or (), with_parts(RigConfig, sensor, body))
+    console = Console(quiet, as_json)
+    resolved = resolve(
+        SimulatedRobotConfig, config, settings or (), with_parts(SimulatedRobotConfig, sensor, body)
+    )
     scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
     graph = RosGraph("andabata_robot")
     try:
         node = RobotNode(graph, scene, resolved)
-        rules = JudgeConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
-        with voice.progress("seconds", None) as step:
+        rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
+        with console.progress("seconds", None) as step:
             data = node.run(
                 scene.world.tasks[0], np.random.default_rng([seed, 0, 1]), rules, lambda: step(1)
             )
     finally:
         graph.close()
-    voice.result(data, f"{', '.join(data['outcomes'])} after {data['simulated_s']:.1f} s")
+    console.result(data, f"{', '.join(data['outcomes'])} after {data['simulated_s']:.1f} s")

@@ -54,25 +54,25 @@ def scan(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge the cells around the robot in clouds.
+    """EpisodeMonitor the cells around the robot in clouds.
 
     The sensor is taken to be level unless `--mounting` or `--level` says otherwise. A cloud with
     labels is scored against them. The exit code is 1 when no cell could be judged, 3 when some
     clouds or labels could not be read.
     """
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.report import Report
     from andabata.app.scanning import ScanConfig
     from andabata.app.settings import resolve
     from andabata.app.usage import UsageError, numbers
     from andabata.models import shipped_forest
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from traversability.forest import Forest
 
     if picture is not None and len(files) > 1:
         raise UsageError(f"--picture: expected one cloud, got {len(files)}; use --report")
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     options = {"own_body": own_body, "level": level, "n_sectors": sectors}
     overrides = [f"{name}={str(value).lower()}" for name, value in options.items()]
     at = None if sensor_at is None else numbers(sensor_at, 3, "--sensor-at")
@@ -91,19 +91,19 @@ def scan(
             if len(files) == 1:
                 raise
             found.append({"file": str(file), "error": " ".join(str(error).split())})
-            voice.say(f"error: {found[-1]['error']}")
+            console.status(f"error: {found[-1]['error']}")
             continue
-        write_atomically(where, drawn)
+        atomic_io.write(where, drawn)
         found.append({"file": str(file), **data, "picture": str(where)})
         for note in data["notes"]:
-            voice.say(f"note: {file.name}: {note}")
+            console.status(f"note: {file.name}: {note}")
         page.section(file.name, " ".join([_in_words(data), *data["notes"]]))
         page.picture(drawn, "Points, cells and ranges")
     if report is not None:
-        write_atomically(report, page.to_bytes())
+        atomic_io.write(report, page.to_bytes())
     lines = [_line(each) for each in found]
     lines += [f"report: {report}"] if report else []
-    voice.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
+    console.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
     code = _exit_code(found)
     if code:
         raise typer.Exit(code)

@@ -20,7 +20,7 @@ from andabata.app.options import (
 
 if TYPE_CHECKING:
     from andabata.training.plans import TrainingPlan
-    from rl.curriculum import Generation
+    from rl.curriculum import TrainingIteration
 
 
 def train(
@@ -48,13 +48,13 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.settings import resolve
     from andabata.models import Models
     from andabata.training.plans import TrainingPlan, load_plan
     from andabata.training.run import CHECKPOINT, learn
 
-    voice = Voice(quiet, as_json)
+    console = Console(quiet, as_json)
     chosen = _stages(stages)
     plan = load_plan(algorithm, sensor, robot)
     resolved = resolve(TrainingPlan, config, settings or (), plan)
@@ -62,7 +62,7 @@ def train(
     runs = []
     for number in range(seed, seed + seeds):
         folder = out if seeds == 1 else out / f"seed-{number}"
-        with voice.progress(f"episodes, seed {number}", _budget(resolved, chosen)) as step:
+        with console.progress(f"episodes, seed {number}", _budget(resolved, chosen)) as step:
             result = learn(
                 folder,
                 resolved,
@@ -73,18 +73,18 @@ def train(
                 # Of several runs the first may be over and the last not begun.
                 resume=resume and (seeds == 1 or (folder / CHECKPOINT).exists()),
                 changed=changed,
-                on_generation=lambda generation: step(generation.played, _told(generation)),
+                on_iteration=lambda generation: step(generation.played, _told(generation)),
             )
         runs.append(result)
-        voice.say(_ended(result))
+        console.status(_ended(result))
     if seeds == 1:
         text = f"{_ended(runs[0])}\npolicy: {out / 'policy.safetensors'}"
-        voice.result(runs[0], text)
+        console.result(runs[0], text)
         return
     last = runs[-1]["stage"]
     rates = [run["validation"][last].get(last, run["success_rate"]) for run in runs]
     data = {"runs": runs, "stage": last, "rates": rates, "worst": min(rates)}
-    voice.result(data, f"{last}: goals reached where nothing was learnt, by seed: {rates}")
+    console.result(data, f"{last}: goals reached where nothing was learnt, by seed: {rates}")
 
 
 def _budget(plan: "TrainingPlan", chosen: range) -> int:
@@ -103,7 +103,7 @@ def _ended(result: dict[str, Any]) -> str:
     )
 
 
-def _told(generation: "Generation") -> str:
+def _told(generation: "TrainingIteration") -> str:
     """Return a generation in a few words."""
     level = "" if generation.difficulty is None else f" at {generation.difficulty:.1f}"
     circling = f", {generation.circling:.0%} circle" if generation.circling else ""

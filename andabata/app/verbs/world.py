@@ -18,14 +18,14 @@ Difficulty = Annotated[
 @app.command("list")
 def list_presets(as_json: Json = False) -> None:
     """List the presets."""
-    from andabata.app.console import Voice, table_of
+    from andabata.app.console import Console, table_of
     from worlds.catalogue import presets
 
     rows = [
         {"name": name, "kind": config.kind, "about": config.about}
         for name, config in presets().items()
     ]
-    Voice(as_json=as_json).result({"worlds": rows}, table_of(rows))
+    Console(as_json=as_json).result({"worlds": rows}, table_of(rows))
 
 
 @app.command()
@@ -35,7 +35,7 @@ def show(name: Name, seed: Seed = 0, difficulty: Difficulty = None, as_json: Jso
 
     import numpy as np
 
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from worlds.catalogue import make_world
     from worlds.truth import Reason
 
@@ -63,7 +63,7 @@ def show(name: Name, seed: Seed = 0, difficulty: Difficulty = None, as_json: Jso
         "ground: " + ", ".join(f"{share:.1%} {kind}" for kind, share in shares.items()),
         f"tasks: {len(world.tasks)} with {len(world.tasks[0].goals)} goals in a row",
     ]
-    Voice(as_json=as_json).result(data, "\n".join(text))
+    Console(as_json=as_json).result(data, "\n".join(text))
 
 
 @app.command()
@@ -76,11 +76,11 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Draw a world from above and in 3D, with its tasks."""
-    from andabata.app.console import Voice
+    from andabata.app.console import Console
     from andabata.app.plots.drives import world_picture
-    from andabata.records.atomic_io import write_atomically
+    from andabata.records import atomic_io
     from worlds.catalogue import make_world
 
     world = make_world(name, seed, difficulty)
-    write_atomically(out, world_picture(world))
-    Voice(quiet, as_json).result({"picture": str(out)}, f"picture: {out}")
+    atomic_io.write(out, world_picture(world))
+    Console(quiet, as_json).result({"picture": str(out)}, f"picture: {out}")

@@ -14,8 +14,8 @@ EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
 """A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
 
 
-class Prices(NamedTuple):
-    """What the cost of a metre depends on; see ``LocalMapConfig``."""
+class CostWeights(NamedTuple):
+    """What the cost of a metre depends on; see ``LocalPlannerConfig``."""
 
     wall: float
     room: float
@@ -34,7 +34,7 @@ class Prices(NamedTuple):
         return 1.0 + max(self.unseen, walled) + 2.0 * self.tight + self.crowd
 
 
-class LocalPlan:
+class GridPlanner:
     """The way to the goal over the square of a local map.
 
     Attributes:
@@ -54,7 +54,7 @@ class LocalPlan:
         self,
         cells: int,
         cell: float,
-        prices: Prices,
+        prices: CostWeights,
         spans: tuple[float, float],
         around: float,
         passage: tuple[float, float, float],
@@ -203,7 +203,7 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
 def _open(evidence, centre, certain, passage, gaps, rooms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the rooms: gaps, raised where the robot has driven.
 
-    Evidence there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
+    OccupancyGrid there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
     """
     n = len(gaps)
     room, under, past = passage

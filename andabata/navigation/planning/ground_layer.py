@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.navigation.planning.low_obstacle_layer import follow
-from traversability.cartesian.classifier import SquareForest
-from traversability.cartesian.elevation_grid import EVER, Tiles
-from traversability.cartesian.features import SQUARE, SQUARE_FEATURES, SquareFeatures
+from traversability.cartesian.classifier import GroundClassifier
+from traversability.cartesian.elevation_grid import EVER, ElevationGrid
+from traversability.cartesian.features import GROUND_FEATURES, SQUARE, GroundFeatures
 
-_RANGE = SQUARE_FEATURES.index("range")
+_RANGE = GROUND_FEATURES.index("range")
 
 
-class SquareMapConfig(BaseModel):
+class GroundLayerConfig(BaseModel):
     """Numbers of the squares.
 
     Attributes:
@@ -33,7 +33,7 @@ class SquareMapConfig(BaseModel):
     near: float = Field(default=5.0, ge=0)
 
 
-class SquareMap:
+class GroundLayer:
     """Remembers judged squares around the robot, in ``odom``.
 
     Attributes:
@@ -42,7 +42,7 @@ class SquareMap:
         centre: The robot's square, counted from the origin of ``odom``, shape (2,).
     """
 
-    def __init__(self, cells: int, forest: SquareForest, config: SquareMapConfig) -> None:
+    def __init__(self, cells: int, forest: GroundClassifier, config: GroundLayerConfig) -> None:
         """Begin without any.
 
         Args:
@@ -52,7 +52,7 @@ class SquareMap:
         """
         self._config = config
         self._forest = forest
-        self._features = SquareFeatures()
+        self._features = GroundFeatures()
         self._edge = SQUARE * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
@@ -63,14 +63,14 @@ class SquareMap:
         self.centre[:] = 0
 
     def take(
-        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
     ) -> None:
         """Take in a cloud.
 
         Args:
             tiles: The cloud in ``odom``.
             here: Position of the robot there [m], shape (2,).
-            span: Squares that were last measured so long ago [s]; see ``SquareFeatures.describe``.
+            span: Squares that were last measured so long ago [s]; see ``GroundFeatures.describe``.
         """
         self.follow(here)
         config = self._config

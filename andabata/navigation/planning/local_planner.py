@@ -17,10 +17,10 @@ from pydantic import Field
 
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import View
-from andabata.navigation.planning.grid_planner import EVERYWHERE, LocalPlan, Prices
-from andabata.navigation.planning.occupancy_grid import Evidence, EvidenceConfig
-from traversability.cartesian.classifier import SquareForest
+from andabata.navigation.controller import ControllerInput
+from andabata.navigation.planning.grid_planner import EVERYWHERE, CostWeights, GridPlanner
+from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
+from traversability.cartesian.classifier import GroundClassifier
 from traversability.grid import PolarGrid
 from worlds.world import Area
 
@@ -31,7 +31,7 @@ _ANOTHER_GOAL = 3.0
 """A goal that jumps farther than this is another one [m]."""
 
 
-class LocalMapConfig(EvidenceConfig):
+class LocalPlannerConfig(OccupancyGridConfig):
     """Numbers of the map, beside those of its evidence.
 
     Attributes:
@@ -65,7 +65,7 @@ class LocalMapConfig(EvidenceConfig):
         return self.model_copy(update={n: max(getattr(self, n) // steps, 1) for n in counts})
 
 
-class LocalMap:
+class LocalPlanner:
     """Plans a way to the goal over the evidence around the robot, in the frame ``odom``.
 
     Attributes:
@@ -78,10 +78,10 @@ class LocalMap:
     def __init__(
         self,
         grid: PolarGrid,
-        config: LocalMapConfig | None = None,
+        config: LocalPlannerConfig | None = None,
         robot: RobotModel | None = None,
         around: float = 0.0,
-        squares: SquareForest | None = None,
+        squares: GroundClassifier | None = None,
     ) -> None:
         """Lay out an empty map.
 
@@ -97,14 +97,14 @@ class LocalMap:
         Raises:
             ValueError: If the squares are not as large as the map's cells.
         """
-        self.config = config or LocalMapConfig()
+        self.config = config or LocalPlannerConfig()
         self._grid = grid
         robot = robot or RobotModel()
-        self.evidence = Evidence(grid, self.config, robot, squares)
-        prices = Prices(**{name: getattr(self.config, name) for name in Prices._fields})
+        self.evidence = OccupancyGrid(grid, self.config, robot, squares)
+        prices = CostWeights(**{name: getattr(self.config, name) for name in CostWeights._fields})
         passage = (robot.half_radius + _PASSAGE, self.evidence.under, robot.length)
         spans = (self.config.near, self.config.reach)
-        self.plan = LocalPlan(self.config.cells, self.config.cell, prices, spans, around, passage)
+        self.plan = GridPlanner(self.config.cells, self.config.cell, prices, spans, around, passage)
         self.reset()
 
     def reset(self) -> None:
@@ -117,7 +117,7 @@ class LocalMap:
         self.target: NDArray[np.float64] = np.zeros(2)
         self.plan.reset()
 
-    def guide(self, view: View) -> View:
+    def guide(self, view: ControllerInput) -> ControllerInput:
         """Remember what a view holds, and return it with the sub-goal in the goal's place.
 
         The ranges of its scan end at the walls that are remembered, edges among them.

@@ -1,4 +1,4 @@
-"""Bumps: what stands out of the ground by centimetres, told by the points of several clouds.
+"""Low obstacles: what stands out of the ground by centimetres, told by the points of several clouds.
 
 A rock that no wheel may touch can be ten points of a cloud, too few to make a cell of the scan red.
 But neighbouring points are measured within a fraction of a second, so that noise alone moves them
@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from traversability.cartesian.elevation_grid import EVER, MEAN, POINTS, Tiles, Wrapping
+from traversability.cartesian.elevation_grid import EVER, MEAN, POINTS, ElevationGrid, Wrapping
 
 _ASIDE = 3
 """A cell is compared with those so many cells away on either side."""
@@ -18,7 +18,7 @@ _ASIDE = 3
 _ALONG = np.array([[_ASIDE, 0], [0, _ASIDE], [2, 2], [2, -2]])
 
 
-class BumpsConfig(BaseModel):
+class LowObstacleLayerConfig(BaseModel):
     """Numbers of the bumps.
 
     Attributes:
@@ -50,7 +50,7 @@ class BumpsConfig(BaseModel):
     keep: float = Field(default=0.7, ge=0, lt=1)
 
 
-class Bumps:
+class LowObstacleLayer:
     """Remembers how far the ground stands out, in a square that moves with the robot, in ``odom``.
 
     Attributes:
@@ -59,7 +59,7 @@ class Bumps:
         centre: The robot's cell at the last cloud, counted from the origin of ``odom``, shape (2,).
     """
 
-    def __init__(self, cell: float, config: BumpsConfig) -> None:
+    def __init__(self, cell: float, config: LowObstacleLayerConfig) -> None:
         """Begin without any.
 
         Args:
@@ -79,7 +79,7 @@ class Bumps:
         self.centre[:] = 0
 
     def take(
-        self, tiles: Tiles, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
     ) -> None:
         """Take in a cloud.
 

@@ -1,4 +1,4 @@
-"""Evidence for walls around the robot: what scans, squares, bumps and driving say of each cell."""
+"""Occupancy around the robot: what scans, squares, bumps and driving say of each cell."""
 
 import math
 
@@ -8,11 +8,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import Recent
-from andabata.navigation.planning.ground_layer import SquareMap, SquareMapConfig
-from andabata.navigation.planning.low_obstacle_layer import Bumps, BumpsConfig, follow
-from traversability.cartesian.classifier import SquareForest
-from traversability.cartesian.elevation_grid import Tiles, Wrapping
+from andabata.navigation.controller import SweepWindow
+from andabata.navigation.planning.ground_layer import GroundLayer, GroundLayerConfig
+from andabata.navigation.planning.low_obstacle_layer import (
+    LowObstacleLayer,
+    LowObstacleLayerConfig,
+    follow,
+)
+from traversability.cartesian.classifier import GroundClassifier
+from traversability.cartesian.elevation_grid import ElevationGrid, Wrapping
 from traversability.cartesian.features import SQUARE
 from traversability.grid import PolarGrid
 
@@ -27,7 +31,7 @@ _KNOWN_FREE = 0.7
 """Share of certainty that seen ground can have against a wall; driven ground has all of it."""
 
 
-class EvidenceConfig(BaseModel):
+class OccupancyGridConfig(BaseModel):
     """Numbers of the evidence.
 
     Attributes:
@@ -39,17 +43,17 @@ class EvidenceConfig(BaseModel):
         surely_green: The same below them, for free cells.
         blocked: Share of its way that a forbidden cell of the scan right ahead moves the evidence.
         free: Share that a free one moves it the other way.
-        void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
+        void: OccupancyGrid that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
         red_reach: Red cells of the scan farther than this mean nothing where squares are judged
             [m]: they are a metre long and wide, and squares tell what stands where in them.
-        fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
+        fade: OccupancyGrid weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
             twice as much against a wall.
         trail: Looks after which ground that was driven is ground like any other: dead
             reckoning has drifted by then, the edges of the trail sooner than its middle.
-        wall: Evidence above which a cell is a wall.
+        wall: OccupancyGrid above which a cell is a wall.
         squares: Numbers of what clouds say of each cell.
         bumps: Numbers of what stands out of the ground by centimetres.
     """
@@ -70,11 +74,11 @@ class EvidenceConfig(BaseModel):
     certain: float = Field(default=3.0, gt=0)
     trail: int = Field(default=600, ge=1)
     wall: float = Field(default=1.0, gt=0)
-    squares: SquareMapConfig = Field(default_factory=SquareMapConfig)
-    bumps: BumpsConfig = Field(default_factory=BumpsConfig)
+    squares: GroundLayerConfig = Field(default_factory=GroundLayerConfig)
+    bumps: LowObstacleLayerConfig = Field(default_factory=LowObstacleLayerConfig)
 
 
-class Evidence:
+class OccupancyGrid:
     """Remembers what was seen in a square that moves with the robot, in the frame ``odom``.
 
     Attributes:
@@ -89,9 +93,9 @@ class Evidence:
     def __init__(
         self,
         grid: PolarGrid,
-        config: EvidenceConfig,
+        config: OccupancyGridConfig,
         robot: RobotModel,
-        squares: SquareForest | None = None,
+        squares: GroundClassifier | None = None,
     ) -> None:
         """Begin without any.
 
@@ -111,18 +115,18 @@ class Evidence:
         self.values = np.zeros((n, n), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self.under = robot.width / 2 - _RIM
-        self._tiles = Tiles(cell / 2, config.bumps.cells)
-        self._bumps = Bumps(cell / 2, config.bumps)
-        self.squares: SquareMap | None = None
+        self._tiles = ElevationGrid(cell / 2, config.bumps.cells)
+        self._bumps = LowObstacleLayer(cell / 2, config.bumps)
+        self.squares: GroundLayer | None = None
         self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
             edge = SQUARE * squares.cell
             if not math.isclose(cell, edge):
                 raise ValueError(
-                    f"local_map.cell: expected {edge:g} m, as large as the squares "
+                    f"local_planner.cell: expected {edge:g} m, as large as the squares "
                     f"that the classifier knows, got {cell:g} m; train one for these"
                 )
-            self.squares = SquareMap(n, squares, config.squares)
+            self.squares = GroundLayer(n, squares, config.squares)
         reach = int(grid.outer_radius / cell) + 1
         middles = np.arange(-reach, reach + 1) * cell
         # The middle of each cell and its corners, relative to the robot's own cell.
@@ -148,7 +152,7 @@ class Evidence:
         self._settled = -np.inf
         self.centre[:] = 0
 
-    def look_down(self, recent: Recent | None, here: NDArray[np.float64]) -> None:
+    def look_down(self, recent: SweepWindow | None, here: NDArray[np.float64]) -> None:
         """Remember the squares and the bumps that were measured since the last time, each once.
 
         Args:

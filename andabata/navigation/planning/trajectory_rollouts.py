@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import apply_dead_zone
 from andabata.machine.robot import RobotModel
-from andabata.navigation.planning.grid_planner import LocalPlan
-from andabata.navigation.planning.local_planner import LocalMap
+from andabata.navigation.planning.grid_planner import GridPlanner
+from andabata.navigation.planning.local_planner import LocalPlanner
 
 _PERIOD = 0.1
 """Time of a control step [s]."""
@@ -42,12 +42,12 @@ _CONTACT = 1e4
 """Costs of a place without a way on [m], and of a square metre of room that is missing."""
 
 
-class RolloutConfig(BaseModel):
+class TrajectoryRolloutsConfig(BaseModel):
     """Numbers of the rollouts.
 
     Attributes:
-        leg_time: An arc is driven for this long [s].
-        legs: Arcs in a row; their number and time make the horizon.
+        arc_time: An arc is driven for this long [s].
+        arcs: Arcs in a row; their number and time make the horizon.
         rates: Yaw rates of an arc, shares of the steering limit.
         room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
         margin: Room that a robot with a map keeps around its body [m].
@@ -70,8 +70,8 @@ class RolloutConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    leg_time: float = Field(default=2.2, gt=0)
-    legs: int = Field(default=3, ge=2, le=5)
+    arc_time: float = Field(default=2.2, gt=0)
+    arcs: int = Field(default=3, ge=2, le=5)
     rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
     room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
@@ -87,10 +87,10 @@ class RolloutConfig(BaseModel):
     close: float = Field(default=0.9, gt=0)
 
 
-class Rollouts:
+class TrajectoryRollouts:
     """Rollouts over a local map."""
 
-    def __init__(self, robot: RobotModel, config: RolloutConfig) -> None:
+    def __init__(self, robot: RobotModel, config: TrajectoryRolloutsConfig) -> None:
         """Prepare for a body.
 
         Args:
@@ -100,16 +100,16 @@ class Rollouts:
         self.config = config
         self._robot = robot
         self._rates = np.array([0.0, *config.rates]) * robot.max_steering
-        rest = config.model_copy(update={"legs": config.legs - 1})
+        rest = config.model_copy(update={"arcs": config.arcs - 1})
         # What follows an arc, and what follows a turn on the spot: whoever looks less far ahead
         # would seem to have more room.
         after = {
-            "legs": config.legs - 1,
-            "leg_time": config.leg_time * config.legs / (config.legs - 1),
+            "arcs": config.arcs - 1,
+            "arc_time": config.arc_time * config.arcs / (config.arcs - 1),
         }
         self._tails = np.ascontiguousarray(fan(robot, rest)[0])
         self._ways = np.ascontiguousarray(fan(robot, config.model_copy(update=after))[0])
-        self._points = round(config.leg_time / STEP)
+        self._points = round(config.arc_time / STEP)
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._turns = np.concatenate([turns, -turns])
         # Backing out is priced without what follows it: a turn, which has its own price from there.
@@ -132,7 +132,7 @@ class Rollouts:
         self._decisions = 0
 
     def choose(
-        self, local_map: LocalMap, here: NDArray[np.float64], yaw: float, wish: float
+        self, local_planner: LocalPlanner, here: NDArray[np.float64], yaw: float, wish: float
     ) -> tuple[float, float]:
         """Return a yaw rate [rad/s] and the share of the speed to drive it at, below 0 backwards.
 
@@ -140,14 +140,14 @@ class Rollouts:
         turn on the spot, or backwards until one of these leads on.
 
         Args:
-            local_map: With a plan.
+            local_planner: With a plan.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
             wish: Where a controller would steer [rad/s].
         """
-        config, limit, cell = self.config, self._robot.max_steering, local_map.config.cell
+        config, limit, cell = self.config, self._robot.max_steering, local_planner.config.cell
         self._rates[0] = apply_dead_zone(min(max(wish, -limit), limit), self._robot.dead_zone)
-        plan = local_map.plan
+        plan = local_planner.plan
         x, y = (here - plan.corner) / cell
         goal = (plan.end - plan.corner) / cell
         room, ahead, swing, *others = self._limits
@@ -190,7 +190,7 @@ class Rollouts:
         return min(max(time / self.config.patience - 1.0, 0.0), 1.0)
 
     def _pace(
-        self, plan: LocalPlan, at: tuple[float, float, float], rate: float, cell: float
+        self, plan: GridPlanner, at: tuple[float, float, float], rate: float, cell: float
     ) -> float:
         """Return the largest share of the speed that an arc may be driven at."""
         haste, prices = self.config.haste, plan.prices
@@ -204,7 +204,7 @@ class Rollouts:
 
 
 def fan(
-    robot: RobotModel, config: RolloutConfig
+    robot: RobotModel, config: TrajectoryRolloutsConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return all rollouts of the rates of ``config``, and the first rate of each.
 
@@ -212,8 +212,8 @@ def fan(
         x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
         shape (k,).
     """
-    rates = np.array(list(product(config.rates, repeat=config.legs))) * robot.max_steering
-    turns = np.repeat(rates, round(config.leg_time / STEP), axis=1) * STEP
+    rates = np.array(list(product(config.rates, repeat=config.arcs))) * robot.max_steering
+    turns = np.repeat(rates, round(config.arc_time / STEP), axis=1) * STEP
     yaw = np.cumsum(turns, axis=1) - turns / 2
     x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
     y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP

@@ -16,7 +16,7 @@ def plan(*more):
     for name, limit in (("Maze2D", 8.0), ("Maze3D", 6.0)):
         overrides += [
             f"stages.{name}.environment.seeds=[0, 1]",
-            f"stages.{name}.environment.judge.time_limit={limit}",
+            f"stages.{name}.environment.terminations.time_limit={limit}",
         ]
     return resolve(TrainingPlan, overrides=overrides, base=load_plan("actor-critic"))
 

@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.models import shipped_forest
 from andabata.navigation.reactive import ReactiveController
 
@@ -17,19 +17,21 @@ CLOUD = 40_000 * 12
 @pytest.fixture
 def drive(shelf):
     """A function that drives some steps, the first clouds and all compiling behind it."""
-    scene, config = shelf.get("natural-test", 7), RigConfig(plant="kinematic")
-    rig = Rig(scene, config, shipped_forest(), ReactiveController(config.robot, config.grid))
+    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
+    simulated_robot = SimulatedRobot(
+        scene, config, shipped_forest(), ReactiveController(config.robot, config.grid)
+    )
     task = scene.world.tasks[0]
-    senses = rig.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
+    readings = simulated_robot.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
 
     def advance(steps):
-        nonlocal senses
+        nonlocal readings
         for _ in range(steps):
-            senses = rig.simulator.step(rig.navigator.step(senses))
+            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
 
     advance(100)
     yield advance
-    rig.close()
+    simulated_robot.close()
 
 
 def test_a_step_copies_no_cloud_and_keeps_nothing(drive):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.models import shipped_forest
 from andabata.navigation.reactive import ReactiveController
 from worlds.ray_walk import NO_CLASS
@@ -12,19 +12,23 @@ from worlds.ray_walk import NO_CLASS
 
 @pytest.mark.parametrize("name", ["natural-test", "park", "maze"])
 def test_a_short_sighted_robot_drives_the_same(shelf, name):
-    scene, config = shelf.get(name, 7), RigConfig(plant="kinematic")
+    scene, config = shelf.get(name, 7), SimulatedRobotConfig(plant="kinematic")
     clouds, steps = [], []
     for far_sighted in (False, True):
         driver = ReactiveController(config.robot, config.grid)
-        rig = Rig(scene, config, shipped_forest(), driver, far_sighted=far_sighted)
+        simulated_robot = SimulatedRobot(
+            scene, config, shipped_forest(), driver, far_sighted=far_sighted
+        )
         task, found = scene.world.tasks[0], []
-        senses = rig.place(task.start, np.array(task.goals[0]), np.random.default_rng(3))
-        rig.navigator.watch(found.append)
+        readings = simulated_robot.place(
+            task.start, np.array(task.goals[0]), np.random.default_rng(3)
+        )
+        simulated_robot.navigator.watch(found.append)
         for _ in range(120):
-            senses = rig.simulator.step(rig.navigator.step(senses))
-        clouds.append(rig.last_cloud())
+            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
+        clouds.append(simulated_robot.last_cloud())
         steps.append(found)
-        rig.close()
+        simulated_robot.close()
     np.testing.assert_array_equal(clouds[0].points, clouds[1].points)
     np.testing.assert_array_equal(clouds[0].classes, clouds[1].classes)
     moved = 0
@@ -39,22 +43,26 @@ def test_a_short_sighted_robot_drives_the_same(shelf, name):
 
 @pytest.mark.parametrize("name", ["learned", "reactive"])
 def test_a_robot_looks_when_it_decides_and_drives_the_same_when_watched(shelf, name):
-    scene, config = shelf.get("natural-test", 7), RigConfig(plant="kinematic")
+    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
     drives, looks = [], []
     for watched in (False, True):
         driver = make_controller(name, None, config)
-        rig = Rig(scene, config, shipped_forest(), driver)
-        seen, see = [], rig.perception.look
-        rig.perception.look = lambda *now, seen=seen, see=see: seen.append(see(*now)) or seen[-1]
+        simulated_robot = SimulatedRobot(scene, config, shipped_forest(), driver)
+        seen, see = [], simulated_robot.perception.look
+        simulated_robot.perception.look = lambda *now, seen=seen, see=see: (
+            seen.append(see(*now)) or seen[-1]
+        )
         steps, wheels = [], []
         if watched:
-            rig.navigator.watch(steps.append)
+            simulated_robot.navigator.watch(steps.append)
         task = scene.world.tasks[0]
-        senses = rig.place(task.start, np.array(task.goals[0]), np.random.default_rng(3))
+        readings = simulated_robot.place(
+            task.start, np.array(task.goals[0]), np.random.default_rng(3)
+        )
         for _ in range(150):
-            wheels.append(rig.navigator.step(senses))
-            senses = rig.simulator.step(wheels[-1])
-        rig.close()
+            wheels.append(simulated_robot.navigator.step(readings))
+            readings = simulated_robot.simulator.step(wheels[-1])
+        simulated_robot.close()
         drives.append(wheels)
         looks.append(sum(scan is not None for scan in seen))
         assert [step.view is not None for step in steps] == [

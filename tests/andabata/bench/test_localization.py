@@ -32,7 +32,7 @@ def test_figures_of_known_errors():
 def test_a_boastful_filter_falls_out_of_the_band():
     rng = np.random.default_rng(0)
     drives = [honest(rng) for _ in range(50)]
-    boastful = [Tracked(d.errors, 3 * d.nees, d.fixes, d.headings, d.legs) for d in drives]
+    boastful = [Tracked(d.errors, 3 * d.nees, d.fixes, d.headings, d.attempts) for d in drives]
     assert summarise_tracks(boastful)["nees_inside"] == 0.0
 
 

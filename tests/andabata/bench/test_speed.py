@@ -6,7 +6,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench import speed
-from andabata.bench.speed import Race, Runner, race
+from andabata.bench.speed import Case, Contender, race
 
 
 def test_rows_hold_medians_and_ratios_and_the_missing_are_named():
@@ -14,12 +14,12 @@ def test_rows_hold_medians_and_ratios_and_the_missing_are_named():
         raise ModuleNotFoundError("no module", name="nobody")
 
     said = []
-    runners = (
-        Runner("ours", 10, lambda: lambda: 0.5),  # Half a second by its own clock.
-        Runner("theirs", 10, lambda: lambda: 2.0),
-        Runner("absent", 10, missing),
+    contenders = (
+        Contender("ours", 10, lambda: lambda: 0.5),  # Half a second by its own clock.
+        Contender("theirs", 10, lambda: lambda: 2.0),
+        Contender("absent", 10, missing),
     )
-    rows = race(Race("work", "units/s", runners), 3, 0.0, said.append)
+    rows = race(Case("work", "units/s", contenders), 3, 0.0, said.append)
     assert [row["subject"] for row in rows] == ["ours", "theirs"]
     assert [row["value"] for row in rows] == [20.0, 5.0]
     assert [row["ratio_to_ours"] for row in rows] == [1.0, 0.25]
@@ -34,7 +34,7 @@ def test_work_without_a_clock_of_its_own_is_timed(monkeypatch):
         now[0] += 0.25
 
     monkeypatch.setattr(speed.time, "perf_counter", lambda: now[0])
-    (row,) = race(Race("work", "units/s", (Runner("ours", 1, lambda: work),)), 1, 1.0, print)
+    (row,) = race(Case("work", "units/s", (Contender("ours", 1, lambda: work),)), 1, 1.0, print)
     assert row["value"] == 4.0
 
 

@@ -109,13 +109,13 @@ def test_water_sends_few_beams_back():
 
 def test_each_split_has_its_own_worlds_and_every_kind():
     parties = plan(CloudsConfig(clouds_per_world=10), {"train": 100, "validation": 30})
-    clouds = [number for party in parties for number in party.clouds]
+    clouds = [number for batch in parties for number in batch.clouds]
     assert sorted(clouds) == list(range(130))
-    assert len({party.world for party in parties}) == len(parties)
+    assert len({batch.world for batch in parties}) == len(parties)
     for split in ("train", "validation"):
-        kinds = {party.world % 7 for party in parties if party.split == split}
+        kinds = {batch.world % 7 for batch in parties if batch.split == split}
         assert len(kinds) == 7
-        assert max(len(party.clouds) for party in parties if party.split == split) <= 10
+        assert max(len(batch.clouds) for batch in parties if batch.split == split) <= 10
 
 
 def test_a_span_has_to_grow():

@@ -9,7 +9,7 @@ import pytest
 
 from andabata.evaluation import evaluate as evaluation
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, hazards, summarise
-from andabata.evaluation.failure_cause import hazard_met
+from andabata.evaluation.failure_cause import failure_cause
 from andabata.models import Models, shipped_policy
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
@@ -19,7 +19,9 @@ from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
 
-def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze", energy=20.0):
+def attempt(
+    trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze", energy=20.0
+):
     return {
         "controller": controller,
         "trial": trial,
@@ -43,22 +45,22 @@ def leg(trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="
 
 CONFIG = EvaluationConfig(controllers=("straight",), trials=4)
 ROWS = [
-    leg(0, 1, "goal"),
-    leg(0, 2, "goal"),
-    leg(0, 3, "goal"),
-    leg(1, 1, "goal"),
-    leg(1, 2, "collision", spl=0.0),
-    leg(2, 1, "tipover", spl=0.0),
-    leg(3, 1, "goal"),
-    leg(3, 2, "goal"),
-    leg(3, 3, "timeout", spl=0.0),
+    attempt(0, 1, "goal"),
+    attempt(0, 2, "goal"),
+    attempt(0, 3, "goal"),
+    attempt(1, 1, "goal"),
+    attempt(1, 2, "collision", spl=0.0),
+    attempt(2, 1, "tipover", spl=0.0),
+    attempt(3, 1, "goal"),
+    attempt(3, 2, "goal"),
+    attempt(3, 3, "timeout", spl=0.0),
 ]
 
 
 def test_energy_is_the_mean_of_the_legs_whose_plant_has_motors():
-    rows = [leg(0, 1, "goal", energy=30.0), leg(1, 1, "goal", energy=50.0)]
+    rows = [attempt(0, 1, "goal", energy=30.0), attempt(1, 1, "goal", energy=50.0)]
     assert summarise(rows, CONFIG)[0]["energy_j"] == 40.0
-    rows = [leg(0, 1, "goal", energy=None)]
+    rows = [attempt(0, 1, "goal", energy=None)]
     assert summarise(rows, CONFIG)[0]["energy_j"] is None
 
 
@@ -82,7 +84,7 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
 
     def run_one(config, models, on_failure, trial):
         ran.append(trial)
-        return [leg(trial, 1, "goal")]
+        return [attempt(trial, 1, "goal")]
 
     monkeypatch.setattr(evaluation, "run_one", run_one)
     journal = tmp_path / "trials.jsonl"
@@ -113,7 +115,7 @@ def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
 def test_a_trial_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
     """Head and lines: each is synced before the next trial begins."""
     journal, seen = tmp_path / "trials.jsonl", []
-    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     append = evaluation.append_line
     monkeypatch.setattr(evaluation, "append_line", lambda *line: (append(*line), seen.append(line)))
     evaluate(CONFIG, Models(), workers=1, journal=journal)
@@ -129,7 +131,7 @@ def test_a_journal_of_another_evaluation_is_refused(tmp_path):
 
 
 def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     journal = tmp_path / "trials.jsonl"
     evaluate(CONFIG, Models(), workers=1, journal=journal)
     others = replace(Models(), policy=shipped_policy("actor-critic"))
@@ -138,7 +140,7 @@ def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
 
 
 def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(evaluation, "run_one", lambda *_: [leg(0, 1, "goal")])
+    monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     monkeypatch.setattr(evaluation, "commit", lambda: "one")
     journal = tmp_path / "trials.jsonl"
     evaluate(CONFIG, Models(), workers=1, journal=journal)
@@ -148,7 +150,7 @@ def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
 
 
 def test_each_kind_of_world_has_rows_of_its_own():
-    rows = [leg(0, 1, "goal"), leg(1, 1, "goal", world="hollow"), leg(2, 1, "stuck")]
+    rows = [attempt(0, 1, "goal"), attempt(1, 1, "goal", world="hollow"), attempt(2, 1, "stuck")]
     table = {
         (row["world"], row["goal"]): row["success_rate"]
         for row in summarise([{**row, "goals": 1} for row in rows], CONFIG)
@@ -157,8 +159,8 @@ def test_each_kind_of_world_has_rows_of_its_own():
 
 
 def test_failures_are_counted_by_what_was_met():
-    rows = [leg(k, 1, "collision", hazard="low rock") for k in range(3)]
-    rows += [leg(3, 1, "tipover", hazard="slope"), leg(4, 1, "goal")]
+    rows = [attempt(k, 1, "collision", hazard="low rock") for k in range(3)]
+    rows += [attempt(3, 1, "tipover", hazard="slope"), attempt(4, 1, "goal")]
     found = [(row["hazard"], row["outcome"], row["count"]) for row in hazards(rows)]
     assert found == [("low rock", "collision", 3), ("slope", "tipover", 1)]
 
@@ -192,4 +194,4 @@ def hazardous_world():
     ],
 )
 def test_what_ended_a_drive_is_told_from_the_true_world(x, y, outcome, hazard):
-    assert hazard_met(hazardous_world(), np.array([x, y]), outcome) == hazard
+    assert failure_cause(hazardous_world(), np.array([x, y]), outcome) == hazard

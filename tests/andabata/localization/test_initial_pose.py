@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.datum import Datum, DatumError, consistent_fixes, make_datum
 from andabata.localization.initial_pose import initial_pose, levelled_field
 from andabata.machine.geo_reference import GeoReference
-from andabata.machine.sensor_readings import Senses
+from andabata.machine.sensor_readings import SensorReadings
 
 REFERENCE = GeoReference(declination_deg=-9.5, inclination_deg=69.0, field=53.3)
 
@@ -19,7 +19,7 @@ def standing(roll=0.1, pitch=-0.2, yaw=1.0, place=(3.0, -2.0, 0.5), seconds=2.0,
     force = np.tile(turn.apply([0, 0, 9.81]), (len(stamps), 1))
     field = np.tile(turn.apply(REFERENCE.flux) * 1e-6, (len(stamps), 1))
     fix = REFERENCE.to_geodetic(np.array([place]))[0]
-    return Senses(
+    return SensorReadings(
         seconds,
         imu=np.column_stack([stamps, np.zeros((len(stamps), 3)), force]),
         field=np.column_stack([stamps, field]),
@@ -43,19 +43,19 @@ def test_a_declination_turns_the_heading():
 
 def test_what_was_sensed_long_before_the_fix_does_not_count():
     before, now = standing(yaw=-2.0, seconds=10.0), standing(yaw=1.0, seconds=2.0)
-    senses = Senses(
+    readings = SensorReadings(
         12.0,
         imu=np.concatenate([before.imu, now.imu + np.array([10.0, *np.zeros(6)])]),
         field=np.concatenate([before.field, now.field + np.array([10.0, *np.zeros(3)])]),
         fixes=now.fixes,
     )
-    assert initial_pose(senses, REFERENCE).yaw == pytest.approx(1.0, abs=1e-6)
+    assert initial_pose(readings, REFERENCE).yaw == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_fix_without_altitude_or_covariance_will_do():
-    senses = standing()
-    senses.fixes[0, 3:] = np.nan
-    pose = initial_pose(senses, REFERENCE)
+    readings = standing()
+    readings.fixes[0, 3:] = np.nan
+    pose = initial_pose(readings, REFERENCE)
     np.testing.assert_allclose(pose.position, [3.0, -2.0, 0.0], atol=1e-3)
 
 
@@ -64,10 +64,10 @@ def test_a_fix_without_altitude_or_covariance_will_do():
     [("fixes", 4, np.inf), ("fixes", 1, 120.0), ("imu", 5, np.nan), ("field", 2, np.nan)],
 )
 def test_a_sense_that_says_nothing_gives_no_pose(name, column, value):
-    senses = standing()
-    getattr(senses, name)[:, column] = value
-    assert initial_pose(senses, REFERENCE) is None
-    assert initial_pose(Senses(1.0), REFERENCE) is None
+    readings = standing()
+    getattr(readings, name)[:, column] = value
+    assert initial_pose(readings, REFERENCE) is None
+    assert initial_pose(SensorReadings(1.0), REFERENCE) is None
 
 
 def test_the_levelled_field_dips_as_the_place_says():

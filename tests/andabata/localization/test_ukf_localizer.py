@@ -26,20 +26,20 @@ def winding(seed, difficulty, start):
     sensing = SensingConfig(scanner="horizontal")
     simulator = Simulator(world, RayScene(world), ROBOT, "kinematic", sensing, rng)
     kinematics = SkidSteer(ROBOT)
-    senses = [simulator.reset(start)]
+    readings = [simulator.reset(start)]
     for k in range(1200):
         steering = 0.0 if k < 30 else 0.4 * np.sin(k / 40)
         speed = 0.0 if k < 30 else 0.3
-        senses.append(simulator.step(kinematics.wheel_speeds(speed, steering), blind=True))
+        readings.append(simulator.step(kinematics.wheel_speeds(speed, steering), blind=True))
     simulator.close()
-    return senses
+    return readings
 
 
 @pytest.fixture(scope="module")
 def drive():
-    senses = winding(4, 0.3, Start(-8.0, 0.0, 0.3))
-    assert not senses[-1].truth.collided
-    return senses
+    readings = winding(4, 0.3, Start(-8.0, 0.0, 0.3))
+    assert not readings[-1].truth.collided
+    return readings
 
 
 def run(drive, change=lambda s: s, config=None, seconds=120.0):
@@ -47,11 +47,11 @@ def run(drive, change=lambda s: s, config=None, seconds=120.0):
     localizer = UkfLocalizer(config or UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     errors = []
-    for senses in drive:
-        if senses.stamp > seconds:
+    for readings in drive:
+        if readings.stamp > seconds:
             break
-        localizer.update(change(senses))
-        truth, pose = senses.truth.pose, localizer.pose
+        localizer.update(change(readings))
+        truth, pose = readings.truth.pose, localizer.pose
         errors.append([*(pose.position[:2] - truth.position[:2]), wrap(pose.yaw - truth.yaw)])
     return localizer, np.array(errors)
 
@@ -73,8 +73,8 @@ def test_the_odometry_never_jumps_though_the_map_pose_does(drive):
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     localizer.reset(drive[0].truth.pose, 0.0)
     steps, before = [], localizer.odometry.position
-    for senses in drive:
-        localizer.update(senses)
+    for readings in drive:
+        localizer.update(readings)
         steps.append(np.hypot(*(localizer.odometry.position - before)[:2]))
         before = localizer.odometry.position
     assert max(steps) < 0.3 * 0.1 * 1.3
@@ -84,10 +84,10 @@ def test_the_odometry_never_jumps_though_the_map_pose_does(drive):
 def test_a_late_fix_is_worth_what_a_punctual_one_is(drive):
     held = []
 
-    def later(senses):
-        held.append(senses.fixes)
+    def later(readings):
+        held.append(readings.fixes)
         late = held[-10] if len(held) >= 10 else None
-        return replace(senses, fixes=late)
+        return replace(readings, fixes=late)
 
     _, punctual = run(drive)
     localizer, late = run(drive, later)
@@ -109,11 +109,11 @@ def test_a_fix_older_than_the_memory_is_refused(drive):
 
 
 def test_a_jump_of_ten_kilometres_moves_nothing(drive):
-    def jumping(senses):
-        fixes = senses.fixes
-        if fixes is not None and len(fixes) and 40 < senses.stamp < 50:
+    def jumping(readings):
+        fixes = readings.fixes
+        if fixes is not None and len(fixes) and 40 < readings.stamp < 50:
             fixes = fixes + np.array([0, 0.1, 0, 0, 0])
-        return replace(senses, fixes=fixes)
+        return replace(readings, fixes=fixes)
 
     localizer, errors = run(drive, jumping)
     assert position(errors) < 0.7
@@ -135,13 +135,13 @@ def test_spinning_wheels_fool_it_for_seconds_and_not_for_ever():
 @pytest.mark.parametrize("sense", ["imu", "encoders", "field", "fixes"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
 def test_nonsense_is_refused_and_counted(drive, sense, value):
-    def spoilt(senses):
-        rows = getattr(senses, sense)
-        if rows is None or not len(rows) or not 30 < senses.stamp < 31.5:
-            return senses
+    def spoilt(readings):
+        rows = getattr(readings, sense)
+        if rows is None or not len(rows) or not 30 < readings.stamp < 31.5:
+            return readings
         rows = rows.copy()
         rows[:, 1:] = value
-        return replace(senses, **{sense: rows})
+        return replace(readings, **{sense: rows})
 
     localizer, errors = run(drive, spoilt, seconds=60.0)
     assert np.isfinite(errors).all()
@@ -152,10 +152,10 @@ def test_nonsense_is_refused_and_counted(drive, sense, value):
 
 
 def test_stamps_that_run_back_are_refused(drive):
-    def reversed_rows(senses):
-        if senses.imu is None or not 30 < senses.stamp < 30.35:
-            return senses
-        return replace(senses, imu=senses.imu[::-1].copy())
+    def reversed_rows(readings):
+        if readings.imu is None or not 30 < readings.stamp < 30.35:
+            return readings
+        return replace(readings, imu=readings.imu[::-1].copy())
 
     localizer, errors = run(drive, reversed_rows, seconds=60.0)
     assert localizer.counts["imu"][2] == 27  # Nine of ten in three periods.
@@ -173,8 +173,8 @@ def test_stamps_that_run_back_are_refused(drive):
     ],
 )
 def test_a_silent_sense_is_done_without_and_said(drive, missing, health, bound):
-    def silent(senses):
-        return replace(senses, **dict.fromkeys(missing)) if senses.stamp > 30 else senses
+    def silent(readings):
+        return replace(readings, **dict.fromkeys(missing)) if readings.stamp > 30 else readings
 
     localizer, errors = run(drive, silent, seconds=60.0)
     assert localizer.health is health
@@ -183,8 +183,8 @@ def test_a_silent_sense_is_done_without_and_said(drive, missing, health, bound):
 
 
 def test_it_recovers_when_a_sense_speaks_again(drive):
-    def gap(senses):
-        return replace(senses, imu=None) if 30 < senses.stamp < 33 else senses
+    def gap(readings):
+        return replace(readings, imu=None) if 30 < readings.stamp < 33 else readings
 
     localizer, errors = run(drive, gap)
     assert localizer.health is Health.OK
@@ -192,12 +192,12 @@ def test_it_recovers_when_a_sense_speaks_again(drive):
 
 
 def test_a_receiver_without_a_fix_is_no_reason_to_doubt(drive):
-    def tunnel(senses):
-        fixes = senses.fixes
-        if fixes is not None and senses.stamp > 10:
+    def tunnel(readings):
+        fixes = readings.fixes
+        if fixes is not None and readings.stamp > 10:
             fixes = fixes.copy()
             fixes[:, 1:4], fixes[:, 4] = np.nan, np.inf
-        return replace(senses, fixes=fixes)
+        return replace(readings, fixes=fixes)
 
     localizer, errors = run(drive, tunnel)
     assert "gnss: not believed" in "; ".join(localizer.complaints)
@@ -207,11 +207,11 @@ def test_a_receiver_without_a_fix_is_no_reason_to_doubt(drive):
 
 
 def test_a_long_detour_of_the_signals_is_waited_out(drive):
-    def detour(senses):
-        fixes = senses.fixes
-        if fixes is not None and 15 < senses.stamp < 45:
+    def detour(readings):
+        fixes = readings.fixes
+        if fixes is not None and 15 < readings.stamp < 45:
             fixes = fixes + np.array([0, 6e-5, 0, 0, 0])  # Seven metres to the north.
-        return replace(senses, fixes=fixes)
+        return replace(readings, fixes=fixes)
 
     _, errors = run(drive, detour)
     assert np.hypot(*errors[:, :2].T).max() < 1.5
@@ -222,8 +222,8 @@ def test_a_wrong_start_is_doubted_and_mended(drive):
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     pose = drive[0].truth.pose
     localizer.reset(replace(pose, position=pose.position + np.array([40.0, 0, 0])), 0.0)
-    for senses in drive:
-        localizer.update(senses)
+    for readings in drive:
+        localizer.update(readings)
     error = localizer.pose.position[:2] - drive[-1].truth.pose.position[:2]
     assert np.hypot(*error) < 1.5
 
@@ -236,12 +236,12 @@ def test_rows_of_another_width_are_an_error(drive):
 
 def fix_at(drive, k, **columns):
     """Return a period of the drive with one fix, of which columns are replaced."""
-    senses = drive[k]
-    place = senses.truth.pose.position + np.array([0.5, 0.0, 0.0])
-    row = np.array([senses.stamp - 0.05, *GeoReference().to_geodetic(place[None])[0], 0.5])
+    readings = drive[k]
+    place = readings.truth.pose.position + np.array([0.5, 0.0, 0.0])
+    row = np.array([readings.stamp - 0.05, *GeoReference().to_geodetic(place[None])[0], 0.5])
     for name, value in columns.items():
         row[["stamp", "latitude", "longitude", "altitude", "variance"].index(name)] = value
-    return replace(senses, fixes=row[None])
+    return replace(readings, fixes=row[None])
 
 
 @pytest.mark.parametrize(
@@ -288,12 +288,12 @@ def test_a_fix_without_a_covariance_counts_for_the_default(drive, value):
 
 
 def test_a_fix_without_an_altitude_tells_the_place_and_no_height(drive):
-    def flat(senses):
-        if senses.fixes is None:
-            return senses
-        fixes = senses.fixes.copy()
+    def flat(readings):
+        if readings.fixes is None:
+            return readings
+        fixes = readings.fixes.copy()
         fixes[:, 3] = np.nan
-        return replace(senses, fixes=fixes)
+        return replace(readings, fixes=fixes)
 
     localizer, errors = run(drive, flat)
     believed = localizer.counts["gnss"][0]
@@ -308,11 +308,11 @@ def test_heights_are_counted_from_the_first_where_the_datum_has_none(drive):
     """Above the sea or above the ellipsoid: what a receiver counts from does not matter."""
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference(altitude=None))
     localizer.reset(drive[0].truth.pose, 0.0)
-    for senses in drive[:600]:
-        fixes = senses.fixes
+    for readings in drive[:600]:
+        fixes = readings.fixes
         if fixes is not None:
             fixes = fixes + np.array([0, 0, 0, 1234.5, 0])
-        localizer.update(replace(senses, fixes=fixes))
+        localizer.update(replace(readings, fixes=fixes))
     truth = drive[599].truth.pose.position
     assert localizer.counts["gnss"][0] > 50
     assert np.hypot(*(localizer.pose.position - truth)[:2]) < 1.5
@@ -327,8 +327,8 @@ def rough(drive, reference, loose=True, change=lambda s: s):
     turned = np.deg2rad(GeoReference().declination_deg - reference.declination_deg)
     localizer.reset(Pose.from_euler(pose.position, 0.0, 0.0, pose.yaw + turned), 0.0, rough=True)
     found = []
-    for senses in drive[:400]:
-        localizer.update(change(senses))
+    for readings in drive[:400]:
+        localizer.update(change(readings))
         found.append([*localizer.odometry.position, localizer.odometry.yaw])
     return localizer, np.array(found)
 

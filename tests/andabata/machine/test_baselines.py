@@ -7,7 +7,7 @@ from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
-from andabata.tasks.episode_monitor import Judge, JudgeConfig, Outcome
+from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.catalogue import make_world
 from worlds.splits import evaluation_world
 
@@ -18,16 +18,16 @@ def drive_straight(world, task):
     """Drive the way-point law by the true pose: better than any estimate, and still blind."""
     vehicle = BulletVehicle(world, ROBOT)
     vehicle.place(task.start)
-    judge = Judge(world, JudgeConfig())
+    monitor = EpisodeMonitor(world, TerminationConfig())
     goal = np.array(task.goals[0])
-    judge.begin(vehicle.state, goal)
+    monitor.begin(vehicle.state, goal)
     outcome = None
     while outcome is None:
         pose = vehicle.state.pose
         bearing = np.arctan2(*(goal - pose.position[:2])[::-1])
         rate = float(np.clip(5.5 * wrap(float(bearing) - pose.yaw), -0.5, 0.5))
         vehicle.drive(SkidSteer(ROBOT).wheel_speeds(ROBOT.speed, rate), 10)
-        outcome = judge.watch(vehicle.state)
+        outcome = monitor.watch(vehicle.state)
     vehicle.close()
     return outcome
 

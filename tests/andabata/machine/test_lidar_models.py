@@ -102,7 +102,7 @@ def test_clouds_of_another_laser_are_generated(tmp_path, capsys):
 
 def test_a_run_learns_with_another_laser():
     stages = [plan.environment for plan in load_plan(sensor="os1-64").stages.values()]
-    assert stages[0].rig.sensing.scanner == "horizontal"
-    assert [stage.rig.sensing.lidar.beams for stage in stages[1:]] == [64, 64]
-    assert stages[2].rig.plant == "kinematic"
-    assert stages[2].rig.assembly.turn == pytest.approx(2 * np.pi)
+    assert stages[0].simulated_robot.sensing.scanner == "horizontal"
+    assert [stage.simulated_robot.sensing.lidar.beams for stage in stages[1:]] == [64, 64]
+    assert stages[2].simulated_robot.plant == "kinematic"
+    assert stages[2].simulated_robot.assembly.turn == pytest.approx(2 * np.pi)

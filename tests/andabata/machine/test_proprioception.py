@@ -49,10 +49,10 @@ def poses(seconds=2.0, yaw_rate=0.0, speed=0.0, roll=0.0, pitch=0.0, wheels=(3.0
 
 def felt(config=PERFECT, objects=(), seed=0, **motion):
     rows = poses(**motion)
-    senses = Proprioception(config, GeoReference(), objects)
+    readings = Proprioception(config, GeoReference(), objects)
     start = Rotation.from_euler("ZYX", [0, motion.get("pitch", 0.0), motion.get("roll", 0.0)])
-    senses.reset(np.concatenate([np.zeros(3), start.as_quat()]), np.random.default_rng(seed))
-    parts = [senses.sample(rows[k : k + 10]) for k in range(0, len(rows), 10)]
+    readings.reset(np.concatenate([np.zeros(3), start.as_quat()]), np.random.default_rng(seed))
+    parts = [readings.sample(rows[k : k + 10]) for k in range(0, len(rows), 10)]
     return rows, [np.concatenate(column) for column in zip(*parts, strict=True)]
 
 

@@ -40,7 +40,8 @@ def test_a_robot_stands_drives_and_turns(make_ground, name):
 
 def test_a_run_learns_with_another_body():
     assert {
-        plan.environment.rig.robot.name for plan in load_plan(robot="jackal").stages.values()
+        plan.environment.simulated_robot.robot.name
+        for plan in load_plan(robot="jackal").stages.values()
     } == {"jackal"}
 
 

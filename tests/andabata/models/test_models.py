@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import RigConfig
-from andabata.models import Models, shipped_forest, shipped_policy, shipped_squares
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.models import Models, shipped_forest, shipped_ground_classifier, shipped_policy
 from andabata.navigation.guided import GuidedController
-from traversability.cartesian.classifier import SquareConfig, SquareForest, SquareSamples, grow_look
+from traversability.cartesian.classifier import (
+    GroundClassifier,
+    SquareConfig,
+    SquareSamples,
+    grow_look,
+)
 from traversability.cartesian.context import CONTEXT_FEATURES
-from traversability.cartesian.features import SQUARE_FEATURES
+from traversability.cartesian.features import GROUND_FEATURES
 
 
 @pytest.fixture(scope="module")
@@ -19,11 +24,11 @@ def others():
     """Return squares that are not the shipped ones."""
     rng = np.random.default_rng(0)
     looks = []
-    for names in (SQUARE_FEATURES, CONTEXT_FEATURES):
+    for names in (GROUND_FEATURES, CONTEXT_FEATURES):
         features = rng.uniform(0, 1, (500, len(names))).astype(np.float32)
         samples = SquareSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
         looks.append(grow_look(samples, names, SquareConfig(trees=2), 0))
-    return SquareForest(*looks, 0.1)
+    return GroundClassifier(*looks, 0.1)
 
 
 def test_what_is_not_given_is_shipped(tmp_path, others):
@@ -32,7 +37,7 @@ def test_what_is_not_given_is_shipped(tmp_path, others):
     models = Models.load(squares=file)
     assert models.forest is shipped_forest()
     assert models.policy is shipped_policy()
-    assert models.squares.to_bytes() == others.to_bytes() != shipped_squares().to_bytes()
+    assert models.squares.to_bytes() == others.to_bytes() != shipped_ground_classifier().to_bytes()
     assert Models.load() == Models()
 
 
@@ -46,6 +51,8 @@ def test_they_come_back_from_bytes_and_hashes_tell_them_apart(others):
 
 
 def test_a_controller_drives_with_the_squares_that_it_is_given(others):
-    driver = make_controller("learned", None, RigConfig(), replace(Models(), squares=others))
+    driver = make_controller(
+        "learned", None, SimulatedRobotConfig(), replace(Models(), squares=others)
+    )
     assert isinstance(driver, GuidedController)
-    assert driver.local_map.evidence.squares._forest is others
+    assert driver.local_planner.evidence.squares._forest is others

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.assembly.simulated_robot import Rig, RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.localization.initial_pose import initial_pose
 from andabata.localization.localizer import Health
 from andabata.machine.pose import wrap
-from andabata.machine.sensor_readings import Senses, WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.models import shipped_forest
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.perception import assembler_of
@@ -21,50 +21,58 @@ from worlds.world import Start
 
 
 @pytest.fixture
-def rig(make_scene):
-    config = RigConfig(plant="kinematic")
+def simulated_robot(make_scene):
+    config = SimulatedRobotConfig(plant="kinematic")
     scene = make_scene(size=60.0, cell=0.2)
-    rig = Rig(scene, config, shipped_forest(), StraightController())
-    yield rig
-    rig.close()
+    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), StraightController())
+    yield simulated_robot
+    simulated_robot.close()
 
 
-def drive(rig, seconds, change=lambda senses: senses):
+def drive(simulated_robot, seconds, change=lambda readings: readings):
     """Return the commands of some seconds, with senses spoilt on their way to the navigator."""
     commands = []
     for _ in range(round(seconds * 10)):
-        wheels = rig.navigator.step(change(rig.senses))
+        wheels = simulated_robot.navigator.step(change(simulated_robot.readings))
         commands.append(wheels)
-        rig.senses = rig.simulator.step(wheels)
+        simulated_robot.readings = simulated_robot.simulator.step(wheels)
     return commands
 
 
-def test_it_holds_when_the_laser_falls_silent_and_goes_on_when_it_speaks(rig):
-    rig.senses = rig.place(Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0))
-    assert drive(rig, 6.0)[-1] != STANDSTILL
-    silent = drive(rig, 9.0, lambda senses: replace(senses, sweeps=None))
+def test_it_holds_when_the_laser_falls_silent_and_goes_on_when_it_speaks(simulated_robot):
+    simulated_robot.readings = simulated_robot.place(
+        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
+    )
+    assert drive(simulated_robot, 6.0)[-1] != STANDSTILL
+    silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
     moving = [wheels != STANDSTILL for wheels in silent]
     until = moving.index(False)
     # The cloud was at most a half turn old, and may be five seconds old.
     assert 1.0 <= until / 10 <= 5.2
     assert not any(moving[until:])
-    again = drive(rig, 8.0)
+    again = drive(simulated_robot, 8.0)
     assert again[-1] != STANDSTILL
 
 
-def test_it_holds_when_it_is_lost(rig):
-    rig.senses = rig.place(Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0))
-    assert drive(rig, 6.0)[-1] != STANDSTILL
-    deaf = drive(rig, 1.0, lambda senses: replace(senses, imu=None, encoders=None))
-    assert rig.localizer.health is Health.LOST
+def test_it_holds_when_it_is_lost(simulated_robot):
+    simulated_robot.readings = simulated_robot.place(
+        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
+    )
+    assert drive(simulated_robot, 6.0)[-1] != STANDSTILL
+    deaf = drive(simulated_robot, 1.0, lambda readings: replace(readings, imu=None, encoders=None))
+    assert simulated_robot.localizer.health is Health.LOST
     assert deaf[3] == STANDSTILL  # 0.2 s after the time-outs of 0.1 and 0.2 s.
-    assert drive(rig, 1.0)[-1] != STANDSTILL
-    assert rig.localizer.health is not Health.LOST
+    assert drive(simulated_robot, 1.0)[-1] != STANDSTILL
+    assert simulated_robot.localizer.health is not Health.LOST
 
 
-def test_a_command_is_never_a_lie(rig):
-    rig.senses = rig.place(Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0))
-    spoilt = drive(rig, 6.0, lambda s: s if s.imu is None else replace(s, imu=s.imu * np.nan))
+def test_a_command_is_never_a_lie(simulated_robot):
+    simulated_robot.readings = simulated_robot.place(
+        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
+    )
+    spoilt = drive(
+        simulated_robot, 6.0, lambda s: s if s.imu is None else replace(s, imu=s.imu * np.nan)
+    )
     assert all(np.isfinite([w.left, w.right]).all() for w in spoilt)
     assert all(isinstance(w, WheelSpeeds) for w in spoilt)
 
@@ -81,16 +89,24 @@ class Heard:
         self.messages.append((topic, stamp_ns, message))
 
 
-def test_a_silent_laser_is_said_when_the_robot_holds(rig):
+def test_a_silent_laser_is_said_when_the_robot_holds(simulated_robot):
     heard = Heard()
     compose = Composer(1)
     outbox = Outbox(heard, compose)
-    assembler = assembler_of(rig.perception)
-    recorder = Recorder(outbox, rig.localizer, assembler, rig.config.grid.bearings, clouds=False)
-    rig.navigator.watch(recorder.take)
-    rig.senses = rig.place(Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0))
-    drive(rig, 6.0)
-    silent = drive(rig, 9.0, lambda senses: replace(senses, sweeps=None))
+    assembler = assembler_of(simulated_robot.perception)
+    recorder = Recorder(
+        outbox,
+        simulated_robot.localizer,
+        assembler,
+        simulated_robot.config.grid.bearings,
+        clouds=False,
+    )
+    simulated_robot.navigator.watch(recorder.take)
+    simulated_robot.readings = simulated_robot.place(
+        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
+    )
+    drive(simulated_robot, 6.0)
+    silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
     held = 6.0 + [wheels != STANDSTILL for wheels in silent].index(False) / 10
     said = [
         (stamp - compose.epoch_ns) / NS
@@ -104,18 +120,20 @@ def test_a_silent_laser_is_said_when_the_robot_holds(rig):
     assert levels[-1] == 2
 
 
-def test_a_robot_at_rest_tells_where_it_stands(rig):
-    rig.senses = rig.place(Start(3.0, -2.0, 0.7), np.array([25.0, 0.0]), np.random.default_rng(0))
-    first, kept = rig.senses, []
-    assert initial_pose(first, rig.config.sensing.site) is None
+def test_a_robot_at_rest_tells_where_it_stands(simulated_robot):
+    simulated_robot.readings = simulated_robot.place(
+        Start(3.0, -2.0, 0.7), np.array([25.0, 0.0]), np.random.default_rng(0)
+    )
+    first, kept = simulated_robot.readings, []
+    assert initial_pose(first, simulated_robot.config.sensing.geo_reference) is None
     for _ in range(25):
-        senses = rig.simulator.step(STANDSTILL)
-        kept.append(senses)
+        readings = simulated_robot.simulator.step(STANDSTILL)
+        kept.append(readings)
     rows = {
         name: np.concatenate([getattr(s, name) for s in kept if len(getattr(s, name))])
         for name in ("imu", "field", "fixes")
     }
-    pose = initial_pose(Senses(2.5, **rows), rig.config.sensing.site)
+    pose = initial_pose(SensorReadings(2.5, **rows), simulated_robot.config.sensing.geo_reference)
     truth = kept[-1].truth.pose
     assert np.hypot(*(pose.position - truth.position)[:2]) < 3.0
     assert abs(wrap(pose.yaw - truth.yaw)) < np.deg2rad(10)

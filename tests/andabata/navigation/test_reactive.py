@@ -5,7 +5,7 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import View
+from andabata.navigation.controller import ControllerInput
 from andabata.navigation.reactive import ReactiveController, StraightController
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
@@ -17,7 +17,7 @@ def view(ranges, heading_error, distance=20.0):
     pose = Pose.from_euler(np.zeros(3), 0, 0, 0)
     scan = VirtualScan(np.asarray(ranges, dtype=np.float32), 10.0)
     goal = np.array([20.0, 0.0])
-    return View(0.0, scan, heading_error, distance, (0.0, 0.0), pose, pose, goal, None)
+    return ControllerInput(0.0, scan, heading_error, distance, (0.0, 0.0), pose, pose, goal, None)
 
 
 def blocked(bearing_low, bearing_high, distance):

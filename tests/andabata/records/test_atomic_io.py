@@ -5,48 +5,49 @@ import os
 
 import pytest
 
-from andabata.records.atomic_io import append_line, atomic_file, atomic_folder, write_atomically
+from andabata.records import atomic_io
+from andabata.records.atomic_io import append_line, atomic_file, atomic_folder
 
 
 def test_a_file_is_written_and_replaced(tmp_path):
     path = tmp_path / "file.bin"
-    write_atomically(path, b"one")
-    write_atomically(path, b"two")
+    atomic_io.write(path, b"one")
+    atomic_io.write(path, b"two")
     assert path.read_bytes() == b"two"
     assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
 
 
 def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     path = tmp_path / "file.bin"
-    write_atomically(path, b"one")
+    atomic_io.write(path, b"one")
 
     def fail(descriptor):
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(OSError, match="disk full"):
-        write_atomically(path, b"two")
+        atomic_io.write(path, b"two")
     assert path.read_bytes() == b"one"
     assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
 
 
 def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, monkeypatch):
     path = tmp_path / "file.bin"
-    write_atomically(path, b"one")
+    atomic_io.write(path, b"one")
 
     def fail(descriptor):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(OSError, match="expected room for 3 bytes, got none") as caught:
-        write_atomically(path, b"two")
+        atomic_io.write(path, b"two")
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
     assert path.read_bytes() == b"one"
 
 
 def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
     path, synced = tmp_path / "lines.txt", []
-    write_atomically(path, b"one\n")
+    atomic_io.write(path, b"one\n")
     monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.read_bytes()))
     append_line(path, "zwölf")
     assert synced == ["one\nzwölf\n".encode()]

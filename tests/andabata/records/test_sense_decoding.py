@@ -1,4 +1,4 @@
-"""Senses decoded: any type that tells one, in any unit that its size tells, becomes SI rows."""
+"""Readings decoded: any type that tells one, in any unit that its size tells, becomes SI rows."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from andabata.records import topics
 from andabata.records.point_cloud2 import cloud_of
 from andabata.records.remarks import Remarks
 from andabata.records.row_error import RowError
-from andabata.records.sense_decoding import SenseDecoder, as_point_cloud2
+from andabata.records.sense_decoding import MessageDecoder, as_point_cloud2
 from andabata.records.sense_units import (
     History,
     SenseUnits,
@@ -19,7 +19,7 @@ from andabata.records.sense_units import (
     factor_of,
     judge_history,
 )
-from andabata.records.sensor_decoder import Gathering
+from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.wheel_decoding import wheel_sides
 from tests import made_bag
 from tests.made_bag import new
@@ -35,7 +35,7 @@ def rows():
 
 def units_of(rows, asked=None, **scales):
     """Return the units that are judged of rows whose numbers were scaled, and what was said."""
-    decoder, history, remarks = SenseDecoder(ROBOT, SenseUnits()), History(), Remarks()
+    decoder, history, remarks = MessageDecoder(ROBOT, SenseUnits()), History(), Remarks()
     for row in rows:
         topic, stamp = TOPIC[row.topic], row.stamp_ns / 1e9
         found = np.array(decoder.raw(topic, row.content, stamp))
@@ -54,7 +54,7 @@ def units_of(rows, asked=None, **scales):
 def test_si_is_taken_as_it_is_and_nothing_is_said(rows):
     assert units_of(rows) == (SenseUnits(), "")
     row = [1.0, 0.1, 0.2]
-    assert SenseDecoder(ROBOT, SenseUnits()).scaled(topics.ENCODERS, row) is row
+    assert MessageDecoder(ROBOT, SenseUnits()).scaled(topics.ENCODERS, row) is row
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def joints(names, positions=(), velocities=()):
 
 
 def decoded(topic, *messages, step=0.1):
-    decoder = SenseDecoder(ROBOT, SenseUnits())
+    decoder = MessageDecoder(ROBOT, SenseUnits())
     found = [decoder.rows(topic, m, k * step) for k, m in enumerate(messages)]
     return [row[1:] for rows in found for row in rows], decoder.remarks.texts
 
@@ -282,12 +282,12 @@ def test_an_imu_that_lacks_something_says_so(rows):
 
 def test_another_type_is_refused_by_naming_both(rows):
     imu = next(row.content for row in rows if row.topic == "/imu")
-    gathering = Gathering(0)
+    sensor_decoder = SensorDecoder(0)
     for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
-        gathering.add(topic, imu, 1)
-    assert gathering.refused == 4
+        sensor_decoder.add(topic, imu, 1)
+    assert sensor_decoder.refused == 4
     for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
-        (reason,) = gathering.remarks.refused_by_reason()[topic.ros1]
+        (reason,) = sensor_decoder.remarks.refused_by_reason()[topic.ros1]
         assert topic.kind in reason
         assert "sensor_msgs/msg/Imu" in reason
 
@@ -312,24 +312,24 @@ def test_the_older_point_cloud_keeps_points_and_channels():
 
 def test_rows_are_put_in_order_and_stamps_that_came_before_are_dropped(rows):
     imu = [row.content for row in rows if row.topic == "/imu"][:40]
-    gathering = Gathering(made_bag.EPOCH, decoder=SenseDecoder(ROBOT, SenseUnits()))
+    sensor_decoder = SensorDecoder(made_bag.EPOCH, decoder=MessageDecoder(ROBOT, SenseUnits()))
     for k in (0, 2, 1, 2, 5):
-        gathering.add(topics.IMU, imu[k])
-    np.testing.assert_allclose(gathering.senses(0.1).imu[:, 0], [0.01, 0.02, 0.03, 0.06])
+        sensor_decoder.add(topics.IMU, imu[k])
+    np.testing.assert_allclose(sensor_decoder.readings(0.1).imu[:, 0], [0.01, 0.02, 0.03, 0.06])
     for k in (5, 4, 6):
-        gathering.add(topics.IMU, imu[k])
-    np.testing.assert_allclose(gathering.senses(0.2).imu[:, 0], [0.07])
-    assert gathering.refused == 1
-    assert gathering.remarks.refused_by_reason() == {
+        sensor_decoder.add(topics.IMU, imu[k])
+    np.testing.assert_allclose(sensor_decoder.readings(0.2).imu[:, 0], [0.07])
+    assert sensor_decoder.refused == 1
+    assert sensor_decoder.remarks.refused_by_reason() == {
         "/imu": {"older than what was used already": 1}
     }
-    dropped = next(r for r in gathering.remarks.as_dicts() if not r["refused"])
+    dropped = next(r for r in sensor_decoder.remarks.as_dicts() if not r["refused"])
     assert dropped["count"] == 2
 
 
 def test_a_live_session_judges_by_its_first_rows_and_again_when_it_has_turned():
     """The same code without a survey: units by size at once, the gyro's when the robot turned."""
-    gathering = Gathering(made_bag.EPOCH)
+    sensor_decoder = SensorDecoder(made_bag.EPOCH)
     rates, forces = [], []
     for row in made_bag.drive(14.0):
         if row.topic not in TOPIC:
@@ -342,16 +342,16 @@ def test_a_live_session_judges_by_its_first_rows_and_again_when_it_has_turned():
                 angular_velocity=vector(*(57.29578 * v for v in (w.x, w.y, w.z))),
                 linear_acceleration=vector(*(v / 9.81 for v in (a.x, a.y, a.z))),
             )
-        gathering.add(TOPIC[row.topic], content)
-        if row.topic == "/imu" and gathering._rows["imu"]:
-            last = gathering._rows["imu"][-1]
+        sensor_decoder.add(TOPIC[row.topic], content)
+        if row.topic == "/imu" and sensor_decoder._rows["imu"]:
+            last = sensor_decoder._rows["imu"][-1]
             rates.append(abs(last[3]))
             forces.append(last[6])
     assert max(rates[:900]) > 5.0  # Nothing told it yet.
     assert max(rates[-300:]) < 0.5
     assert np.median(forces) == pytest.approx(9.81, rel=0.01)
     assert len(forces) == 1400 - 25
-    said = " ".join(gathering.remarks.texts)
+    said = " ".join(sensor_decoder.remarks.texts)
     assert "taken as g" in said
     assert "taken as deg/s" in said
 

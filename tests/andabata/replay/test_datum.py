@@ -122,12 +122,17 @@ def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, 
     "words",
     [
         ["--datum", "36.71,-4.47"],
-        ["--set", "sensing.site.latitude_deg=36.71", "--set", "sensing.site.longitude_deg=-4.47"],
+        [
+            "--set",
+            "sensing.geo_reference.latitude_deg=36.71",
+            "--set",
+            "sensing.geo_reference.longitude_deg=-4.47",
+        ],
         ["--datum", "36.71,-4.47,25"],
     ],
 )
 def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
-    code, data, scans = replay(plain, *words, "--set", "sensing.site.declination_deg=4")
+    code, data, scans = replay(plain, *words, "--set", "sensing.geo_reference.declination_deg=4")
     assert code == 0
     assert data["datum"]["source"] == "given"
     assert data["datum"]["latitude_deg"] == 36.71
@@ -138,7 +143,7 @@ def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
 
 
 def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
-    code, error, _ = replay(plain, "--set", "sensing.site.latitude_deg=36.71")
+    code, error, _ = replay(plain, "--set", "sensing.geo_reference.latitude_deg=36.71")
     assert code == 1
     assert "longitude_deg" in error
     for text in ("36.7", "91,0", "1,2,3,4", "north,0", "0,nan"):

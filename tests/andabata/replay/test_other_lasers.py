@@ -16,7 +16,7 @@ from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
 from andabata.records.messages import Composer
 from andabata.records.point_cloud2 import cloud_of
-from andabata.records.sensor_decoder import Gathering
+from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import POINT_CLOUD, Topic
 from traversability.cloud import PointCloud
 
@@ -326,28 +326,28 @@ def test_a_frame_of_another_time_is_refused():
 
 
 def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
-    compose, gathering = Composer(1), Gathering(1_700_000_000 * 10**9)
+    compose, sensor_decoder = Composer(1), SensorDecoder(1_700_000_000 * 10**9)
     config = LidarConfig(beams=11)
     stamps = np.arange(4) / 40
     sweeps = Sweeps(
         stamps, stamps, 1.0, config.beam_period, config.elevations(0, 4), np.ones((4, 11), "f4")
     )
     for k in range(4):
-        gathering.add(topics.SCAN, compose.sweep(sweeps, k))
+        sensor_decoder.add(topics.SCAN, compose.sweep(sweeps, k))
     for k in (0, 2, 3):
-        gathering.add(topics.HEAD, compose.head(sweeps, k))
-    assert gathering.senses(0.1).sweeps.stamps.tolist() == [0.0]
-    gathering.add(topics.HEAD, compose.head(sweeps, 1))
-    found = gathering.senses(0.2).sweeps
+        sensor_decoder.add(topics.HEAD, compose.head(sweeps, k))
+    assert sensor_decoder.readings(0.1).sweeps.stamps.tolist() == [0.0]
+    sensor_decoder.add(topics.HEAD, compose.head(sweeps, 1))
+    found = sensor_decoder.readings(0.2).sweeps
     np.testing.assert_allclose(found.stamps, stamps[1:])
     np.testing.assert_array_equal(found.elevations, config.elevations(0, 4))
     assert found.beam_period == config.beam_period
-    assert gathering.senses(0.3).sweeps is None
+    assert sensor_decoder.readings(0.3).sweeps is None
 
 
 def test_a_message_that_cannot_be_is_counted():
-    gathering = Gathering(0, OUSTER)
+    sensor_decoder = SensorDecoder(0, OUSTER)
     message = spelt_otherwise(Composer(1).frame(frame(0.1)))
-    gathering.add(OUSTER, replace(message, width=1 << 20))
-    assert gathering.refused == 1
-    assert gathering.senses(0.1).frames == ()
+    sensor_decoder.add(OUSTER, replace(message, width=1 << 20))
+    assert sensor_decoder.refused == 1
+    assert sensor_decoder.readings(0.1).frames == ()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import RigConfig, with_site
+from andabata.assembly.simulated_robot import SimulatedRobotConfig, with_geo_reference
 from andabata.localization.datum import DatumError
 from andabata.localization.fix_check import NO_ALTITUDE
 from andabata.machine.geo_reference import GeoReference
@@ -77,7 +77,7 @@ class PlayedGraph(Heard):
 def standing():
     """Sixteen seconds of a robot at rest in Waterloo, as messages."""
     world = make_world("hill", 4, 0.3, patch("hill", 60.0, 0.25))
-    config = with_site(RigConfig(), THERE)
+    config = with_geo_reference(SimulatedRobotConfig(), THERE)
     rng = np.random.default_rng(1)
     simulator = Simulator(world, RayScene(world), config.robot, "kinematic", config.sensing, rng)
     heard = Heard()
@@ -98,9 +98,9 @@ def models():
 def navigate(messages, models, given=None, seconds=14.0):
     """Return the graph, what a navigator found, and what it said."""
     graph, said = PlayedGraph(messages, seconds), []
-    config = RigConfig()
+    config = SimulatedRobotConfig()
     driver = make_controller("straight", None, config, models)
-    node = NavigatorNode(graph, config, models.forest, driver, given=given, say=said.append)
+    node = NavigatorNode(graph, config, models.forest, driver, given=given, status=said.append)
     return graph, node, said
 
 
@@ -147,8 +147,8 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
 
 def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
     start = Composer(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
-    senses = [entry for entry in standing if entry[1] is not topics.FIX]
-    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *senses], models, seconds=16.0)
+    readings = [entry for entry in standing if entry[1] is not topics.FIX]
+    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *readings], models, seconds=16.0)
     data = node.run(seconds=11.5)
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100

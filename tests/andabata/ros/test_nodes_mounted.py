@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.assembly.simulated_robot import RigConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import shipped_forest
 from andabata.navigation.reactive import StraightController
@@ -97,14 +97,14 @@ STATIC = [
 def run(path, seconds=3.0):
     """Return what a node says of a recording, and what it told its user and the graph."""
     graph, said = PlayedGraph(path), []
-    config = RigConfig()
+    config = SimulatedRobotConfig()
     node = NavigatorNode(
         graph,
         config,
         shipped_forest(),
         StraightController(),
         topics.LASER,
-        say=said.append,
+        status=said.append,
     )
     start = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     try:

@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env as check_gymnasium
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.offroad import make_offroad, stage_config
 from andabata.tasks.registration import STAGES
 
@@ -63,7 +63,7 @@ def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
 
 def test_time_outs_truncate_and_collisions_terminate(shelf):
     config = stage_config("Maze2D").model_copy(
-        update={"seeds": (0,), "judge": JudgeConfig(time_limit=1.0)}
+        update={"seeds": (0,), "terminations": TerminationConfig(time_limit=1.0)}
     )
     env = make_offroad("Maze2D", config, shelf=shelf)
     env.reset(seed=0)
@@ -71,7 +71,9 @@ def test_time_outs_truncate_and_collisions_terminate(shelf):
         _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
     assert (terminated, truncated, info["outcome"]) == (False, True, "timeout")
     env = make_offroad(
-        "Maze2D", config.model_copy(update={"judge": JudgeConfig(time_limit=400.0)}), shelf=shelf
+        "Maze2D",
+        config.model_copy(update={"terminations": TerminationConfig(time_limit=400.0)}),
+        shelf=shelf,
     )
     env.reset(seed=0)
     over, steps = False, 0
@@ -111,9 +113,9 @@ def test_it_keeps_the_robot_of_one_world_alone(shelf):
     with pytest.raises(ValueError, match="reset: expected it before the first step"):
         env.step(np.zeros(1, dtype=np.float32))
     env.reset(seed=0, options={"world_seed": 0})
-    first = weakref.ref(env._rig)
+    first = weakref.ref(env._simulated_robot)
     env.reset(seed=1, options={"world_seed": 0})
-    assert env._rig is first()
+    assert env._simulated_robot is first()
     env.reset(seed=2, options={"world_seed": 1})
     gc.collect()
     assert first() is None

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.planar import FlatVectorEnv
 from rl.policy import Policy
-from rl.training import Assignment, play, play_together
+from rl.training import EpisodeSpec, play, play_together
 
 SMALL = stage_config("Maze2D").model_copy(
-    update={"seeds": (0, 1, 2), "judge": JudgeConfig(time_limit=40.0)}
+    update={"seeds": (0, 1, 2), "terminations": TerminationConfig(time_limit=40.0)}
 )
 
 SHAPES = tuple(enumerate([(16, 35), (2, 16)]))
@@ -58,7 +58,7 @@ def test_they_drive_as_each_would_alone(shelf):
 
 
 def test_an_episode_that_ends_is_followed_by_the_next_in_the_same_step(shelf):
-    config = SMALL.model_copy(update={"judge": JudgeConfig(time_limit=1.0)})
+    config = SMALL.model_copy(update={"terminations": TerminationConfig(time_limit=1.0)})
     env = FlatVectorEnv(config, 3, shelf)
     assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     env.reset(seed=5)
@@ -119,7 +119,7 @@ def test_episodes_depend_on_their_seeds_alone(shelf):
     policy = Policy(
         tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers), 10.0, 0.5, 0.15
     )
-    seeds = [Assignment(0, (3, 0, k), (None, 0.2)[k % 2]) for k in range(9)]
+    seeds = [EpisodeSpec(0, (3, 0, k), (None, 0.2)[k % 2]) for k in range(9)]
     played = []
     for lanes in (1, 4, 16):
         robots = FlatVectorEnv(SMALL, lanes, shelf, autoreset=False)

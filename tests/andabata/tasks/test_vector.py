@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from andabata.tasks.episode_monitor import JudgeConfig
+from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 
 SMALL = stage_config("Maze3D").model_copy(
-    update={"seeds": (0,), "judge": JudgeConfig(time_limit=6.0)}
+    update={"seeds": (0,), "terminations": TerminationConfig(time_limit=6.0)}
 )
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from andabata.app.cli import main
-from andabata.evaluation.scenarios import courses
+from andabata.evaluation.scenarios import scenarios
 from andabata.training.plans import algorithms, load_plan
 from worlds.catalogue import preset_names
 from worlds.splits import EVALUATION_SEED, TRAINING_SEEDS, VALIDATION_SEEDS
@@ -22,9 +22,9 @@ def test_the_papers_scheme_is_the_papers():
         assert environment.reward.attraction == 200.0
         assert stage.promote_at is None
         assert stage.difficulty is None
-    limits = [stage.environment.judge.time_limit for stage in plan.stages.values()]
+    limits = [stage.environment.terminations.time_limit for stage in plan.stages.values()]
     assert limits == [180.0, 180.0, 300.0]
-    scanners = [stage.environment.rig.sensing.scanner for stage in plan.stages.values()]
+    scanners = [stage.environment.simulated_robot.sensing.scanner for stage in plan.stages.values()]
     assert scanners == ["horizontal", "rotating", "rotating"]
 
 
@@ -41,8 +41,8 @@ def test_nothing_is_tried_where_it_was_learnt(algorithm):
 
 def test_the_body_and_the_laser_are_chosen():
     plan = load_plan("sac", "os1-64", "jackal")
-    rigs = [stage.environment.rig for stage in plan.stages.values()]
-    assert {rig.robot.name for rig in rigs} == {"jackal"}
+    rigs = [stage.environment.simulated_robot for stage in plan.stages.values()]
+    assert {simulated_robot.robot.name for simulated_robot in rigs} == {"jackal"}
     assert rigs[0].sensing.scanner == "horizontal"
     assert rigs[1].sensing.lidar == rigs[2].sensing.lidar != rigs[0].sensing.lidar
 
@@ -59,13 +59,13 @@ def test_no_decision_is_made_on_what_was_seen_before(capsys):
 
 
 def test_the_suite_is_wide_and_unseen():
-    found = courses("generalisation", "maze", 3, 0)
+    found = scenarios("generalisation", "maze", 3, 0)
     assert len(found) == len(set(found)) == 160
-    assert {course.world for course in found} <= set(preset_names())
-    assert all(course.seed >= EVALUATION_SEED for course in found)
-    natural = [course.difficulty for course in found if course.world == "natural-far"]
+    assert {scenario.world for scenario in found} <= set(preset_names())
+    assert all(scenario.seed >= EVALUATION_SEED for scenario in found)
+    natural = [scenario.difficulty for scenario in found if scenario.world == "natural-far"]
     assert natural == sorted(natural)
     assert (natural[0], natural[-1]) == (0.0, 0.8)
-    assert not set(found) & set(courses("generalisation", "maze", 3, 1))
+    assert not set(found) & set(scenarios("generalisation", "maze", 3, 1))
     with pytest.raises(ValueError, match="--suite: expected one of generalisation, got 'x'"):
-        courses("x", "maze", 3, 0)
+        scenarios("x", "maze", 3, 0)

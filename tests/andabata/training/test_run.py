@@ -9,7 +9,7 @@ from andabata.app.settings import resolve
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import CHECKPOINT, HISTORY, POLICY, learn
 from rl.policy import Policy
-from traversability.cartesian.classifier import SquareForest
+from traversability.cartesian.classifier import GroundClassifier
 
 
 def result(capsys, *words):
@@ -76,7 +76,7 @@ def test_a_classifier_of_squares_is_trained_and_judged(capsys, clouds, tmp_path)
     assert data["squares"] > 1000
     assert data["f1_red"] > 0.5  # Two clouds teach that much.
     assert list(data["bands"]) == ["0.7_to_1.8_m", "1.8_to_3.2_m", "3.2_to_5_m", "5_to_10_m"]
-    learned = SquareForest.load(out / "squares.npz")
+    learned = GroundClassifier.load(out / "squares.npz")
     assert learned.summary["config"]["trees"] == 30
     assert json.loads((out / "run.json").read_text())["config"]["share"] == 1
 
@@ -101,8 +101,13 @@ def test_controllers_are_judged_in_one_table(capsys, tmp_path):
         "--workers",
         "1",
     ]
-    words += ["--set", "rig.plant=kinematic", "--set", "judge.time_limit=30"]
-    words += ["--set", "rig.sensing.scanner=horizontal", "--out", str(tmp_path / "eval")]
+    words += ["--set", "simulated_robot.plant=kinematic", "--set", "terminations.time_limit=30"]
+    words += [
+        "--set",
+        "simulated_robot.sensing.scanner=horizontal",
+        "--out",
+        str(tmp_path / "eval"),
+    ]
     data = result(capsys, *words)
     row = data["rows"][0]
     assert set(row) >= {
@@ -147,7 +152,7 @@ def small_plan():
         overrides += [
             f"stages.{name}.episodes={episodes}",
             f"stages.{name}.environment.seeds=[0, 1]",
-            f"stages.{name}.environment.judge.time_limit={limit}",
+            f"stages.{name}.environment.terminations.time_limit={limit}",
         ]
     return resolve(TrainingPlan, overrides=overrides, base=load_plan())
 
@@ -160,7 +165,7 @@ def test_a_killed_training_ends_with_the_same_bytes(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        learn(tmp_path / "killed", config, range(2), 5, 1, on_generation=kill)
+        learn(tmp_path / "killed", config, range(2), 5, 1, on_iteration=kill)
     with pytest.raises(ValueError, match="expected an empty folder, got a run"):
         learn(tmp_path / "killed", config, range(2), 5, 1)
     again = learn(tmp_path / "killed", config, range(2), 5, 1, resume=True)

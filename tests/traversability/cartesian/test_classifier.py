@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
-from andabata.models import shipped_squares
+from andabata.models import shipped_ground_classifier
 from traversability.cartesian.classifier import (
+    GroundClassifier,
     SquareConfig,
-    SquareForest,
     SquareSamples,
     grow_look,
     grow_squares,
     square_samples,
 )
 from traversability.cartesian.context import CONTEXT_FEATURES, NOBODY, SURE, in_context
-from traversability.cartesian.elevation_grid import HIGHEST, LOWEST, MEAN, POINTS, Tiles
+from traversability.cartesian.elevation_grid import HIGHEST, LOWEST, MEAN, POINTS, ElevationGrid
 from traversability.cartesian.features import (
+    GROUND_FEATURES,
     NEAREST,
     REACH,
-    SQUARE_FEATURES,
-    SquareFeatures,
+    GroundFeatures,
     label_squares,
 )
 from traversability.cloud import PointCloud
@@ -30,7 +30,7 @@ HERE = np.zeros(2)
 
 def column(name):
     """Return the place of a feature."""
-    return SQUARE_FEATURES.index(name)
+    return GROUND_FEATURES.index(name)
 
 
 def flat(x, y):
@@ -54,7 +54,7 @@ def trunk(x, y, radius=0.1, height=2.0):
 
 def described(points, here=HERE):
     """Return places and features of a cloud's squares."""
-    tiles, features = Tiles(), SquareFeatures()
+    tiles, features = ElevationGrid(), GroundFeatures()
     tiles.describe(points, here)
     features.describe(tiles, here)
     return features.places.copy(), features.values.copy()
@@ -64,7 +64,7 @@ def test_a_tile_knows_its_ground_and_what_stands_on_it_and_no_crown():
     points = np.array(
         [[0.05, 0.05, 1.0], [0.02, 0.08, 1.2], [0.07, 0.01, 1.9], [0.05, 0.05, 4.0]], np.float32
     )
-    tiles = Tiles()
+    tiles = ElevationGrid()
     tiles.describe(points, HERE)
     own = tiles.table[0, 0]
     assert own[LOWEST] == np.float32(1.0)
@@ -168,7 +168,7 @@ def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
     points = np.concatenate([ground, thing, crown])
     bad = np.repeat([False, True, True], [len(ground), len(thing), len(crown)])
     places, _ = described(points)
-    tiles = Tiles()
+    tiles = ElevationGrid()
     tiles.describe(points, HERE)
     red = label_squares(PointCloud(points), bad, 0.15, tiles, places)
     assert places[red].tolist() == [[10, 5]]
@@ -181,7 +181,7 @@ def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
 )
 def test_a_tile_is_red_from_its_share_of_bad_points_on(bad, share, red):
     points = np.tile(np.array([[2.05, 1.05, 0.0]], np.float32), (10, 1))
-    tiles = Tiles()
+    tiles = ElevationGrid()
     tiles.describe(points, HERE)
     found = label_squares(
         PointCloud(points), np.arange(10) < bad, share, tiles, np.array([[10, 5]])
@@ -200,7 +200,7 @@ def test_a_crown_without_ground_under_it_is_nothing():
 
 
 def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():
-    forest = shipped_squares()
+    forest = shipped_ground_classifier()
     rng = np.random.default_rng(1)
     points = np.concatenate([sheet(flat, spacing=0.04), trunk(2.1, 0.1), trunk(2.1, -1.3)])
     noisy = points + rng.normal(0, 0.008, points.shape).astype(np.float32)
@@ -212,7 +212,7 @@ def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():
     assert (odds[between] < -1).all()
 
 
-def few_samples(names=SQUARE_FEATURES):
+def few_samples(names=GROUND_FEATURES):
     """Return samples that a single split tells apart."""
     rng = np.random.default_rng(2)
     features = rng.uniform(0, 1, (2_000, len(names))).astype(np.float32)
@@ -231,12 +231,12 @@ def rocky(seed):
 
 def test_it_learns_and_comes_back_from_its_file_the_same():
     samples, config = few_samples(), SquareConfig(trees=20, share=1.0)
-    look = grow_look(samples, SQUARE_FEATURES, config, 0)
+    look = grow_look(samples, GROUND_FEATURES, config, 0)
     assert np.mean((look.odds(samples.features) > 0) == samples.red) > 0.99
     clouds = [rocky(seed)[0] for seed in range(4)]
     forest, same = (grow_squares((clouds[:2], clouds[2:]), config, 0, {"seed": 0}) for _ in "ab")
     data = forest.to_bytes()
-    again = SquareForest.from_bytes(data)
+    again = GroundClassifier.from_bytes(data)
     assert again.to_bytes() == data == same.to_bytes()
     places, values = described(rocky(9)[0].points)
     assert np.array_equal(again.odds(values, places), forest.odds(values, places))
@@ -258,11 +258,11 @@ def test_context_is_what_the_neighbours_were_taken_for():
     """Five squares in a cross and one alone, where the answer is counted by hand."""
     cross = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]
     places, odds = np.array([*cross, [7, 7]]), np.array([3.0, -1.0, 2.0, -20.0, 20.0, 1.0])
-    features = np.arange(6 * len(SQUARE_FEATURES), dtype=np.float32).reshape(6, -1)
+    features = np.arange(6 * len(GROUND_FEATURES), dtype=np.float32).reshape(6, -1)
     rows = in_context(features, odds, places)
     assert rows.shape == (6, len(CONTEXT_FEATURES))
-    assert np.array_equal(rows[:, : len(SQUARE_FEATURES)], features)
-    found = rows[:, len(SQUARE_FEATURES) :]
+    assert np.array_equal(rows[:, : len(GROUND_FEATURES)], features)
+    found = rows[:, len(GROUND_FEATURES) :]
     assert found[0].tolist() == [3.0, (-1.0 + 2.0 - SURE + SURE) / 4, -SURE, SURE]
     assert found[1].tolist() == [-1.0, 1.0, -SURE, SURE]  # Diagonal ones are beside it, too.
     assert found[5].tolist() == [1.0, NOBODY, NOBODY, NOBODY]
@@ -275,11 +275,11 @@ def test_context_is_what_the_neighbours_were_taken_for():
 def test_low_things_count_more():
     """Where red and green look the same, what counts more is believed."""
     rng = np.random.default_rng(3)
-    features = np.zeros((4_000, len(SQUARE_FEATURES)), dtype=np.float32)
+    features = np.zeros((4_000, len(GROUND_FEATURES)), dtype=np.float32)
     red = rng.uniform(size=4_000) < 0.4
     samples = SquareSamples(features, red, red)
     even, thrice = (
-        grow_look(samples, SQUARE_FEATURES, SquareConfig(trees=30, low=low), 0).odds(features[:1])[
+        grow_look(samples, GROUND_FEATURES, SquareConfig(trees=30, low=low), 0).odds(features[:1])[
             0
         ]
         for low in (1.0, 3.0)
@@ -319,21 +319,21 @@ def test_bad_input_is_refused():
     green = np.zeros(10, bool)
     few = SquareSamples(samples.features[:10], green, green)
     with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
-        grow_look(few, SQUARE_FEATURES, SquareConfig(), 0)
+        grow_look(few, GROUND_FEATURES, SquareConfig(), 0)
     with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
         square_samples([], 1.0, np.random.default_rng(0))
     unknown = PointCloud(sheet(flat), nontraversable=np.zeros(len(sheet(flat)), bool))
     with pytest.raises(ValueError, match="expected clouds that know which places the true map"):
         square_samples([unknown], 1.0, np.random.default_rng(0))
     config = SquareConfig(trees=3)
-    first = grow_look(samples, SQUARE_FEATURES, config, 0)
+    first = grow_look(samples, GROUND_FEATURES, config, 0)
     second = grow_look(few_samples(CONTEXT_FEATURES), CONTEXT_FEATURES, config, 0)
-    forest = SquareForest(first, second, 0.1)
+    forest = GroundClassifier(first, second, 0.1)
     with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
         forest.odds(samples.features[:5, :-1], np.zeros((5, 2), int))
     with pytest.raises(ValueError, match="looks at 30, 26 columns"):
-        SquareForest(second, first, 0.1)
+        GroundClassifier(second, first, 0.1)
     data = forest.to_bytes()
     for damaged in (b"", data[:100], data[:-40]):
         with pytest.raises(ForestFileError, match="classifier of squares"):
-            SquareForest.from_bytes(damaged)
+            GroundClassifier.from_bytes(damaged)

@@ -5,10 +5,10 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 import pytest
 
-from andabata.navigation.planning.grid_planner import EVERYWHERE, LocalPlan, Prices
+from andabata.navigation.planning.grid_planner import EVERYWHERE, CostWeights, GridPlanner
 
 CELLS, CELL = 64, 0.2
-PRICES = Prices(
+PRICES = CostWeights(
     wall=1.0,
     room=0.5,
     shy=1.3,
@@ -25,7 +25,9 @@ def a_plan(seed, around=4.0, goal=None):
     """Return a plan over a random map, its start and its goal, in cells."""
     rng = np.random.default_rng(seed)
     evidence = rng.choice([-1.0, 0.0, 0.5, 2.0], (CELLS, CELLS), p=[0.5, 0.3, 0.15, 0.05])
-    plan = LocalPlan(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=around, passage=(0.4, 0.25, 0.7))
+    plan = GridPlanner(
+        CELLS, CELL, PRICES, spans=(1.5, 5.0), around=around, passage=(0.4, 0.25, 0.7)
+    )
     here, drawn = rng.uniform(-6.0, 6.0, (2, 2))
     goal = drawn if goal is None else goal
     centre = np.floor(here / CELL).astype(np.int64)
@@ -94,7 +96,7 @@ def test_a_known_way_round_is_taken_to_a_goal_beyond_the_square():
     evidence[-16:-14, :] = 3.0  # The square wraps around: this is behind the robot.
     evidence[14:32, :] = 3.0
     evidence[14:32, -28:-16] = -1.0
-    plan = LocalPlan(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=4.0, passage=(0.4, 0.25, 0.7))
+    plan = GridPlanner(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=4.0, passage=(0.4, 0.25, 0.7))
     here, goal = np.zeros(2), np.array([12.0, 2.0])
     place = plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
     assert place is not None
@@ -104,7 +106,7 @@ def test_a_known_way_round_is_taken_to_a_goal_beyond_the_square():
 def test_no_price_overtakes_the_ring_of_buckets():
     """Cells wait in a ring: one that waited a whole turn behind would be taken for the next."""
     dear = PRICES._replace(tight=200.0)
-    plan = LocalPlan(CELLS, CELL, dear, spans=(1.5, 5.0), around=8.0, passage=(0.4, 0.25, 0.7))
+    plan = GridPlanner(CELLS, CELL, dear, spans=(1.5, 5.0), around=8.0, passage=(0.4, 0.25, 0.7))
     evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
     evidence[:, 20] = 2.0
     here, goal = np.array([0.0, 0.0]), np.array([0.0, 5.5])
@@ -123,7 +125,7 @@ def test_a_wall_that_was_seen_from_near_is_dearer_than_a_doubtful_one():
     for believed in (0.9, 1.1, 3.0):
         evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
         evidence[:, :2] = believed  # Right across the square, two cells thick.
-        plan = LocalPlan(
+        plan = GridPlanner(
             CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
         )
         plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
@@ -141,7 +143,7 @@ def test_where_the_robot_has_driven_a_metre_costs_no_more_than_a_metre():
     spent = {}
     for driven in (False, True):
         evidence[0, :] = -PRICES.certain if driven else -1.0
-        plan = LocalPlan(
+        plan = GridPlanner(
             CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
         )
         plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from andabata.machine.pose import Pose
-from andabata.models import shipped_squares
-from andabata.navigation.controller import Recent, View
-from andabata.navigation.planning.ground_layer import SquareMap, SquareMapConfig
-from andabata.navigation.planning.local_planner import LocalMap, LocalMapConfig
-from traversability.cartesian.elevation_grid import Tiles
+from andabata.models import shipped_ground_classifier
+from andabata.navigation.controller import ControllerInput, SweepWindow
+from andabata.navigation.planning.ground_layer import GroundLayer, GroundLayerConfig
+from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
+from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
@@ -33,20 +33,20 @@ def trunk(x, y, rng):
 def view_of(points, red=()):
     """Return the view of a robot at the origin whose scan calls some (sector, ring) red."""
     cloud = None if points is None else PointCloud(points, "odom", np.zeros(len(points)))
-    recent = None if cloud is None else Recent((cloud,), 0.0)
+    recent = None if cloud is None else SweepWindow((cloud,), 0.0)
     odds = np.full((GRID.n_sectors, GRID.n_rings), -6.0, dtype=np.float32)
     for cell in red:
         odds[cell] = 6.0
     ranges = np.full(GRID.n_sectors, np.inf, dtype=np.float32)
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     scan = VirtualScan(ranges, GRID.outer_radius, odds)
-    return View(0.0, scan, 0.0, 8.0, (0.0, 0.0), pose, pose, GOAL, None, recent=recent)
+    return ControllerInput(0.0, scan, 0.0, 8.0, (0.0, 0.0), pose, pose, GOAL, None, recent=recent)
 
 
-def evidence_at(local_map, x, y):
+def evidence_at(local_planner, x, y):
     """Return the evidence of the cell at a place [m]."""
-    i, j = np.floor(np.array([x, y]) / local_map.config.cell).astype(int)
-    return float(local_map.evidence.values[i, j])
+    i, j = np.floor(np.array([x, y]) / local_planner.config.cell).astype(int)
+    return float(local_planner.evidence.values[i, j])
 
 
 def cells_around(x, y):
@@ -60,19 +60,19 @@ def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
     places = [(3.1, 0.7), (3.1, -0.7)]
     cloud = np.concatenate([ground(rng), *(trunk(*p, rng) for p in places)])
     red = [cells_around(x, y + side) for x, y in places for side in (-0.3, 0.0, 0.3)]
-    fine, coarse = LocalMap(GRID, squares=shipped_squares()), LocalMap(GRID)
-    for local_map in (fine, coarse):
+    fine, coarse = LocalPlanner(GRID, squares=shipped_ground_classifier()), LocalPlanner(GRID)
+    for local_planner in (fine, coarse):
         for _ in range(30):
-            local_map.guide(view_of(cloud, red))
+            local_planner.guide(view_of(cloud, red))
     for x, y in places:
         assert evidence_at(fine, x, y) > fine.config.wall
     assert evidence_at(fine, 3.1, 0.05) < 0
     assert evidence_at(coarse, 3.1, 0.3) > coarse.config.wall
     rooms = []
-    for local_map in (fine, coarse):
-        local_map.subgoal(ORIGIN, GOAL)
-        i, j = np.floor((np.array([3.1, 0.0]) - local_map.plan.corner) / 0.2).astype(int)
-        rooms.append(0.2 * float(local_map.plan.gaps[i, j]))
+    for local_planner in (fine, coarse):
+        local_planner.subgoal(ORIGIN, GOAL)
+        i, j = np.floor((np.array([3.1, 0.0]) - local_planner.plan.corner) / 0.2).astype(int)
+        rooms.append(0.2 * float(local_planner.plan.gaps[i, j]))
     assert rooms[0] >= 0.4 - 1e-6  # The body is 0.54 m wide, the gap 1.2 m.
     assert rooms[1] < 0.3
 
@@ -81,23 +81,23 @@ def test_where_no_cloud_has_points_the_scan_decides():
     rng = np.random.default_rng(1)
     points = ground(rng)
     hole = np.hypot(points[:, 0] - 3.1, points[:, 1]) > 0.8
-    local_map = LocalMap(GRID, squares=shipped_squares())
+    local_planner = LocalPlanner(GRID, squares=shipped_ground_classifier())
     for _ in range(30):
-        local_map.guide(view_of(points[hole], [cells_around(3.1, 0.05)]))
-    assert evidence_at(local_map, 3.1, 0.05) > local_map.config.wall
+        local_planner.guide(view_of(points[hole], [cells_around(3.1, 0.05)]))
+    assert evidence_at(local_planner, 3.1, 0.05) > local_planner.config.wall
 
 
 def tiles_of(points):
     """Return the tiles of a cloud around the origin."""
-    tiles = Tiles()
+    tiles = ElevationGrid()
     tiles.describe(points, ORIGIN)
     return tiles
 
 
 def test_squares_are_remembered_up_to_a_limit_and_what_is_sure_overrides_them():
-    rng, config = np.random.default_rng(2), SquareMapConfig()
+    rng, config = np.random.default_rng(2), GroundLayerConfig()
     plain, blocked = ground(rng), np.concatenate([ground(rng), trunk(2.1, 0.1, rng)])
-    squares = SquareMap(256, shipped_squares(), config)
+    squares = GroundLayer(256, shipped_ground_classifier(), config)
     for _ in range(6):
         squares.take(tiles_of(plain), ORIGIN)
     assert np.abs(squares.odds).max() <= config.most
@@ -113,8 +113,8 @@ def test_what_a_miss_costs_moves_the_odds_by_its_logarithm_as_far_as_the_robot_m
     tiles = tiles_of(ground(rng, noise=0.02))
     odds = []
     for miss in (1.0, 5.0):
-        config = SquareMapConfig(miss=miss, near=3.0, most=50.0)
-        squares = SquareMap(256, shipped_squares(), config)
+        config = GroundLayerConfig(miss=miss, near=3.0, most=50.0)
+        squares = GroundLayer(256, shipped_ground_classifier(), config)
         squares.take(tiles, ORIGIN)
         odds.append(squares.odds.copy())
     middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1
@@ -131,16 +131,20 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
     red = [(sector + side, ring) for side in (-1, 0, 1)]
     cloud = np.float32([[-9.5, 0.0, 0.0]])  # Behind the robot, far away.
     walled = []
-    for squares, seen in ((shipped_squares(), cloud), (shipped_squares(), None), (None, cloud)):
-        local_map = LocalMap(GRID, squares=squares)
+    for squares, seen in (
+        (shipped_ground_classifier(), cloud),
+        (shipped_ground_classifier(), None),
+        (None, cloud),
+    ):
+        local_planner = LocalPlanner(GRID, squares=squares)
         for _ in range(60):
-            local_map.guide(view_of(seen, red))
-        walled.append(evidence_at(local_map, ahead, 0.05) > 0)
+            local_planner.guide(view_of(seen, red))
+        walled.append(evidence_at(local_planner, ahead, 0.05) > 0)
     assert walled == [is_wall, True, True]
 
 
 def test_it_forgets_what_lies_behind():
-    squares = SquareMap(256, shipped_squares(), SquareMapConfig())
+    squares = GroundLayer(256, shipped_ground_classifier(), GroundLayerConfig())
     squares.take(tiles_of(ground(np.random.default_rng(4))), ORIGIN)
     assert squares.odds.any()
     squares.follow(np.array([20.0, 0.0]))
@@ -151,23 +155,23 @@ def test_it_forgets_what_lies_behind():
 
 def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
     rng = np.random.default_rng(5)
-    local_map = LocalMap(GRID, squares=shipped_squares())
+    local_planner = LocalPlanner(GRID, squares=shipped_ground_classifier())
     cloud = np.concatenate([ground(rng), trunk(0.75, 0.0, rng)])
     first = view_of(cloud)
     for _ in range(10):
-        local_map.guide(first)
-    assert evidence_at(local_map, 0.1, 0.1) <= -local_map.config.certain
-    once = local_map.evidence.values.copy()
-    local_map.reset()
-    assert not local_map.evidence.values.any()
+        local_planner.guide(first)
+    assert evidence_at(local_planner, 0.1, 0.1) <= -local_planner.config.certain
+    once = local_planner.evidence.values.copy()
+    local_planner.reset()
+    assert not local_planner.evidence.values.any()
     for _ in range(10):
-        local_map.guide(first)
-    assert np.array_equal(local_map.evidence.values, once)
+        local_planner.guide(first)
+    assert np.array_equal(local_planner.evidence.values, once)
 
 
 def test_squares_of_another_size_are_refused():
-    with pytest.raises(ValueError, match=r"local_map.cell: expected 0.2 m.* got 0.25 m"):
-        LocalMap(GRID, LocalMapConfig(cell=0.25), squares=shipped_squares())
+    with pytest.raises(ValueError, match=r"local_planner.cell: expected 0.2 m.* got 0.25 m"):
+        LocalPlanner(GRID, LocalPlannerConfig(cell=0.25), squares=shipped_ground_classifier())
 
 
 def test_only_what_was_measured_when_asked_for_is_judged_and_as_in_the_whole_cloud():
@@ -175,9 +179,11 @@ def test_only_what_was_measured_when_asked_for_is_judged_and_as_in_the_whole_clo
     rng = np.random.default_rng(6)
     points = np.concatenate([ground(rng), trunk(2.1, 0.1, rng), trunk(-2.1, 0.1, rng)])
     ages = np.where(points[:, 0] < 0.4, np.float32(1.5), np.float32(0.5))
-    tiles = Tiles()
+    tiles = ElevationGrid()
     tiles.describe(points, ORIGIN, ages)
-    whole, parts = (SquareMap(256, shipped_squares(), SquareMapConfig()) for _ in range(2))
+    whole, parts = (
+        GroundLayer(256, shipped_ground_classifier(), GroundLayerConfig()) for _ in range(2)
+    )
     whole.take(tiles, ORIGIN)
     parts.take(tiles, ORIGIN, (1.0, 2.0))
     middles = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1

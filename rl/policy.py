@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from andabata.machine.kinematics import apply_dead_zone
 from rl.spaces import ObservationLayout
+from terrain.kernel import kernel
 
 _FORMAT = "andabata-policy"
 _VERSION = 2  # 1 had straight ranges.
@@ -161,7 +161,7 @@ class Policy:
         return cls.from_bytes(path.read_bytes(), str(path))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _forward(state, scale, weights, biases):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the two outputs for a state; weights have a row for each input.
 

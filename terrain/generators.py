@@ -5,9 +5,10 @@ compose.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
+
+from terrain.kernel import kernel
 
 Field = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> 
     return nearest
 
 
-@njit(cache=True)
+@kernel
 def _approach(x, y, line, nearest):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Lower ``nearest`` to the distance from the polyline."""
     for i in range(len(x)):

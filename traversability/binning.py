@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.grid import PolarGrid
 
 COUNT, X, Y, Z, XX, YY, ZZ, XY, XZ, YZ, LOWEST, HIGHEST, NEAREST, FURTHEST = range(14)
@@ -155,7 +155,7 @@ def fill_quarters(
     return memory
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_quarters(points, squares, rings, ring_scale, cosines, sines, sectors, bins, lowest):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the quarter of each point, and the lowest z of each cell."""
     n_sectors, n_rings = len(cosines) - 1, len(squares) - 1
@@ -187,7 +187,7 @@ def find_quarters(points, squares, rings, ring_scale, cosines, sines, sectors, b
             flat[cell] = z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cut_over_ground(lowest, middles, max_height, cuts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Follow the ground outwards along each sector and write the cuts above it."""
     for sector in range(lowest.shape[0]):
@@ -199,7 +199,7 @@ def _cut_over_ground(lowest, middles, max_height, cuts):  # type: ignore[no-unty
             cuts[sector, ring] = ground + max_height
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add(points, bins, cuts, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add each point to its quarter."""
     sums[:, :, :LOWEST] = 0.0

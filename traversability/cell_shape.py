@@ -4,8 +4,8 @@ The columns of ``out`` are those of ``features.OWN_FEATURES``.
 """
 
 import numpy as np
-from numba import njit
 
+from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import (
     COUNT,
     FURTHEST,
@@ -36,7 +36,7 @@ _SPACING, _SEEN_BEYOND, _DEPTH = 27, 28, 29  # Columns of what a ring tells, and
 FEW = 3  # A cell with fewer points tells nothing.
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def describe_cells(points, bins, sums, means, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the number of points and the own features of each cell."""
     count_points(sums, counts)
@@ -52,7 +52,7 @@ def describe_cells(points, bins, sums, means, planes, counts, middles, values): 
     _bumps(points, bins, sums, planes, counts, middles, values)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def count_points(sums, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the number of points of each cell."""
     for sector in range(counts.shape[0]):
@@ -64,7 +64,7 @@ def count_points(sums, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001,
             counts[sector, ring] = np.int32(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def mean_points(sums, means):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write weight, mean point, lowest and highest z of each quarter: w, x, y, z, low, high."""
     for i in range(sums.shape[0]):
@@ -78,7 +78,7 @@ def mean_points(sums, means):  # type: ignore[no-untyped-def]  # noqa: ANN001, A
                 means[i, j, 4], means[i, j, 5] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the paper's five features, and what comes from the same sums."""
     n = x = y = mean = xx = yy = zz = xy = xz = yz = 0.0
@@ -107,7 +107,7 @@ def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  #
     out[7] = min(np.sqrt(slope_x * slope_x + slope_y * slope_y), _MOST)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _gradient(xx, yy, xy, xz, yz, noise):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return rise over run along x and y of the least-squares plane, where points support one.
 
@@ -123,7 +123,7 @@ def _gradient(xx, yy, xy, xz, yz, noise):  # type: ignore[no-untyped-def]  # noq
     return (ayy * bx - axy * by) / determinant, (axx * by - axy * bx) / determinant
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _ground_shape(sums, means, planes, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the shape of the ground around a cell's quarters, the worst and the mean of the four.
 
@@ -156,7 +156,7 @@ def _ground_shape(sums, means, planes, sector, ring, middles, out):  # type: ign
     out[13], out[14], out[15], out[16] = above, below, sunk, risen
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return slope, step, the plane's height at a quarter, and lowest and highest z around.
 
@@ -213,7 +213,7 @@ def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noq
     return min(np.sqrt(gx * gx + gy * gy), _MOST), over - under, level, lowest, highest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write how far near cells rise over the plane of the ground around, and by how many points.
 
@@ -257,7 +257,7 @@ def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore
                     out[26] += top[3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what a beam meets on its way through a cell: gaps, rises and bends.
 
@@ -314,7 +314,7 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
         out[22] = min(max((z1 - z0) / max(r1 - r0, 0.02), -_MOST), _MOST)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _compare_with_ring(counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Take each ring's median gaps off those of its cells, and write what the ring tells.
 
@@ -346,7 +346,7 @@ def _compare_with_ring(counts, values):  # type: ignore[no-untyped-def]  # noqa:
             beyond[here[k]] = True
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _median(values, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the upper median of the first ``n`` values, which it sorts: few are quickest so."""
     for k in range(1, n):
@@ -358,7 +358,7 @@ def _median(values, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     return values[n // 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _mean_point(sums, sector, ring):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return horizontal distance and height of the mean of a cell's points [m]."""
     n = x = y = z = 0.0
@@ -370,7 +370,7 @@ def _mean_point(sums, sector, ring):  # type: ignore[no-untyped-def]  # noqa: AN
     return np.sqrt(x * x + y * y) / n, z / n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def eigenvalues(xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the eigenvalues of a covariance, the largest first, in closed form.
 
@@ -396,7 +396,7 @@ def eigenvalues(xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]  # noqa
     return l1, l2, min(l3, l2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def normal_z_squared(xx, yy, xy, l1, l2, l3):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the squared z of the unit eigenvector of ``l3`` from the eigenvalues alone.
 

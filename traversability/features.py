@@ -9,9 +9,9 @@ cell knows its neighbours' features (assumption).
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.binning import fill_quarters, polar_tables
 from traversability.cell_shape import FEW, describe_cells
 from traversability.grid import PolarGrid
@@ -129,7 +129,7 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     return CellFeatures(values, counts)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def ask_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the neighbours' features of a cell; their own must be there."""
     if counts[sector, ring] < FEW:
@@ -155,7 +155,7 @@ _OWN = len(OWN_FEATURES)
 _SHARED = len(SHARED)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _of_two(left, right, there, counts, values, sector, ring, place, both):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the lower (if ``both``) and the higher of two cells' features from ``place`` on."""
     inside = 0 <= there < counts.shape[1]

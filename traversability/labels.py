@@ -3,9 +3,9 @@
 from enum import IntEnum
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.binning import fill_quarters
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
@@ -104,7 +104,7 @@ def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
     return (surely == CellState.NON_TRAVERSABLE) | (maybe == CellState.TRAVERSABLE)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count(bins, nontraversable, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Count good and bad points of each cell."""
     counts[:] = 0

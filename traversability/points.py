@@ -7,10 +7,10 @@ component analysis of its nearest neighbours and by its height over what lies ar
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from terrain.kernel import kernel
 from traversability.binning import LOWEST, fill_quarters
 from traversability.cell_shape import eigenvalues, normal_z_squared
 from traversability.grid import PolarGrid
@@ -71,7 +71,7 @@ def _lowest_around(lowest: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.minimum(np.minimum(np.roll(rows, 1, 0), rows), np.roll(rows, -1, 0))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _describe(points, neighbours, gaps, out, first):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the features of each row of neighbours: with ``first`` 0 all five, else three."""
     for k in range(len(neighbours)):

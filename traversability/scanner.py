@@ -1,9 +1,9 @@
 """The virtual 2D traversability scanner: a cloud in, ranges out, in one compiled pass."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.binning import fill_quarters, make_quarters, polar_tables
 from traversability.cell_shape import describe_cells
 from traversability.features import ALL_FEATURES, ask_neighbours
@@ -76,7 +76,7 @@ class TraversabilityScanner:
         return VirtualScan(ranges, self.grid.outer_radius, odds.astype(np.float32))
 
     def _look(self, points: NDArray[np.float32], every: bool) -> NDArray[np.float32]:
-        """EpisodeMonitor all cells, or those up to the first red one of each sector; return the ranges."""
+        """Judge all cells, or those up to the first red one of each sector; return the ranges."""
         self._quarters = fill_quarters(points, self.grid, self._quarters)
         describe_cells(
             points,
@@ -111,7 +111,7 @@ class TraversabilityScanner:
         return ranges
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     counts,  # noqa: ANN001
     values,  # noqa: ANN001
@@ -131,7 +131,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
     votes_of,  # noqa: ANN001
     ranges,  # noqa: ANN001
 ):
-    """EpisodeMonitor described cells ring by ring; a red one closes its sector."""
+    """Judge described cells ring by ring; a red one closes its sector."""
     sectors, rings = counts.shape
     flat = values.reshape(sectors * rings, values.shape[2])
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from terrain.kernel import kernel
 
 Vote = Literal["mean", "logistic"]
 Nodes = tuple[int, NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
@@ -179,7 +180,7 @@ class Trees:
         return cls(features, header["vote"], float(header["base"]), **columns)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Add to ``sums[k]`` what ``features[rows[k]]`` meets in trees, for k below ``n_rows``.
 
@@ -210,7 +211,7 @@ def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignor
             sums[k] += leaves[tree, i - bottom]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _walk_links(features, rows, n_rows, value, roots, links, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Walk deep trees: a link is the left child and, in its lowest bits, the feature."""
     mask = np.int32((1 << _FEATURE_BITS) - 1)

@@ -8,9 +8,9 @@ from the last plane that it enters by to the first that it leaves by.
 """
 
 import numpy as np
-from numba import njit
 
 from terrain.classes import TRAITS, SemanticClass
+from terrain.kernel import inlined_kernel, kernel
 
 NO_CLASS = 255
 """Class of a ray that meets nothing."""
@@ -22,7 +22,7 @@ for _semantic, _traits in TRAITS.items():
 _KINDS = np.array([int(kind) for kind in SemanticClass if np.isfinite(_RATES[kind])])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _within(origin, inverse, low, high, begin, stop):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the part of ``begin`` to ``stop`` in which a coordinate is between two bounds."""
     if np.isinf(inverse):
@@ -34,7 +34,7 @@ def _within(origin, inverse, low, high, begin, stop):  # type: ignore[no-untyped
     return begin, stop
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _height(h00, h10, h01, h11, u, v):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the height in a square of the ground; ``u`` and ``v`` from 0 to 1."""
     if u + v <= 1.0:
@@ -42,7 +42,7 @@ def _height(h00, h10, h01, h11, u, v):  # type: ignore[no-untyped-def]  # noqa: 
     return h11 + (1.0 - u) * (h01 - h11) + (1.0 - v) * (h10 - h11)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _meet_ground(  # type: ignore[no-untyped-def]  # noqa: ANN202
     heights,  # noqa: ANN001
     u0,  # noqa: ANN001
@@ -111,7 +111,7 @@ def _meet_ground(  # type: ignore[no-untyped-def]  # noqa: ANN202
     return met, a, b, side
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cross_thing(planes, first, last, ox, oy, oz, dx, dy, dz):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where a ray enters and leaves a convex thing; it misses where it leaves first."""
     enter, leave = -np.inf, np.inf
@@ -130,7 +130,7 @@ def _cross_thing(planes, first, last, ox, oy, oz, dx, dy, dz):  # type: ignore[n
     return enter, leave
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
     rays,  # noqa: ANN001
     budgets,  # noqa: ANN001
@@ -247,7 +247,7 @@ def cast_rays(  # type: ignore[no-untyped-def]  # noqa: ANN201
         ranges[ray], classes[ray] = end, kind
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _end_in(end, kind, budget, count, enters, leaves, natures):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where a ray ends that crosses porous things before ``end`` [m], and in what.
 

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from terrain.objects import SceneObject
 from worlds.ray_walk import cast_rays
 from worlds.world import World
@@ -160,7 +160,7 @@ _DENT = 0.005
 """How far a corner may stand out over another face of a convex thing [m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _planes(corners, triangles, firsts, faces):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return boxes around convex meshes, the planes of their faces, each once, and their dents."""
     count = len(firsts) - 1

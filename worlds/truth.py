@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.ndimage import correlate1d, distance_transform_edt, map_coordinates
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
+from terrain.kernel import kernel
 from terrain.objects import SceneObject
 from worlds.paths import cost_to_go, shortest_path
 
@@ -190,7 +190,7 @@ def build_truth(
     config: TruthConfig,
     surface: NDArray[np.uint8] | None = None,
 ) -> TraversabilityMap:
-    """EpisodeMonitor every cell of a world on its true surface.
+    """Judge every cell of a world on its true surface.
 
     Args:
         ground: The heightfield.
@@ -263,7 +263,7 @@ def slope_and_step(
     return np.arctan(np.hypot(dx, dy) / cell), 1.4 * spread
 
 
-@njit(cache=True)
+@kernel
 def _residual_range(heights, level, dx, dy, reach):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the range of heights about each window's plane [m]."""
     n, m = heights.shape
@@ -302,7 +302,7 @@ def _projected(thing: SceneObject) -> NDArray[np.float64]:
     return thing.vertices[thing.triangles][:, :, :2].astype(np.float64)
 
 
-@njit(cache=True)
+@kernel
 def _rasterise(triangles, x0, y0, cell, value, raster):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write ``value`` where a cell's centre lies within half a cell of a triangle."""
     n, m = raster.shape
@@ -329,7 +329,7 @@ def _rasterise(triangles, x0, y0, cell, value, raster):  # type: ignore[no-untyp
                     raster[i, j] = value
 
 
-@njit(cache=True)
+@kernel
 def _side(p, q, x, y):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the signed distance of a place from the line p-q [m], positive to its left."""
     dx, dy = q[0] - p[0], q[1] - p[1]

@@ -191,7 +191,7 @@ class Demonstration:
         self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
     def _judgement(self) -> None:
-        """EpisodeMonitor controllers in a few trials."""
+        """Judge controllers in a few trials."""
         trials = self._config.trials
         config = EvaluationConfig(
             world=_WORLD,

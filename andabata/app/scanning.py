@@ -65,7 +65,7 @@ class ScanConfig(BaseModel):
 
 
 def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned:
-    """EpisodeMonitor the cells around the robot in a cloud.
+    """Judge the cells around the robot in a cloud.
 
     Args:
         cloud: In ``base_footprint``, or of a sensor.

@@ -93,7 +93,7 @@ def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> T
     places: dict[int, NDArray[np.float64]] = {}
 
     def watch(readings: SensorReadings) -> None:
-        """EpisodeMonitor the step before: these senses reach the filter in the next one."""
+        """Judge the step before: these senses reach the filter in the next one."""
         if readings.fixes is not None and readings.true_track is not None:
             for row in readings.true_track:
                 places[round(row[0] * 100)] = row[1:3]

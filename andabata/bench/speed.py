@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv
-from numba import njit
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
@@ -38,6 +37,7 @@ from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import ObservationLayout
 from rl.training import EpisodeSpec, play_together
+from terrain.kernel import kernel
 from traversability.features import cell_features
 from traversability.scanner import TraversabilityScanner
 from worlds.scenes import Scene, SceneShelf
@@ -318,7 +318,7 @@ def _filter_race() -> Case:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _filter(steps, x, P, imu, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Predict and correct by gravity again and again."""
     for _ in range(steps):

@@ -97,7 +97,7 @@ class Recording:
     clouds: bool = True
 
     def watch(self, simulated_robot: SimulatedRobot, setup: dict[str, Any]) -> MessageWriter:
-        """Record every step of a simulated robot's navigator; the writer has to be closed at the end.
+        """Record every step of a robot's navigator; the writer has to be closed at the end.
 
         Raises:
             BagError: If the file is there already.

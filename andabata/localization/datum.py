@@ -154,7 +154,7 @@ class Datum:
         """Return the datum with strength and dip of the field as the compass reads them.
 
         Args:
-            readings: SensorReadings at the start; without compass or inertial unit nothing changes.
+            readings: Readings at the start; without compass or inertial unit nothing changes.
         """
         field = levelled_field(readings)
         if field is None:
@@ -171,7 +171,7 @@ def datum_of_heading(readings: SensorReadings, yaw: float) -> Datum:
     """Return a datum nowhere in particular whose declination is what a told heading makes of it.
 
     Args:
-        readings: SensorReadings at the start; without a compass the default's field is expected.
+        readings: Readings at the start; without a compass the default's field is expected.
         yaw: Heading that is told [rad].
     """
     nowhere = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
@@ -248,8 +248,8 @@ def make_datum(
     if ("latitude_deg" in given) != ("longitude_deg" in given):
         one = next(name for name in ("latitude_deg", "longitude_deg") if name in given)
         raise DatumError(
-            f"sensing.geo_reference: expected latitude_deg and longitude_deg, or neither, got only {one}; "
-            "--datum LAT,LON gives both"
+            f"sensing.geo_reference: expected latitude_deg and longitude_deg, or neither, "
+            f"got only {one}; --datum LAT,LON gives both"
         )
     rows = fixes[consistent_fixes(fixes)]
     altitudes = rows[np.isfinite(rows[:, 3]), 3]

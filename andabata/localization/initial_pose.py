@@ -17,7 +17,7 @@ def initial_pose(readings: SensorReadings, reference: GeoReference) -> Pose | No
     """Return the pose of a robot at rest: tilt by gravity, heading by the compass, place by a fix.
 
     Args:
-        readings: SensorReadings of the robot while it stood.
+        readings: Readings of the robot while it stood.
         reference: Datum of the map, and the magnetic field there.
 
     Returns:

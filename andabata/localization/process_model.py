@@ -18,7 +18,6 @@ The attitude comes first: of the 37 sigma points only seven differ in it.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from andabata.localization.ukf import (
@@ -31,6 +30,7 @@ from andabata.localization.ukf import (
     turn_of,
 )
 from andabata.machine.proprioception import GRAVITY
+from terrain.kernel import kernel
 
 STATES = 18
 ANGULAR = np.array([True] * 3 + [False] * 15)
@@ -197,7 +197,7 @@ class Belief(NamedTuple):
     weights: Weights
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _turns(body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill what each point's attitude decides; most points share the mean's.
 
@@ -217,14 +217,14 @@ def _turns(body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
                 trig[k, a] = trig[0, a]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _aside(k, rate, body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the sideways speed of a point that turns at a rate [rad/s]."""
     sliding = abs(rate) * body.creep * room.trig[k, 6] + rate * body.pivot * room.trig[k, 2]
     return room.points[k, 10] - sliding
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def predict(x, P, wx, wy, wz, dt, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Move the state by a step of ``dt`` [s] with a gyro reading [rad/s].
 
@@ -267,7 +267,7 @@ def predict(x, P, wx, wy, wz, dt, body, noise, weights, room):  # type: ignore[n
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _finish(x, P, z0, z1, z2, r0, r1, r2, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Correct with a measurement whose expectations stand in the room.
 
@@ -282,7 +282,7 @@ def _finish(x, P, z0, z1, z2, r0, r1, r2, gate, weights, room):  # type: ignore[
     return _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Correct with a measurement whose expectation and covariances stand in the room."""
     room.spread[0, 0] += r0
@@ -294,13 +294,13 @@ def _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room):  # type: ignore[no-unty
     return correct(x, P, room.angular, room.cross, room.spread, room.innovation, gate, room.gain)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def see_wheels(x, P, speed, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with the encoders' forward speed [m/s]."""
     return correct_one(x, P, room.angular, 9, speed, noise.wheels**2, gate, room.gain)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def see_gravity(x, P, imu, body, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with a specific force [m/s2]: gravity and what turning while driving adds.
 
@@ -322,7 +322,7 @@ def see_gravity(x, P, imu, body, noise, gate, weights, room):  # type: ignore[no
     return _finish(x, P, imu[4], imu[5], imu[6], r0, r0, 4 * r0, gate, weights, room)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def see_field(x, P, field, body, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with a magnetic field: stamp and flux density in the base frame [uT], shape (4,)."""
     if not draw_points(x, P, weights.gain, room.factor, room.points):
@@ -341,7 +341,7 @@ def see_field(x, P, field, body, noise, gate, weights, room):  # type: ignore[no
     return _finish(x, P, field[1], field[2], field[3], r0, r0, r0, gate, weights, room)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def see_fix(x, P, fix, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct with a fix: stamp, x, y, z [m], horizontal and vertical sigma [m], shape (6,).
 
@@ -366,7 +366,7 @@ _MOTION = np.array([0, 1, 3, 4, 5, 9, 10, 16, 17])
 accelerometer."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _keep(x, P, old_x, old_P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Put the motion's states back as they were before a correction.
 
@@ -379,7 +379,7 @@ def _keep(x, P, old_x, old_P):  # type: ignore[no-untyped-def]  # noqa: ANN001, 
             P[i, j] = old_P[i, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def see_rest(x, P, imu, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct the gyro's bias with what it reads while the wheels stand still."""
     for a in range(3):
@@ -392,7 +392,7 @@ def see_rest(x, P, imu, noise, gate, room):  # type: ignore[no-untyped-def]  # n
     return _innovate(x, P, imu[1], imu[2], imu[3], r0, r0, r0, gate, room)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _count(counts, sensor, distance, gate):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Count a measurement as believed, gated or refused: columns 0, 1 and 2."""
     if distance <= gate:
@@ -403,13 +403,13 @@ def _count(counts, sensor, distance, gate):  # type: ignore[no-untyped-def]  # n
         counts[sensor, 2] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _whole(row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return whether all numbers of a row are finite."""
     return np.isfinite(row).all()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Take in one period: predict from inertial row to inertial row, and correct in between.
 
@@ -491,7 +491,7 @@ def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # typ
     return now, filled, True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _reckon(x, imu, dt, body, odometry):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Move the odometry: it follows gyro and wheels and never jumps."""
     sr, cr, sp, cp = np.sin(x[0]), np.cos(x[0]), np.sin(x[1]), np.cos(x[1])
@@ -507,7 +507,7 @@ def _reckon(x, imu, dt, body, odometry):  # type: ignore[no-untyped-def]  # noqa
     odometry[2] += dt * (-sp * x[9] + cp * sr * aside)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _write(now, x, odometry, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write stamp, position and quaternion x, y, z, w of the odometry."""
     sr, cr, sp, cp = np.sin(x[0] / 2), np.cos(x[0] / 2), np.sin(x[1] / 2), np.cos(x[1] / 2)

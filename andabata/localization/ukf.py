@@ -8,8 +8,9 @@ several sensors between two predictions would otherwise meet stale ones.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from terrain.kernel import kernel
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Spread:
         return cls(gain, np.array(points.Wm, dtype=float), np.array(points.Wc, dtype=float))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def turn_of(angle):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return an angle [rad] wrapped to (-pi, pi]."""
     if -np.pi < angle <= np.pi:
@@ -47,7 +48,7 @@ def turn_of(angle):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def draw_points(x, P, gain, L, points):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Draw sigma points around a mean.
 
@@ -88,7 +89,7 @@ def draw_points(x, P, gain, L, points):  # type: ignore[no-untyped-def]  # noqa:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def combine_points(points, weights, weights_c, angular, mean, deviations, P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Turn sigma points into mean and covariance.
 
@@ -133,7 +134,7 @@ def combine_points(points, weights, weights_c, angular, mean, deviations, P):  #
             P[j, i] = P[i, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def cross_points(L, reach, weight, seen, cross):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the covariance of state and expected measurement.
 
@@ -158,7 +159,7 @@ def cross_points(L, reach, weight, seen, cross):  # type: ignore[no-untyped-def]
                 cross[i, j] += L[i, c] * share
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct(x, P, angular, cross, S, innovation, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct mean and covariance in place, unless the measurement is too far off.
 
@@ -213,7 +214,7 @@ def correct(x, P, angular, cross, S, innovation, gate, gain):  # type: ignore[no
     return distance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct_one(x, P, angular, number, z, r, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Correct in place with a measurement of one number of the state itself.
 

@@ -1,11 +1,11 @@
 """The geometry of the vertical sweeps, used both to cast beams and to place what they measured."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from andabata.machine.pose import PoseTrack, interpolate
 from andabata.machine.sensor_readings import Sweeps
+from terrain.kernel import inlined_kernel, kernel
 from traversability.cloud import PointCloud
 
 
@@ -77,14 +77,14 @@ def beam_rays(
     return rays
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _leave(rows, stamps, period, beams, times):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write when some beams leave."""
     for place, k in enumerate(rows):
         times[place] = stamps[k // beams] + (k % beams) * period
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _rays(poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Turn each beam from the head's plane into the base and into the map."""
     beams = tilts.shape[1]
@@ -96,7 +96,7 @@ def _rays(poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-
                 rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
     points = np.empty((len(rows), 3), dtype=np.float32)
@@ -108,7 +108,7 @@ def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[n
     return points
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _ray(sweep, beam, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return where a beam leaves at the pose of a row, and where it points, in the map."""
     plane = sweep % len(tilts)
@@ -165,7 +165,7 @@ def place_beams(
     return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mount(poses, mounting, lift, count):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Turn poses of the base into those of a head that is mounted on it, in place."""
     a, b, c = mounting[0], mounting[1], mounting[2] + lift
@@ -229,7 +229,7 @@ def place_points(cloud: PointCloud, track: PoseTrack, lidar_height: float) -> ND
     return _moved(cloud.points, track.at(cloud.stamps), height, level)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _moved(points, poses, height, level):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return points turned and shifted by a pose each, by its heading alone where ``level``."""
     found = np.empty((len(points), 3), dtype=np.float32)

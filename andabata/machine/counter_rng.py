@@ -6,7 +6,8 @@ distribution function (Wichura 1988, algorithm AS 241, seven figures).
 """
 
 import numpy as np
-from numba import njit
+
+from terrain.kernel import inlined_kernel, kernel
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
@@ -14,7 +15,7 @@ _27, _30, _31, _11 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(11)
 _UNIT = 2.0**-53
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def uniform(key, number):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the ``number``-th draw of a key, both uint64: from 0 to 1, 1 not included."""
     z = key + (number + np.uint64(1)) * _GOLDEN
@@ -23,7 +24,7 @@ def uniform(key, number):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN20
     return np.float64((z ^ (z >> _31)) >> _11) * _UNIT
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def normal(share):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the standard normal number below which a share of them lies."""
     q = share - 0.5

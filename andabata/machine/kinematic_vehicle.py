@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,6 +13,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import quaternion, stand
+from terrain.kernel import kernel
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import Start, World
 
@@ -201,7 +201,7 @@ def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
     return np.array(sides + ends + wheels)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def drive_ticks(motion, wanted, noise, limits, sliding, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Move for as many ticks as ``rows`` has.
 
@@ -247,7 +247,7 @@ def drive_ticks(motion, wanted, noise, limits, sliding, ground, contact, rows, f
         rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6] = quaternion(roll, pitch, motion[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _touches(x0, y0, c, s, near, x_min, y_min, cell, outline):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return whether a point of the outline lies in a solid cell or beyond the map."""
     n, m = near.shape

@@ -4,7 +4,6 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -14,6 +13,7 @@ from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from terrain.classes import TRAITS
+from terrain.kernel import inlined_kernel, kernel
 from traversability.grid import PolarGrid
 from worlds.ray_walk import NO_CLASS
 from worlds.rays import RayScene
@@ -228,13 +228,13 @@ class RotatingLidar:
         return ranges, classes
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def _mix(key, beam):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return a beam's draw of where between two surfaces it may fall."""
     return uniform(key, np.uint64(3) * np.uint64(beam))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _maybe_mixed(ranges, row, stride, key, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the beams that met nothing, draw a mixed pixel and have a neighbour that did not.
 
@@ -255,7 +255,7 @@ def _maybe_mixed(ranges, row, stride, key, mixed):  # type: ignore[no-untyped-de
     return found[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _measured(true, classes, key, returns, faults, bounds, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return what the laser reads: noise, dropouts and mixed pixels; ``inf`` is no return.
 

@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from terrain.kernel import kernel
 
 
 def wrap(angle: float) -> float:
@@ -167,7 +168,7 @@ class PoseTrack:
         return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the poses at stamps that mostly grow: the search goes on from the last one's place."""
     after = 1
@@ -191,7 +192,7 @@ def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  #
             found[k, c] *= scale
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turn_near(poses, begin, end):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Give each quaternion the sign that lies near the one before."""
     for k in range(max(begin, 1), end):

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial import cKDTree
@@ -11,6 +10,7 @@ from scipy.spatial import cKDTree
 from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
 from terrain.classes import SemanticClass
+from terrain.kernel import kernel
 from terrain.objects import SceneObject
 
 TESLA = 1e-6
@@ -233,7 +233,7 @@ class Proprioception:
 _SHADING = (SemanticClass.TRUNK, SemanticClass.FOLIAGE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _feel(rows, poses, angles, step, flux, iron, bias, noise, inertial, encoders, field):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill the rows of IMU, encoders and compass from poses.
 

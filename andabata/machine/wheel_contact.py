@@ -1,10 +1,11 @@
 """How a body on four wheels stands on the ground."""
 
 import numpy as np
-from numba import njit
+
+from terrain.kernel import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def stand(heights, cell, x0, y0, c, s, wheels):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return height [m], roll and pitch [rad] of a body on four wheels (least-squares plane).
 
@@ -37,7 +38,7 @@ def stand(heights, cell, x0, y0, c, s, wheels):  # type: ignore[no-untyped-def] 
     return mean, np.arctan(slope_y * np.cos(pitch)), pitch
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def quaternion(roll, pitch, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the quaternion x, y, z, w of roll, pitch, yaw [rad]."""
     sy, cy = np.sin(yaw / 2), np.cos(yaw / 2)

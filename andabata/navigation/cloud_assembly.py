@@ -3,7 +3,6 @@
 from collections import deque
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,6 +10,7 @@ from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.controller import SweepWindow
+from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
 _SLACK = 1.0
@@ -225,7 +225,7 @@ class CloudAssembler:
         return stamp - self._newest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return which beams are kept: not too far, not the robot's own body, thinned where dense."""
     max_range, body_radius, dense_range = limits
@@ -244,7 +244,7 @@ def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-de
     return found[:count]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _carry(points, position, yaw, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write points of the map as they are in the levelled base at a pose."""
     c, s = np.cos(yaw), np.sin(yaw)

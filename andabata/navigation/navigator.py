@@ -40,7 +40,7 @@ class Step:
 
 
 class Navigator:
-    """SensorReadings in, wheel speeds out: the same in simulation, in training and on a record.
+    """Sensor readings in, wheel speeds out: the same in simulation, in training and on a record.
 
     The vehicle keeps the paper's constant longitudinal speed, or the share of it that its
     controller asks for; it stands still until there is a first scan.

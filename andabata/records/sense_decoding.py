@@ -276,7 +276,7 @@ class _LiveJudge:
         return True
 
     def _judge(self, topic: Topic | None) -> None:
-        """EpisodeMonitor one sense, or all of them, where there is enough of them."""
+        """Judge one sense, or all of them, where there is enough of them."""
         history = self._history
         if topic is not None:
             few = history.rows(topic) < _FIRST_ROWS

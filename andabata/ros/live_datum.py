@@ -55,7 +55,7 @@ class LiveDatum:
         """Return the pose that the senses tell, once enough fixes fit each other.
 
         Args:
-            kept: SensorReadings so far.
+            kept: Readings so far.
             now_ns: The graph's time [ns].
 
         Raises:
@@ -89,7 +89,7 @@ class LiveDatum:
         believes to be.
 
         Args:
-            readings: SensorReadings of the period.
+            readings: Readings of the period.
             now_ns: The graph's time [ns].
             place: Where the robot believes to be in the map [m], shape (3,).
 
@@ -112,7 +112,7 @@ class LiveDatum:
         Without fixes for long, the compass keeps the heading that was told.
 
         Args:
-            readings: SensorReadings of the period.
+            readings: Readings of the period.
             now: Time since the start [s].
             localizer: Told what to expect of the compass.
         """

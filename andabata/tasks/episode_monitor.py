@@ -53,7 +53,7 @@ class EpisodeMonitor:
     """
 
     def __init__(self, world: World, config: TerminationConfig) -> None:
-        """EpisodeMonitor drives in ``world``."""
+        """Judge drives in ``world``."""
         self._truth = world.truth
         self._config = config
 

@@ -6,12 +6,12 @@ Plant and rays are the compiled functions that a single robot is driven with.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from andabata.tasks.episode_monitor import Outcome
+from terrain.kernel import kernel
 from worlds.ray_walk import cast_rays
 from worlds.rays import Layout
 from worlds.world import Area, Task
@@ -163,7 +163,7 @@ def _ends(counts: list[int]) -> NDArray[np.int64]:
     return np.cumsum([0, *counts])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcomes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Let each chosen robot move for a control step, where ``move``, and look around."""
     sectors = len(rules.beams)
@@ -254,7 +254,7 @@ def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcom
             terms[k, 3] = rules.reward[3] if outcome == TIPOVER else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _command(steering, commands, body, twist):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the twist of a wanted yaw rate as ``Navigator.command`` and ``SkidSteer`` do."""
     speed, limit, dead_zone, half_track, radius, fastest = body[:6]
@@ -270,7 +270,7 @@ def _command(steering, commands, body, twist):  # type: ignore[no-untyped-def]  
     twist[0], twist[1] = (left + right) / 2, (right - left) / (2 * half_track)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def heading_error(motion, errors, goal):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Return the bearing of the goal from where the robot believes to be and to head [rad]."""
     c, s = np.cos(motion[2]), np.sin(motion[2])
@@ -281,7 +281,7 @@ def heading_error(motion, errors, goal):  # type: ignore[no-untyped-def]  # noqa
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _verdict(flags, motion, distance, anchor, steps, judge):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return how the drive ended, if it did, as ``EpisodeMonitor`` does."""
     stamp = steps * TICKS_PER_STEP / TICK_HZ

@@ -6,9 +6,9 @@ again, which is auto-context (Tu and Bai 2010). Not in the papers (assumption).
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.cartesian.features import GROUND_FEATURES
 
 CONTEXT_FEATURES = (
@@ -53,7 +53,7 @@ def in_context(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _gather(ground, i, j, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the odds of squares and what those of their neighbours come to."""
     for k in range(len(i)):

@@ -3,9 +3,10 @@
 from typing import Annotated
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import AfterValidator
+
+from terrain.kernel import kernel
 
 LOWEST, POINTS, MEAN, HIGHEST = range(4)
 """Columns of a tile: lowest z [m], number and mean z of the points of the ground in it [m], highest
@@ -60,7 +61,7 @@ class ElevationGrid:
 
         Args:
             cell: Edge of a tile [m].
-            cells: ElevationGrid along an edge of the square around the place.
+            cells: Tiles along an edge of the square around the place.
         """
         self.cell = cell
         self.table = np.zeros((cells, cells, 4), dtype=np.float32)
@@ -87,7 +88,7 @@ class ElevationGrid:
         _describe(points, times, self.centre, self.cell, self.table, self.ages, self._floors)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill the tiles of the square around the centre."""
     n = len(table)
@@ -119,7 +120,7 @@ def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore
             _lower(table, floors)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _lower(table, floors):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the lowest height around each tile, one axis after the other.
 

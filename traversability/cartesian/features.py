@@ -8,9 +8,9 @@ it. Not in the papers (assumption).
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
 from traversability.cartesian.elevation_grid import (
     EVER,
     HIGHEST,
@@ -23,7 +23,7 @@ from traversability.cartesian.elevation_grid import (
 from traversability.cloud import PointCloud
 
 SQUARE = 2
-"""ElevationGrid along a square's edge."""
+"""Tiles along a square's edge."""
 
 REACH = 10.0
 """Squares further away are not judged [m]. Between 5 and 10 m half of them show points: what stands
@@ -36,10 +36,10 @@ _WINDOWS = (2, 4, 8)
 """The windows around a square reach so many tiles beyond it."""
 
 _FLAT = 0.1
-"""ElevationGrid whose points differ by more stand out of the ground and are kept out of the planes [m]."""
+"""Tiles whose points differ by more stand out of the ground and are kept out of the planes [m]."""
 
 _FEW = 5
-"""ElevationGrid that make a plane."""
+"""Tiles that make a plane."""
 
 _SHARED = 5
 """Features that do not belong to a window."""
@@ -167,11 +167,11 @@ def label_squares(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _flatten(table, centre, flat):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write which tiles are flat, 1 or 0, and their mean heights, else 0.
 
-    ElevationGrid stand in the square's own order, so that windows are rows of memory.
+    Tiles stand in the square's own order, so that windows are rows of memory.
     """
     n = len(table)
     for i in range(n):
@@ -182,7 +182,7 @@ def _flatten(table, centre, flat):  # type: ignore[no-untyped-def]  # noqa: ANN0
             flat[1, i, j] = tile[MEAN] if is_flat else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the squares that are due or beside such ones, and their features; return how many."""
     table, ages, flat = ground
@@ -239,7 +239,7 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _age(ages, u, v):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the age of a square's newest tile."""
     n, least = len(ages), np.float32(np.inf)
@@ -249,7 +249,7 @@ def _age(ages, u, v):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     return least
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fit(flat, u, v, cell, own, columns, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the planes through the flat tiles around a square tell, window by window.
 
@@ -279,7 +279,7 @@ def _fit(flat, u, v, cell, own, columns, found):  # type: ignore[no-untyped-def]
         _judge(flat, (u, v, beyond, cell), own, columns, found[_OF_WINDOW * k :])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _judge(flat, at, own, columns, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the plane through the flat tiles of one window tells."""
     u, v, beyond, cell = at

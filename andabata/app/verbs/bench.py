@@ -164,7 +164,7 @@ def localization(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """EpisodeMonitor the filter on whole drives, and what motion does to clouds and virtual scans."""
+    """Judge the filter on whole drives, and what motion does to clouds and virtual scans."""
     from andabata.app.console import Console
     from andabata.app.settings import resolve
     from andabata.assembly.simulated_robot import SimulatedRobotConfig

@@ -108,7 +108,7 @@ def evaluate(
     split: Annotated[SplitName, typer.Option(help="Clouds to judge on.")] = SplitName.VALIDATION,
     as_json: Json = False,
 ) -> None:
-    """EpisodeMonitor a forest on the clouds of a folder."""
+    """Judge a forest on the clouds of a folder."""
     from andabata.app.console import Console
     from andabata.evaluation.classifier import judge_forest, tables
     from andabata.models import shipped_forest

@@ -54,7 +54,7 @@ def scan(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """EpisodeMonitor the cells around the robot in clouds.
+    """Judge the cells around the robot in clouds.
 
     The sensor is taken to be level unless `--mounting` or `--level` says otherwise. A cloud with
     labels is scored against them. The exit code is 1 when no cell could be judged, 3 when some

@@ -4,8 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from terrain.kernel import kernel
 
 _DETOUR = 1.05
 """A straight line that costs this much more than the path is as good [and a cell more]."""
@@ -129,7 +130,7 @@ class GridPlanner:
         return None if place is None else self.corner + np.array(place) * cell
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _keep_inside(centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write 0 into the gaps of cells beyond the fence, 1 into the others."""
     n = len(gaps)
@@ -142,7 +143,7 @@ def _keep_inside(centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # 
             gaps[i, j] = np.float32(inside)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the cost of a cell's length in each cell of the square, in its own order.
 
@@ -199,11 +200,11 @@ def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-unty
             costs[i, j] = 1.0 if known <= driven else cost
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _open(evidence, centre, certain, passage, gaps, rooms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write the rooms: gaps, raised where the robot has driven.
 
-    OccupancyGrid there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
+    Log odds there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
     """
     n = len(gaps)
     room, under, past = passage
@@ -217,7 +218,7 @@ def _open(evidence, centre, certain, passage, gaps, rooms):  # type: ignore[no-u
                 rooms[i, j] = max(gaps[i, j], np.float32(room - off))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _spread(costs, onward, links, buckets, first, last, beyond, around):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the way to the last cell costs into those between it and the first, and around.
 
@@ -274,7 +275,7 @@ def _spread(costs, onward, links, buckets, first, last, beyond, around):  # type
                 waiting += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _at_the_edge(k, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the k-th cell of the way around the square."""
     side, along = k // (n - 1), k % (n - 1)
@@ -287,7 +288,7 @@ def _at_the_edge(k, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     return n - 1 - along, 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _enter(buckets, before, after, bucket, cell, slot):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Put a cell at the head of a bucket."""
     head = buckets[slot]
@@ -297,7 +298,7 @@ def _enter(buckets, before, after, bucket, cell, slot):  # type: ignore[no-untyp
     buckets[slot] = cell
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _leave(buckets, before, after, bucket, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Take a cell out of its bucket."""
     left, right = before[cell], after[cell]
@@ -310,7 +311,7 @@ def _leave(buckets, before, after, bucket, cell):  # type: ignore[no-untyped-def
     bucket[cell] = -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the farthest place of the best path that can be headed for, None for its end."""
     n = len(costs)
@@ -342,7 +343,7 @@ def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-unty
     return None if best == goal else best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _straight(costs, start, place):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the cost of the straight line between two places."""
     far = np.hypot(place[0] - start[0], place[1] - start[1])

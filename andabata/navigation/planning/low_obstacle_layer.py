@@ -6,10 +6,10 @@ against each other, and they lie there again in every cloud. Not in the papers (
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from terrain.kernel import kernel
 from traversability.cartesian.elevation_grid import EVER, MEAN, POINTS, ElevationGrid, Wrapping
 
 _ASIDE = 3
@@ -98,7 +98,7 @@ class LowObstacleLayer:
         _judge(self._sums, due, limits, self.rises)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Move a square to the robot and forget what it leaves behind; indices wrap around."""
     n = len(square)
@@ -114,7 +114,7 @@ def follow(square, centre, here, cell):  # type: ignore[no-untyped-def]  # noqa:
         centre[axis] = now
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add(table, due, sums, centre, here, cell, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add how far cells stand out of those on either side: points, and the sum over them.
 
@@ -151,7 +151,7 @@ def _add(table, due, sums, centre, here, cell, limits):  # type: ignore[no-untyp
                 seen[0] = memory
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _judge(sums, due, limits, rises):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write how far bumps stand out: further than ``least``, and than what is around them."""
     n, around = len(sums), 2 * _ASIDE

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -15,6 +14,7 @@ from andabata.navigation.planning.low_obstacle_layer import (
     LowObstacleLayerConfig,
     follow,
 )
+from terrain.kernel import kernel
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid, Wrapping
 from traversability.cartesian.features import SQUARE
@@ -43,17 +43,17 @@ class OccupancyGridConfig(BaseModel):
         surely_green: The same below them, for free cells.
         blocked: Share of its way that a forbidden cell of the scan right ahead moves the evidence.
         free: Share that a free one moves it the other way.
-        void: OccupancyGrid that an empty cell of the scan adds, with nothing in front of it that could
+        void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
             hide it: an edge behind which the ground falls away tells no more.
         void_reach: Empty cells farther than this mean nothing [m].
         red_reach: Red cells of the scan farther than this mean nothing where squares are judged
             [m]: they are a metre long and wide, and squares tell what stands where in them.
-        fade: OccupancyGrid weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
+        fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
         certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
             twice as much against a wall.
         trail: Looks after which ground that was driven is ground like any other: dead
             reckoning has drifted by then, the edges of the trail sooner than its middle.
-        wall: OccupancyGrid above which a cell is a wall.
+        wall: Evidence above which a cell is a wall.
         squares: Numbers of what clouds say of each cell.
         bumps: Numbers of what stands out of the ground by centimetres.
     """
@@ -219,7 +219,7 @@ class OccupancyGrid:
         return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _forget(evidence, certain, step):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Move what is known of driven ground a step towards what is known of free ground."""
     for i in range(len(evidence)):
@@ -228,7 +228,7 @@ def _forget(evidence, certain, step):  # type: ignore[no-untyped-def]  # noqa: A
                 evidence[i, j] += step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure, has_squares):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Add what a scan says of each cell around the robot."""
     n, half, sectors = len(evidence), len(rings) // 2, len(odds)
@@ -275,7 +275,7 @@ def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure, has
                 evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what is known of squares over what cells of the scan told, where nobody has driven."""
     n = len(evidence)
@@ -286,7 +286,7 @@ def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def] 
                 evidence[i, j] = min(max(scale * odds[i, j], least), certain)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _raise(evidence, centre, half, bumps, squares, certain, doubt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Raise the evidence where the ground has bumps, or beside them, and nobody has driven.
 
@@ -308,7 +308,7 @@ def _raise(evidence, centre, half, bumps, squares, certain, doubt):  # type: ign
                         evidence[i, j] = max(evidence[i, j], min(steepness * rise, certain))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _shorten(ranges, evidence, centre, here, yaw, bearings, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """End ranges where one of three rays through their sector meets a wall."""
     n, half = len(evidence), len(evidence) // 2 - 1

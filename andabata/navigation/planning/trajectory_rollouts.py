@@ -10,7 +10,6 @@ import math
 from itertools import product
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -18,6 +17,7 @@ from andabata.machine.kinematics import apply_dead_zone
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.local_planner import LocalPlanner
+from terrain.kernel import kernel
 
 _PERIOD = 0.1
 """Time of a control step [s]."""
@@ -220,7 +220,7 @@ def fan(
     return np.stack([x, y, yaw + turns / 2], axis=2), rates[:, 0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
     points, far, time, cell = stride
@@ -279,7 +279,7 @@ def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, limits, pr
             prices[k] = min(prices[k], more)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _rest(onward, x, y, goal_x, goal_y, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return what the way on from a place costs [m]."""
     limit = len(onward) - 1
@@ -289,7 +289,7 @@ def _rest(onward, x, y, goal_x, goal_y, cell):  # type: ignore[no-untyped-def]  
     return _NO_WAY + np.hypot(x - goal_x, y - goal_y) * cell
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _is_free(costs, gaps, crowding, arc):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Tell whether all along an arc nothing makes a metre dearer but walls at some distance."""
     least, room, shy, crowd = crowding
@@ -307,14 +307,14 @@ def _is_free(costs, gaps, crowding, arc):  # type: ignore[no-untyped-def]  # noq
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _gap(gaps, x, y, yaw, ahead):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the gap of the nearer of two circles before and behind the middle, in cells."""
     u, v = ahead * np.cos(yaw), ahead * np.sin(yaw)
     return min(_between(gaps, x + u, y + v), _between(gaps, x - u, y - v))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _between(grid, x, y):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the value between the four nearest cells' middles."""
     limit = len(grid) - 2.0

@@ -20,10 +20,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
-from numba import njit
+from numba import config, njit
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+_settings: Any = config
 
 _ROOT = Path(__file__).resolve().parents[1]
 _PACKAGES = ("andabata", "rl", "terrain", "traversability", "worlds")
@@ -70,16 +71,16 @@ def source_digest(file: Path) -> str:
 def _compiled(function: Function, options: dict[str, Any]) -> Function:
     """Return a function as numba's dispatcher whose machine code lies in its own folder."""
     folder = _folder(Path(function.__code__.co_filename))
-    before = numba.config.CACHE_DIR
+    before = _settings.CACHE_DIR
     # numba reads the setting while it decorates; others' kernels keep their own.
-    numba.config.CACHE_DIR = str(folder) if folder else before
+    _settings.CACHE_DIR = str(folder) if folder else before
     try:
         return cast(
             Function,
             njit(cache=folder is not None, nogil=True, error_model="numpy", **options)(function),
         )
     finally:
-        numba.config.CACHE_DIR = before
+        _settings.CACHE_DIR = before
 
 
 @cache
@@ -97,8 +98,8 @@ def _folder(file: Path) -> Path | None:
 @cache
 def _base() -> Path:
     """Return the folder of all machine code, without what nobody has used for long."""
-    if numba.config.CACHE_DIR:
-        base = Path(numba.config.CACHE_DIR)
+    if _settings.CACHE_DIR:
+        base = Path(_settings.CACHE_DIR)
     else:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
         base = Path(home) / "andabata" / "kernels"

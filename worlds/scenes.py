@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from worlds.catalogue import make_world
 from worlds.rays import RayScene
-from worlds.world import Area, World
+from worlds.world import Geofence, World
 
 _MARGIN = 1.0
 """A robot is told to keep so far from the world's border [m] (assumption)."""
@@ -19,7 +19,7 @@ class Scene:
     rays: RayScene
 
     @property
-    def area(self) -> Area:
+    def geofence(self) -> Geofence:
         """Where a robot may be: beyond its border the world ends, and no real one does."""
         ground = self.world.ground
         x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN

@@ -79,7 +79,7 @@ def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> T
     return tasks[number]
 
 
-Area = tuple[float, float, float, float]
+Geofence = tuple[float, float, float, float]
 """``x_min, y_min, x_max, y_max`` in the map [m]."""
 
 

@@ -35,10 +35,12 @@ ForestFile = Annotated[
     Path | None,
     typer.Option("--forest", metavar="FILE", help="Cell classifier instead of the shipped one."),
 ]
-SquaresFile = Annotated[
+GroundClassifierFile = Annotated[
     Path | None,
     typer.Option(
-        "--squares", metavar="FILE", help="The local map's classifier instead of the shipped one."
+        "--ground-classifier",
+        metavar="FILE",
+        help="The local map's classifier instead of the shipped one.",
     ),
 ]
 PolicyFile = Annotated[

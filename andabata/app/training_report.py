@@ -76,7 +76,7 @@ class TrainingRun:
                 f"{folder}: expected mean_steps in {HISTORY}, got none: an earlier version's run; "
                 "train again"
             )
-        hashes = {name: about[name] for name in ("forest", "squares")}
+        hashes = {name: about[name] for name in ("forest", "ground_classifier")}
         plan = TrainingPlan.model_validate(about["config"])
         return cls(folder, about["seed"], plan, hashes, history)
 

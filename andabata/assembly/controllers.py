@@ -62,6 +62,8 @@ def make_controller(
     if guided:
         rollouts = TrajectoryRollouts(config.robot, config.rollouts)
         remembered = config.local_planner.looking_every(config.rollouts.hold)
-        local_planner = LocalPlanner(config.grid, remembered, config.robot, AROUND, models.squares)
+        local_planner = LocalPlanner(
+            config.grid, remembered, config.robot, AROUND, models.ground_classifier
+        )
         controller = GuidedController(controller, local_planner, rollouts)
     return controller

@@ -98,7 +98,7 @@ class SimulatedRobot:
         self._errors = np.random.default_rng(0)
         self.localizer = make_localizer(config, self._errors)
         self.navigator = Navigator(config.robot, self.localizer, self.perception, controller)
-        self.navigator.area = scene.area
+        self.navigator.geofence = scene.geofence
 
     def place(self, start: Start, goal: np.ndarray, rng: np.random.Generator) -> SensorReadings:
         """Put the robot down; every noise comes from a child of ``rng``."""

@@ -94,19 +94,19 @@ def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> T
 
     def watch(readings: SensorReadings) -> None:
         """Judge the step before: these senses reach the filter in the next one."""
-        if readings.fixes is not None and readings.true_track is not None:
+        if readings.gnss is not None and readings.true_track is not None:
             for row in readings.true_track:
                 places[round(row[0] * 100)] = row[1:3]
-            for fix in readings.fixes[np.isfinite(readings.fixes[:, 4])]:
+            for fix in readings.gnss[np.isfinite(readings.gnss[:, 4])]:
                 seen = geo_reference.to_map(fix[None, 1:4])[0, :2]
                 fixes.append(float(np.hypot(*(seen - places[round(fix[0] * 100)]))))
         if waiting:
             error = _error(filter_.pose, waiting[-1])
             errors.append(error)
             nees.append(float(error @ np.linalg.solve(filter_.covariance, error)))
-        if readings.field is not None and readings.truth is not None and len(readings.field):
+        if readings.mag is not None and readings.truth is not None and len(readings.mag):
             headings.append(
-                _heading_error(readings.field[-1, 1:4], readings.truth.pose, geo_reference.flux)
+                _heading_error(readings.mag[-1, 1:4], readings.truth.pose, geo_reference.flux)
             )
         waiting[:] = [readings]
 

@@ -112,7 +112,7 @@ class Recording:
             if simulated_robot.navigator.start is not None and not recorder.begun:
                 recorder.begin(
                     *simulated_robot.navigator.start,
-                    setup | {"area": simulated_robot.navigator.area},
+                    setup | {"geofence": simulated_robot.navigator.geofence},
                 )
             recorder.take(step)
 

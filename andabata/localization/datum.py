@@ -191,7 +191,7 @@ def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
     A receiver that has just begun may send where it last was, or anything.
 
     Args:
-        fixes: Rows as in ``SensorReadings.fixes``, shape (k, 5).
+        fixes: Rows as in ``SensorReadings.gnss``, shape (k, 5).
     """
     kept = check_fixes(fixes).good
     if not kept.any():
@@ -210,7 +210,7 @@ def refused_fixes(fixes: NDArray[np.float64], until: float = np.inf) -> Counter[
     """Return how many of the first fixes cannot tell the place, by reason.
 
     Args:
-        fixes: Rows as in ``SensorReadings.fixes``, shape (k, 5); all of them tell which fit each other.
+        fixes: Rows as in ``SensorReadings.gnss``, shape (k, 5); all of them tell which fit each other.
         until: Stamp of the first that is not counted [s].
     """
     early = ~(fixes[:, 0] >= until)
@@ -233,7 +233,7 @@ def make_datum(
 
     Args:
         given: Fields of ``GeoReference`` that the user gives.
-        fixes: The first rows as in ``SensorReadings.fixes``, shape (k, 5).
+        fixes: The first rows as in ``SensorReadings.gnss``, shape (k, 5).
         year: Decimal year of the first fix.
         start: Place in the map of the first fix that fits [m], shape (3,), where it is told; None
             puts the origin there.
@@ -312,7 +312,7 @@ def check_distance(reference: GeoReference, fixes: NDArray[np.float64], source: 
 
     Args:
         reference: The datum.
-        fixes: The first rows as in ``SensorReadings.fixes``, shape (k, 5).
+        fixes: The first rows as in ``SensorReadings.gnss``, shape (k, 5).
         source: Teller of the datum.
 
     Raises:

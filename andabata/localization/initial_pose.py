@@ -41,7 +41,7 @@ def levelled_field(readings: SensorReadings) -> NDArray[np.float64] | None:
 
     None while the inertial unit or the compass has said nothing that is a number.
     """
-    tilt, field = _tilt(readings), _mean(readings.field, slice(1, 4))
+    tilt, field = _tilt(readings), _mean(readings.mag, slice(1, 4))
     if tilt is None or field is None:
         return None
     roll, pitch = tilt
@@ -59,9 +59,9 @@ def _tilt(readings: SensorReadings) -> tuple[float, float] | None:
 
 def _place(readings: SensorReadings, reference: GeoReference) -> NDArray[np.float64] | None:
     """Return the place in the map [m], shape (3,); at the datum's height without an altitude."""
-    if readings.fixes is None or not len(readings.fixes):
+    if readings.gnss is None or not len(readings.gnss):
         return None
-    rows = _latest(readings.fixes[check_fixes(readings.fixes).good])
+    rows = _latest(readings.gnss[check_fixes(readings.gnss).good])
     if not len(rows):
         return None
     known = np.isfinite(rows[:, 3]) & (reference.altitude is not None)

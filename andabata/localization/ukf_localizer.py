@@ -231,7 +231,7 @@ class UkfLocalizer:
     def update(self, readings: SensorReadings) -> None:
         """Take in one control period of senses, late ones where they belong."""
         before = self._counts[:, 0].copy()
-        places = self._in_map(readings.fixes)
+        places = self._in_map(readings.gnss)
         arrived = early = base_of_antenna(places, self.pose.quaternion, readings.antenna)
         if len(arrived):
             late = arrived[:, 0] <= self._now
@@ -239,7 +239,7 @@ class UkfLocalizer:
                 self._go_back(fix)
             early = arrived[~late]
         imu, noise = self._inertial(readings)
-        field = _rows(readings.field, 4) * _MICROTESLA
+        field = _rows(readings.mag, 4) * _MICROTESLA
         sensed = self._parted(Sensed(imu, _rows(readings.encoders, 3), field, early))
         period = self._begun(sensed, noise)
         self._keep(period)
@@ -398,7 +398,7 @@ class UkfLocalizer:
         """
         given = {
             "wheels": readings.encoders,
-            "compass": readings.field,
+            "compass": readings.mag,
             "gnss": fixes,
         }
         for name, rows in given.items():

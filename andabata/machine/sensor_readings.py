@@ -90,9 +90,9 @@ class SensorReadings:
         imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2] in the base frame,
             float64, shape (k, 7).
         encoders: Rows of stamp [s], left, right wheel speed [rad/s], float64, shape (k, 3).
-        field: Rows of stamp [s], magnetic flux density in the base frame [T], float64, shape (k,
+        mag: Rows of stamp [s], magnetic flux density in the base frame [T], float64, shape (k,
             4).
-        fixes: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
+        gnss: Satellite fixes that arrived, which may be older than the period: rows of stamp [s],
             latitude, longitude [deg], altitude [m], which is NaN where it is unknown, horizontal
             variance of each axis [m2], which is infinite where the receiver had no fix and NaN
             where it does not know it, float64, shape (k, 5).
@@ -109,8 +109,8 @@ class SensorReadings:
     horizontal: NDArray[np.float32] | None = None
     imu: NDArray[np.float64] | None = None
     encoders: NDArray[np.float64] | None = None
-    field: NDArray[np.float64] | None = None
-    fixes: NDArray[np.float64] | None = None
+    mag: NDArray[np.float64] | None = None
+    gnss: NDArray[np.float64] | None = None
     antenna: NDArray[np.float64] | None = None
     truth: VehicleState | None = None
     true_track: NDArray[np.float64] | None = None

@@ -20,8 +20,8 @@ def shipped_forest() -> Forest:
 
 @cache
 def shipped_ground_classifier() -> GroundClassifier:
-    """Return the classifier of squares that comes with the package."""
-    return GroundClassifier.from_bytes(_shipped("squares.npz"))
+    """Return the classifier of ground_classifier that comes with the package."""
+    return GroundClassifier.from_bytes(_shipped("ground_classifier.npz"))
 
 
 @cache
@@ -41,17 +41,20 @@ class Models:
 
     Attributes:
         forest: Judges the cells of scans.
-        squares: Judges the squares of the local map.
+        ground_classifier: Judges the ground_classifier of the local map.
         policy: Steers, where the controller is ``learned``.
     """
 
     forest: Forest = field(default_factory=shipped_forest)
-    squares: GroundClassifier = field(default_factory=shipped_ground_classifier)
+    ground_classifier: GroundClassifier = field(default_factory=shipped_ground_classifier)
     policy: Policy = field(default_factory=shipped_policy)
 
     @classmethod
     def load(
-        cls, forest: Path | None = None, squares: Path | None = None, policy: Path | None = None
+        cls,
+        forest: Path | None = None,
+        ground_classifier: Path | None = None,
+        policy: Path | None = None,
     ) -> Self:
         """Return the models of files; None for a shipped one.
 
@@ -61,26 +64,28 @@ class Models:
         """
         return cls(
             Forest.load(forest) if forest else shipped_forest(),
-            GroundClassifier.load(squares) if squares else shipped_ground_classifier(),
+            GroundClassifier.load(ground_classifier)
+            if ground_classifier
+            else shipped_ground_classifier(),
             Policy.load(policy) if policy else shipped_policy(),
         )
 
     @property
     def hashes(self) -> dict[str, str]:
         """SHA-256 of the three files, by name."""
-        files = zip(("forest", "squares", "policy"), self.to_bytes(), strict=True)
+        files = zip(("forest", "ground_classifier", "policy"), self.to_bytes(), strict=True)
         return {name: hashlib.sha256(data).hexdigest() for name, data in files}
 
     def to_bytes(self) -> tuple[bytes, bytes, bytes]:
         """Return the files, for another process."""
-        return self.forest.to_bytes(), self.squares.to_bytes(), self.policy.to_bytes()
+        return self.forest.to_bytes(), self.ground_classifier.to_bytes(), self.policy.to_bytes()
 
     @classmethod
     def from_bytes(cls, data: tuple[bytes, bytes, bytes]) -> Self:
         """Return the models of ``to_bytes``."""
-        forest, squares, policy = data
+        forest, ground_classifier, policy = data
         return cls(
             Forest.from_bytes(forest),
-            GroundClassifier.from_bytes(squares),
+            GroundClassifier.from_bytes(ground_classifier),
             Policy.from_bytes(policy),
         )

@@ -10,7 +10,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import VehicleState
 from traversability.cloud import PointCloud, joined
 from traversability.virtual_scan import VirtualScan
-from worlds.world import Area
+from worlds.world import Geofence
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class ControllerInput:
         odometry: Estimated pose in ``odom``, which drifts and never jumps.
         goal: Goal in the map [m], shape (2,).
         truth: The true state, for the oracle alone (simulation only).
-        area: Where the robot may be at all: the fence that a field robot is given with its goals.
+        geofence: Where the robot may be at all: the fence that a field robot is given with its goals.
             None is everywhere.
         recent: What was measured last in every direction; None where there are no clouds.
     """
@@ -90,7 +90,7 @@ class ControllerInput:
     odometry: Pose
     goal: NDArray[np.float64]
     truth: VehicleState | None
-    area: Area | None = None
+    geofence: Geofence | None = None
     recent: SweepWindow | None = None
 
 

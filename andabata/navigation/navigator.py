@@ -13,7 +13,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.navigation.controller import Controller, ControllerInput
 from andabata.navigation.perception import Perception
-from worlds.world import Area
+from worlds.world import Geofence
 
 STANDSTILL = WheelSpeeds(0.0, 0.0)
 
@@ -47,7 +47,7 @@ class Navigator:
 
     Attributes:
         start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
-        area: Where the robot may be; see ``ControllerInput``.
+        geofence: Where the robot may be; see ``ControllerInput``.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Navigator:
         self.start: tuple[Pose, float] | None = None
         self._previous = (0.0, 0.0)
         self._watcher: Callable[[Step], None] | None = None
-        self.area: Area | None = None
+        self.geofence: Geofence | None = None
 
     def watch(self, watcher: Callable[[Step], None] | None) -> None:
         """Call ``watcher`` after every step; it sees everything and changes nothing.
@@ -156,7 +156,7 @@ class Navigator:
             odometry=self._localizer.odometry,
             goal=self._goal,
             truth=readings.truth,
-            area=self.area,
+            geofence=self.geofence,
             recent=self._perception.recent,
         )
 

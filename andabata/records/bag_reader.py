@@ -32,7 +32,7 @@ from andabata.records.remarks import Remarks
 from andabata.records.sense_decoding import OLD_POINT_CLOUD, MessageDecoder, accepted_types
 from andabata.records.sensor_decoder import SWEEPS, SensorDecoder, frame_of
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
-from worlds.world import Area
+from worlds.world import Geofence
 
 CONTROL_HZ = 10
 """Control periods of a second where no recorded command ends them."""
@@ -65,20 +65,20 @@ class Setup:
     refused: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def area(self) -> Area | None:
+    def geofence(self) -> Geofence | None:
         """Where the robot was allowed to be; None is everywhere.
 
         Raises:
             BagError: If the recording says it in another way.
         """
-        area = self.settings.get("area")
-        if area is None:
+        geofence = self.settings.get("geofence")
+        if geofence is None:
             return None
         try:
-            x_min, y_min, x_max, y_max = map(float, area)
+            x_min, y_min, x_max, y_max = map(float, geofence)
         except (TypeError, ValueError):
             raise BagError(
-                f"area: expected x_min, y_min, x_max, y_max [m], got {area!r}; record it again"
+                f"geofence: expected x_min, y_min, x_max, y_max [m], got {geofence!r}; record it again"
             ) from None
         return x_min, y_min, x_max, y_max
 
@@ -341,7 +341,7 @@ def read_first_fixes(
 ) -> tuple[NDArray[np.float64], int]:
     """Return the first half minute of fixes, and the stamp of the first good one [ns].
 
-    Fixes are rows as in ``SensorReadings.fixes``, shape (k, 5), with stamps since 1970.
+    Fixes are rows as in ``SensorReadings.gnss``, shape (k, 5), with stamps since 1970.
     """
     sensor_decoder, begin, rows = SensorDecoder(0, mounts=mounts), 0, []
     names = _names((topics.FIX,), renamed)
@@ -349,7 +349,7 @@ def read_first_fixes(
         if begin and message.stamp_ns > begin + _FIRST_FIXES * NS:
             break
         sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
-        found = sensor_decoder.readings(0.0).fixes
+        found = sensor_decoder.readings(0.0).gnss
         if found is None:
             continue
         rows.append(found)
@@ -380,9 +380,9 @@ def _setup_by_senses(
         if topic is not topics.FIX:
             continue
         readings = sensor_decoder.readings(0.0)
-        rows = np.empty((0, 5)) if readings.fixes is None else readings.fixes
+        rows = np.empty((0, 5)) if readings.gnss is None else readings.gnss
         kept = [row[0] > last or float(row[0]) in fitting for row in rows]
-        readings = replace(readings, fixes=rows[np.array(kept, dtype=bool)])
+        readings = replace(readings, gnss=rows[np.array(kept, dtype=bool)])
         pose = initial_pose(readings, datum.reference)
         if pose is not None:
             return Setup(

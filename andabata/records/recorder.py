@@ -66,9 +66,9 @@ def post_senses(outbox: Outbox, readings: SensorReadings) -> None:
         outbox.add(float(row[0]), topics.ENCODERS, message)
     for row in _rows(readings.imu):
         outbox.add(float(row[0]), topics.IMU, compose.imu(row))
-    for row in _rows(readings.field):
+    for row in _rows(readings.mag):
         outbox.add(float(row[0]), topics.COMPASS, compose.field(row))
-    for row in _rows(readings.fixes):
+    for row in _rows(readings.gnss):
         outbox.add(readings.stamp, topics.FIX, compose.fix(row))
     if readings.truth is not None:
         truth = compose.odometry(readings.stamp, readings.truth.pose, None, readings.truth)

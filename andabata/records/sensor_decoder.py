@@ -226,8 +226,8 @@ class SensorDecoder:
             frames=tuple(self._frames),
             imu=rows["imu"],
             encoders=rows["wheels"],
-            field=rows["field"],
-            fixes=rows["fix"],
+            mag=rows["field"],
+            gnss=rows["fix"],
             antenna=self.mounts.antenna,
         )
         self.mounts.checks.compare(found.imu, found.encoders)

@@ -120,7 +120,7 @@ def replay_bag(
                 given = {**given, **_place(datum)}
                 use_datum(localizer, datum)
             navigator.reset(setup.start, 0.0, setup.rough)
-            navigator.area = replace(setup, settings=found.settings).area
+            navigator.geofence = replace(setup, settings=found.settings).geofence
             sensor_decoder, before = (
                 SensorDecoder(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
                 compared.scans,

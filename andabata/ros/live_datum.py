@@ -61,14 +61,14 @@ class LiveDatum:
         Raises:
             DatumError: If the fixes lie far from the datum that is given.
         """
-        if kept.fixes is None:
+        if kept.gnss is None:
             return None
-        fitting = kept.fixes[consistent_fixes(kept.fixes)]
+        fitting = kept.gnss[consistent_fixes(kept.gnss)]
         if len(fitting) < _FEW_FIXES:
             return None
-        datum = make_datum(self._given, kept.fixes, decimal_year(now_ns))
+        datum = make_datum(self._given, kept.gnss, decimal_year(now_ns))
         assert datum is not None  # A fix is good.
-        pose = initial_pose(replace(kept, fixes=fitting), datum.reference)
+        pose = initial_pose(replace(kept, gnss=fitting), datum.reference)
         if pose is not None:
             self.datum = datum.with_compass(kept)
         return pose
@@ -96,10 +96,10 @@ class LiveDatum:
         Raises:
             DatumError: If the fixes lie far from the datum that is given.
         """
-        if readings.fixes is not None:
-            self._fixes = np.concatenate([self._fixes, readings.fixes])[-_MOST_FIXES:]
+        if readings.gnss is not None:
+            self._fixes = np.concatenate([self._fixes, readings.gnss])[-_MOST_FIXES:]
         fitting = self._fixes[consistent_fixes(self._fixes)]
-        if len(fitting) < _FEW_FIXES or readings.imu is None or readings.field is None:
+        if len(fitting) < _FEW_FIXES or readings.imu is None or readings.mag is None:
             return False
         datum = make_datum(self._given, fitting[::-1], decimal_year(now_ns), place)
         assert datum is not None  # A fix is good.
@@ -116,21 +116,21 @@ class LiveDatum:
             now: Time since the start [s].
             localizer: Told what to expect of the compass.
         """
-        if not self._is_turned and now > SILENCE and readings.field is not None:
+        if not self._is_turned and now > SILENCE and readings.mag is not None:
             use_datum(localizer, datum_of_heading(readings, localizer.pose.yaw))
             self._is_turned = True
             self._status(f"no place yet: expected {_missing_fixes(self._fixes)}")
-        return replace(readings, fixes=None, field=readings.field if self._is_turned else None)
+        return replace(readings, gnss=None, mag=readings.mag if self._is_turned else None)
 
 
 def missing_senses(kept: SensorReadings) -> str:
     """Return what a start by the senses still lacks, in words."""
     found = [
         topic.ros1
-        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.field))
+        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.mag))
         if rows is None
     ]
-    fixes = np.empty((0, 5)) if kept.fixes is None else kept.fixes
+    fixes = np.empty((0, 5)) if kept.gnss is None else kept.gnss
     return " and ".join([*found, _missing_fixes(fixes)])
 
 

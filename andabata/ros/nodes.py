@@ -235,8 +235,8 @@ class NavigatorNode:
             kept = SensorReadings(
                 0.0,
                 imu=_joined(kept.imu, readings.imu),
-                field=_joined(kept.field, readings.field),
-                fixes=_joined(kept.fixes, readings.fixes),
+                mag=_joined(kept.mag, readings.mag),
+                gnss=_joined(kept.gnss, readings.gnss),
                 antenna=readings.antenna,
             )
             with self._lock:
@@ -442,7 +442,7 @@ def _rehearse(navigator: Navigator, config: SimulatedRobotConfig) -> None:
     )
     frame = PointCloud(np.ones((10, 3), dtype=np.float32), "sensor", stamps)
     navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
-    readings = SensorReadings(0.1, sweep, (frame,), imu=imu, encoders=wheels, field=field)
+    readings = SensorReadings(0.1, sweep, (frame,), imu=imu, encoders=wheels, mag=field)
     navigator.listen(readings)
     navigator.decide(readings)
 

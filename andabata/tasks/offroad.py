@@ -112,10 +112,16 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._limit = config.simulated_robot.robot.max_steering
         self._map: LocalPlanner | None = None
         if config.heading == "subgoal":
-            simulated_robot, squares = config.simulated_robot, self._models.squares
+            simulated_robot, ground_classifier = (
+                config.simulated_robot,
+                self._models.ground_classifier,
+            )
             local_planner = simulated_robot.local_planner.looking_every(config.look_every)
             self._map = LocalPlanner(
-                simulated_robot.grid, local_planner, simulated_robot.robot, squares=squares
+                simulated_robot.grid,
+                local_planner,
+                simulated_robot.robot,
+                ground_classifier=ground_classifier,
             )
         self.observation_space, self.action_space = offroad_spaces(config)
 

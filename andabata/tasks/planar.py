@@ -209,7 +209,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         robots.steps[k] = 0
         if self._maps:
             self._maps[k].reset()
-            self._maps[k].keep_inside(self._mazes[number].area)
+            self._maps[k].keep_inside(self._mazes[number].geofence)
         robots.errors[k] = self._rules.spread[0] * self._wanders[k].standard_normal(5)
         self._over[k] = False
 
@@ -226,7 +226,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
                     scene.world.tasks,
                     contact_map(truth, self._rules.outline),
                     (truth.x_min, truth.y_min, truth.cell),
-                    scene.area,
+                    scene.geofence,
                 )
             )
             self._worlds = None

@@ -14,7 +14,7 @@ from andabata.tasks.episode_monitor import Outcome
 from terrain.kernel import kernel
 from worlds.ray_walk import cast_rays
 from worlds.rays import Layout
-from worlds.world import Area, Task
+from worlds.world import Geofence, Task
 
 AHEAD = 16
 """Steps whose draws are made at once."""
@@ -94,13 +94,13 @@ class FlatWorlds(NamedTuple):
 
 
 class Maze(NamedTuple):
-    """A world: what rays meet, tasks, ``contact_map``, x, y and cell of that [m], and area."""
+    """A world: what rays meet, tasks, ``contact_map``, x, y and cell of that [m], and geofence."""
 
     layout: Layout
     tasks: tuple[Task, ...]
     contact: NDArray[np.uint8]
     raster: tuple[float, float, float]
-    area: Area
+    geofence: Geofence
 
 
 class Rules(NamedTuple):

@@ -44,7 +44,7 @@ def learn(
         stages: Indices of the stages, from 0.
         seed: Of the run.
         workers: Processes that play episodes.
-        models: Classifiers of cells and squares; None for the shipped ones.
+        models: Classifiers of cells and ground_classifier; None for the shipped ones.
         resume: Whether to go on with the run that stands in the folder.
         changed: Whether to go on even with other code or another classifier than it began with.
         on_iteration: Called after each update.
@@ -62,7 +62,7 @@ def learn(
         "stages": [stages.start, stages.stop],
         "seed": seed,
         "commit": commit(),
-        **{name: models.hashes[name] for name in ("forest", "squares")},
+        **{name: models.hashes[name] for name in ("forest", "ground_classifier")},
     }
     checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:
@@ -104,7 +104,7 @@ def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: boo
             raise ValueError(
                 f"{name}: expected {before.get(name)}, as it began, got {origin[name]}"
             )
-    for name in ("forest", "squares", "commit"):
+    for name in ("forest", "ground_classifier", "commit"):
         if before.get(name) != origin[name] and not changed:
             raise ValueError(
                 f"{name}: expected {before.get(name)}, with which the run began, got "

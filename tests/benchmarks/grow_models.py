@@ -1,7 +1,7 @@
 """Grows the shipped classifiers: clouds of twelve lasers, then the forest and the squares.
 
 Run with ``python tests/benchmarks/grow_models.py FOLDER``: an hour on two cores, 25 GB of clouds in
-FOLDER, where ``forest.npz`` and ``squares.npz`` are in the end.
+FOLDER, where ``forest.npz`` and ``ground_classifier.npz`` are in the end.
 """
 
 import sys
@@ -75,7 +75,7 @@ def commands(folder: Path) -> list[list[str]]:
     return [
         *(["clouds", "generate", "--out", str(folder / name), *sets[name]] for name in sets),
         ["classifier", "train", "--clouds", first, *beside(others), *out],
-        ["classifier", "squares", "--clouds", first, *beside(squares), *out],
+        ["classifier", "ground", "--clouds", first, *beside(squares), *out],
     ]
 
 

@@ -194,7 +194,7 @@ class GroundClassifier:
             reason = str(error).splitlines()[0]
             raise ForestFileError(
                 f"{name}: expected a classifier of squares written by andabata, got {reason}; "
-                "train one with `andabata classifier squares`"
+                "train one with `andabata classifier ground`"
             ) from error
 
     @classmethod

@@ -11,13 +11,13 @@ from andabata.app.options import (
     ConfigFile,
     Datum,
     ForestFile,
+    GroundClassifierFile,
     Json,
     Mountings,
     PolicyFile,
     Quiet,
     SensorHeight,
     Set,
-    SquaresFile,
 )
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def replay(
     mounting: Mountings = None,
     sensor_height: SensorHeight = None,
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     policy: PolicyFile = None,
     config: ConfigFile = None,
     settings: Set = None,
@@ -143,7 +143,7 @@ def replay(
         data = replay_bag(
             file,
             controller,
-            Models.load(forest, squares, policy),
+            Models.load(forest, ground_classifier, policy),
             lambda: step(1),
             cloud,
             configure,

@@ -1,4 +1,4 @@
-"""``andabata classifier``: what judges polar cells, and squares of the local map."""
+"""``andabata classifier``: classifiers of polar cells and of ground cells."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -122,9 +122,9 @@ def evaluate(
 
 
 @app.command()
-def squares(
+def ground(
     clouds: Clouds,
-    out: Annotated[Path, typer.Option(help="Folder for squares.npz and the scores.")],
+    out: Annotated[Path, typer.Option(help="Folder for ground_classifier.npz and the scores.")],
     more: More = None,
     seed: Seed = 0,
     config: ConfigFile = None,
@@ -168,13 +168,13 @@ def squares(
     }
     forest = grow_squares((training(0), training(1)), resolved, seed, summary)
     make_folder(out)
-    atomic_io.write(out / "squares.npz", forest.to_bytes())
+    atomic_io.write(out / "ground_classifier.npz", forest.to_bytes())
     judging = read_clouds(clouds, manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
     held = square_samples(judging, resolved.share, rng, forest.first)
     data = {**judge_squares(forest, held), "out": str(out)}
     write_json(out / "scores.json", data)
-    write_json(out / "run.json", describe("classifier squares", resolved.model_dump(), seed))
+    write_json(out / "run.json", describe("classifier ground", resolved.model_dump(), seed))
     console.result(data, squares_table(data))
 
 

@@ -9,13 +9,13 @@ from andabata.app.options import (
     ConfigFile,
     EvaluationSeed,
     ForestFile,
+    GroundClassifierFile,
     Json,
     PolicyFile,
     Quiet,
     Robot,
     Sensor,
     Set,
-    SquaresFile,
 )
 
 
@@ -38,7 +38,7 @@ def drive(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     policy: PolicyFile = None,
     seed: EvaluationSeed = 0,
     config: ConfigFile = None,
@@ -72,7 +72,7 @@ def drive(
             seed,
             name,
             resolved,
-            Models.load(forest, squares, policy),
+            Models.load(forest, ground_classifier, policy),
             on_second=lambda: step(1),
             record=Recording(record, clouds) if record else None,
             time_limit=time_limit,

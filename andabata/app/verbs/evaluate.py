@@ -9,13 +9,13 @@ from andabata.app.options import (
     ConfigFile,
     EvaluationSeed,
     ForestFile,
+    GroundClassifierFile,
     Json,
     PolicyFile,
     Quiet,
     Robot,
     Sensor,
     Set,
-    SquaresFile,
     Workers,
 )
 from worlds.splits import EVALUATIONS
@@ -46,7 +46,7 @@ def evaluate(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     policy: PolicyFile = None,
     seed: EvaluationSeed = 0,
     workers: Workers = 2,
@@ -86,7 +86,7 @@ def evaluate(
         simulated_robot=with_parts(SimulatedRobotConfig, sensor, robot),
     )
     resolved = resolve(EvaluationConfig, config, settings or (), base)
-    models = Models.load(forest, squares, policy)
+    models = Models.load(forest, ground_classifier, policy)
     folder = make_folder(out) if out else None
     with console.progress("trials", len(resolved.scenarios)) as step:
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.options import ForestFile, Json, Quiet, SquaresFile, Workers
+from andabata.app.options import ForestFile, GroundClassifierFile, Json, Quiet, Workers
 
 
 def report(
@@ -19,7 +19,7 @@ def report(
         Path | None, typer.Option(help="HTML file; report.html in the first run by default.")
     ] = None,
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     workers: Workers = 2,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -32,7 +32,7 @@ def report(
     from andabata.records.runs import make_folder
 
     console = Console(quiet, as_json)
-    models = Models.load(forest, squares)
+    models = Models.load(forest, ground_classifier)
     found = read_runs(runs, models)
     path = out or runs[0] / "report.html"
     make_folder(path.parent)

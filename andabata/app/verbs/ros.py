@@ -9,6 +9,7 @@ from andabata.app.options import (
     Datum,
     EvaluationSeed,
     ForestFile,
+    GroundClassifierFile,
     Json,
     Mountings,
     PolicyFile,
@@ -17,7 +18,6 @@ from andabata.app.options import (
     Sensor,
     SensorHeight,
     Set,
-    SquaresFile,
 )
 
 app = typer.Typer(
@@ -53,7 +53,7 @@ def navigator(
     datum: Datum = None,
     robot: Robot = "andabata",
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     policy: PolicyFile = None,
     config: ConfigFile = None,
     settings: Set = None,
@@ -91,7 +91,7 @@ def navigator(
         return resolve(SimulatedRobotConfig, config, overrides, base)
 
     resolved = configure(with_parts(SimulatedRobotConfig, "utm-30lx", robot))
-    models = Models.load(forest, squares, policy)
+    models = Models.load(forest, ground_classifier, policy)
     driver = make_controller(name, None, resolved, models)
     laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
     graph = RosGraph("andabata")

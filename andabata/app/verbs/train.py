@@ -8,13 +8,13 @@ import typer
 from andabata.app.options import (
     ConfigFile,
     ForestFile,
+    GroundClassifierFile,
     Json,
     Quiet,
     Robot,
     Seed,
     Sensor,
     Set,
-    SquaresFile,
     Workers,
 )
 
@@ -39,7 +39,7 @@ def train(
     sensor: Sensor = "utm-30lx",
     robot: Robot = "andabata",
     forest: ForestFile = None,
-    squares: SquaresFile = None,
+    ground_classifier: GroundClassifierFile = None,
     seed: Seed = 0,
     workers: Workers = 2,
     config: ConfigFile = None,
@@ -58,7 +58,7 @@ def train(
     chosen = _stages(stages)
     plan = load_plan(algorithm, sensor, robot)
     resolved = resolve(TrainingPlan, config, settings or (), plan)
-    models = Models.load(forest, squares)
+    models = Models.load(forest, ground_classifier)
     runs = []
     for number in range(seed, seed + seeds):
         folder = out if seeds == 1 else out / f"seed-{number}"

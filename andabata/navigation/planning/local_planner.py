@@ -22,7 +22,7 @@ from andabata.navigation.planning.grid_planner import EVERYWHERE, CostWeights, G
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.grid import PolarGrid
-from worlds.world import Area
+from worlds.world import Geofence
 
 _PASSAGE = 0.2
 """Where the middle of the robot has been there is this much room around the body [m]."""
@@ -81,7 +81,7 @@ class LocalPlanner:
         config: LocalPlannerConfig | None = None,
         robot: RobotModel | None = None,
         around: float = 0.0,
-        squares: GroundClassifier | None = None,
+        ground_classifier: GroundClassifier | None = None,
     ) -> None:
         """Lay out an empty map.
 
@@ -91,7 +91,7 @@ class LocalPlanner:
             robot: Whose body drives.
             around: The way to the goal is known wherever it costs no more than the best one and
                 this [m]: what rollouts look up.
-            squares: Judges cells of the map by the clouds behind the scans; None leaves that to the
+            ground_classifier: Judges cells of the map by the clouds behind the scans; None leaves that to the
                 scans' own cells.
 
         Raises:
@@ -100,7 +100,7 @@ class LocalPlanner:
         self.config = config or LocalPlannerConfig()
         self._grid = grid
         robot = robot or RobotModel()
-        self.evidence = OccupancyGrid(grid, self.config, robot, squares)
+        self.evidence = OccupancyGrid(grid, self.config, robot, ground_classifier)
         prices = CostWeights(**{name: getattr(self.config, name) for name in CostWeights._fields})
         passage = (robot.half_radius + _PASSAGE, self.evidence.under, robot.length)
         spans = (self.config.near, self.config.reach)
@@ -127,30 +127,30 @@ class LocalPlanner:
         here, yaw = there.position[:2], there.yaw
         if self._looks % self.config.mark_every == 0:
             self.evidence.look_down(view.recent, here)
-        self.keep_inside(view.area, view.pose, view.odometry)
+        self.keep_inside(view.geofence, view.pose, view.odometry)
         bearing = self.bearing(odds, here, yaw, view.heading_error, view.goal_distance)
         ranges = self.evidence.shortened(view.scan.ranges, here, yaw, self.config.reach)
         return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
 
     def keep_inside(
-        self, area: Area | None, pose: Pose | None = None, odometry: Pose | None = None
+        self, geofence: Geofence | None, pose: Pose | None = None, odometry: Pose | None = None
     ) -> None:
-        """Put a fence around an area.
+        """Put a fence around an geofence.
 
         Args:
-            area: In the map; None takes the fence away.
+            geofence: In the map; None takes the fence away.
             pose: The robot's in the map; None where map and ``odom`` are the same.
             odometry: The same in ``odom``.
         """
         self._fence = EVERYWHERE
-        if area is None:
+        if geofence is None:
             return
         c, s, shift = 1.0, 0.0, np.zeros(2)
         if pose is not None and odometry is not None:
             c, s = math.cos(pose.yaw - odometry.yaw), math.sin(pose.yaw - odometry.yaw)
             x, y = odometry.position[:2]
             shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._fence = np.array([c, s, *shift, *area])
+        self._fence = np.array([c, s, *shift, *geofence])
 
     def bearing(
         self,

@@ -22,8 +22,8 @@ def standing(roll=0.1, pitch=-0.2, yaw=1.0, place=(3.0, -2.0, 0.5), seconds=2.0,
     return SensorReadings(
         seconds,
         imu=np.column_stack([stamps, np.zeros((len(stamps), 3)), force]),
-        field=np.column_stack([stamps, field]),
-        fixes=np.array([[seconds - 0.2, *fix, 0.5]]),
+        mag=np.column_stack([stamps, field]),
+        gnss=np.array([[seconds - 0.2, *fix, 0.5]]),
     )
 
 
@@ -46,15 +46,15 @@ def test_what_was_sensed_long_before_the_fix_does_not_count():
     readings = SensorReadings(
         12.0,
         imu=np.concatenate([before.imu, now.imu + np.array([10.0, *np.zeros(6)])]),
-        field=np.concatenate([before.field, now.field + np.array([10.0, *np.zeros(3)])]),
-        fixes=now.fixes,
+        mag=np.concatenate([before.mag, now.mag + np.array([10.0, *np.zeros(3)])]),
+        gnss=now.gnss,
     )
     assert initial_pose(readings, REFERENCE).yaw == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_fix_without_altitude_or_covariance_will_do():
     readings = standing()
-    readings.fixes[0, 3:] = np.nan
+    readings.gnss[0, 3:] = np.nan
     pose = initial_pose(readings, REFERENCE)
     np.testing.assert_allclose(pose.position, [3.0, -2.0, 0.0], atol=1e-3)
 

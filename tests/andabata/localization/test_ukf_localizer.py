@@ -85,9 +85,9 @@ def test_a_late_fix_is_worth_what_a_punctual_one_is(drive):
     held = []
 
     def later(readings):
-        held.append(readings.fixes)
+        held.append(readings.gnss)
         late = held[-10] if len(held) >= 10 else None
-        return replace(readings, fixes=late)
+        return replace(readings, gnss=late)
 
     _, punctual = run(drive)
     localizer, late = run(drive, later)
@@ -100,20 +100,20 @@ def test_a_late_fix_is_worth_what_a_punctual_one_is(drive):
 
 def test_a_fix_older_than_the_memory_is_refused(drive):
     localizer, _ = run(drive, seconds=10.0)
-    old = drive[1].fixes
+    old = drive[1].gnss
     given = np.array([[3.0, 36.715, -4.478, 60.0, 0.5]])
     assert old is None or len(old) == 0
     refused = localizer.counts["gnss"][2]
-    localizer.update(replace(drive[102], fixes=given))
+    localizer.update(replace(drive[102], gnss=given))
     assert localizer.counts["gnss"][2] == refused + 1
 
 
 def test_a_jump_of_ten_kilometres_moves_nothing(drive):
     def jumping(readings):
-        fixes = readings.fixes
+        fixes = readings.gnss
         if fixes is not None and len(fixes) and 40 < readings.stamp < 50:
             fixes = fixes + np.array([0, 0.1, 0, 0, 0])
-        return replace(readings, fixes=fixes)
+        return replace(readings, gnss=fixes)
 
     localizer, errors = run(drive, jumping)
     assert position(errors) < 0.7
@@ -193,11 +193,11 @@ def test_it_recovers_when_a_sense_speaks_again(drive):
 
 def test_a_receiver_without_a_fix_is_no_reason_to_doubt(drive):
     def tunnel(readings):
-        fixes = readings.fixes
+        fixes = readings.gnss
         if fixes is not None and readings.stamp > 10:
             fixes = fixes.copy()
             fixes[:, 1:4], fixes[:, 4] = np.nan, np.inf
-        return replace(readings, fixes=fixes)
+        return replace(readings, gnss=fixes)
 
     localizer, errors = run(drive, tunnel)
     assert "gnss: not believed" in "; ".join(localizer.complaints)
@@ -208,10 +208,10 @@ def test_a_receiver_without_a_fix_is_no_reason_to_doubt(drive):
 
 def test_a_long_detour_of_the_signals_is_waited_out(drive):
     def detour(readings):
-        fixes = readings.fixes
+        fixes = readings.gnss
         if fixes is not None and 15 < readings.stamp < 45:
             fixes = fixes + np.array([0, 6e-5, 0, 0, 0])  # Seven metres to the north.
-        return replace(readings, fixes=fixes)
+        return replace(readings, gnss=fixes)
 
     _, errors = run(drive, detour)
     assert np.hypot(*errors[:, :2].T).max() < 1.5
@@ -241,7 +241,7 @@ def fix_at(drive, k, **columns):
     row = np.array([readings.stamp - 0.05, *GeoReference().to_geodetic(place[None])[0], 0.5])
     for name, value in columns.items():
         row[["stamp", "latitude", "longitude", "altitude", "variance"].index(name)] = value
-    return replace(readings, fixes=row[None])
+    return replace(readings, gnss=row[None])
 
 
 @pytest.mark.parametrize(
@@ -289,17 +289,17 @@ def test_a_fix_without_a_covariance_counts_for_the_default(drive, value):
 
 def test_a_fix_without_an_altitude_tells_the_place_and_no_height(drive):
     def flat(readings):
-        if readings.fixes is None:
+        if readings.gnss is None:
             return readings
-        fixes = readings.fixes.copy()
+        fixes = readings.gnss.copy()
         fixes[:, 3] = np.nan
-        return replace(readings, fixes=fixes)
+        return replace(readings, gnss=fixes)
 
     localizer, errors = run(drive, flat)
     believed = localizer.counts["gnss"][0]
     assert believed > 100
     assert position(errors) < 0.7
-    blind, _ = run(drive, lambda s: replace(s, fixes=None))
+    blind, _ = run(drive, lambda s: replace(s, gnss=None))
     assert abs(localizer.pose.position[2] - blind.pose.position[2]) < 0.5
     assert sum(localizer.assumed.values()) == sum(localizer.counts["gnss"])
 
@@ -309,10 +309,10 @@ def test_heights_are_counted_from_the_first_where_the_datum_has_none(drive):
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference(altitude=None))
     localizer.reset(drive[0].truth.pose, 0.0)
     for readings in drive[:600]:
-        fixes = readings.fixes
+        fixes = readings.gnss
         if fixes is not None:
             fixes = fixes + np.array([0, 0, 0, 1234.5, 0])
-        localizer.update(replace(readings, fixes=fixes))
+        localizer.update(replace(readings, gnss=fixes))
     truth = drive[599].truth.pose.position
     assert localizer.counts["gnss"][0] > 50
     assert np.hypot(*(localizer.pose.position - truth)[:2]) < 1.5
@@ -345,12 +345,12 @@ def test_dead_reckoning_knows_neither_declination_nor_fixes_where_the_field_is_a
     _, poses = rough(drive, GeoReference())
     others = (
         rough(drive, GeoReference(declination_deg=-120.0))[1],
-        rough(drive, GeoReference(), change=lambda s: replace(s, fixes=None))[1],
-        rough(drive, GeoReference(), change=lambda s: replace(s, field=None))[1],
+        rough(drive, GeoReference(), change=lambda s: replace(s, gnss=None))[1],
+        rough(drive, GeoReference(), change=lambda s: replace(s, mag=None))[1],
     )
     for other in others:
         np.testing.assert_allclose(other, poses, atol=2e-4)
-    strict = rough(drive, GeoReference(), False, lambda s: replace(s, field=None))[1]
+    strict = rough(drive, GeoReference(), False, lambda s: replace(s, mag=None))[1]
     assert np.abs(strict - poses).max() > 1e-3
 
 

@@ -75,18 +75,18 @@ def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
     limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
-        area = read_setup(bag, {}, {}).area
-    assert area == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).area
+        geofence = read_setup(bag, {}, {}).geofence
+    assert geofence == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).geofence
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0
 
 
-@pytest.mark.parametrize("area", ["here", [0.0, 1.0], [None, 0.0, 1.0, 1.0]])
-def test_a_fence_that_is_none_is_refused(area):
+@pytest.mark.parametrize("geofence", ["here", [0.0, 1.0], [None, 0.0, 1.0, 1.0]])
+def test_a_fence_that_is_none_is_refused(geofence):
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
-    with pytest.raises(BagError, match="area: expected x_min, y_min, x_max, y_max"):
-        _ = Setup(pose, 0, {"area": area}).area
+    with pytest.raises(BagError, match="geofence: expected x_min, y_min, x_max, y_max"):
+        _ = Setup(pose, 0, {"geofence": geofence}).geofence
 
 
 def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):

@@ -60,7 +60,10 @@ def test_a_gap_between_trunks_is_open_whose_polar_cells_are_red():
     places = [(3.1, 0.7), (3.1, -0.7)]
     cloud = np.concatenate([ground(rng), *(trunk(*p, rng) for p in places)])
     red = [cells_around(x, y + side) for x, y in places for side in (-0.3, 0.0, 0.3)]
-    fine, coarse = LocalPlanner(GRID, squares=shipped_ground_classifier()), LocalPlanner(GRID)
+    fine, coarse = (
+        LocalPlanner(GRID, ground_classifier=shipped_ground_classifier()),
+        LocalPlanner(GRID),
+    )
     for local_planner in (fine, coarse):
         for _ in range(30):
             local_planner.guide(view_of(cloud, red))
@@ -81,7 +84,7 @@ def test_where_no_cloud_has_points_the_scan_decides():
     rng = np.random.default_rng(1)
     points = ground(rng)
     hole = np.hypot(points[:, 0] - 3.1, points[:, 1]) > 0.8
-    local_planner = LocalPlanner(GRID, squares=shipped_ground_classifier())
+    local_planner = LocalPlanner(GRID, ground_classifier=shipped_ground_classifier())
     for _ in range(30):
         local_planner.guide(view_of(points[hole], [cells_around(3.1, 0.05)]))
     assert evidence_at(local_planner, 3.1, 0.05) > local_planner.config.wall
@@ -136,7 +139,7 @@ def test_red_cells_of_the_scan_close_no_way_where_squares_tell_more(ahead, is_wa
         (shipped_ground_classifier(), None),
         (None, cloud),
     ):
-        local_planner = LocalPlanner(GRID, squares=squares)
+        local_planner = LocalPlanner(GRID, ground_classifier=squares)
         for _ in range(60):
             local_planner.guide(view_of(seen, red))
         walled.append(evidence_at(local_planner, ahead, 0.05) > 0)
@@ -155,7 +158,7 @@ def test_it_forgets_what_lies_behind():
 
 def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
     rng = np.random.default_rng(5)
-    local_planner = LocalPlanner(GRID, squares=shipped_ground_classifier())
+    local_planner = LocalPlanner(GRID, ground_classifier=shipped_ground_classifier())
     cloud = np.concatenate([ground(rng), trunk(0.75, 0.0, rng)])
     first = view_of(cloud)
     for _ in range(10):
@@ -171,7 +174,9 @@ def test_where_the_robot_stands_there_is_no_wall_and_reset_forgets():
 
 def test_squares_of_another_size_are_refused():
     with pytest.raises(ValueError, match=r"local_planner.cell: expected 0.2 m.* got 0.25 m"):
-        LocalPlanner(GRID, LocalPlannerConfig(cell=0.25), squares=shipped_ground_classifier())
+        LocalPlanner(
+            GRID, LocalPlannerConfig(cell=0.25), ground_classifier=shipped_ground_classifier()
+        )
 
 
 def test_only_what_was_measured_when_asked_for_is_judged_and_as_in_the_whole_cloud():

@@ -165,7 +165,7 @@ def test_a_goal_that_is_no_place_is_refused(nowhere):
 
 
 def test_a_fence_keeps_the_way_inside():
-    """The area is told in the map, and odom is turned and shifted against it."""
+    """The geofence is given in the map, and odom is turned and shifted against it."""
     turn = 0.5
     c, s = np.cos(turn), np.sin(turn)
     local_planner = LocalPlanner(GRID)
@@ -179,7 +179,7 @@ def test_a_fence_keeps_the_way_inside():
         odometry=Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0),
         goal=np.array([18.0, 20.0]),
         truth=None,
-        area=(0.0, 18.0, 40.0, 40.0),
+        geofence=(0.0, 18.0, 40.0, 40.0),
     )
     local_planner.guide(view)
     x, y = (np.mgrid[:256, :256] + 0.5) * local_planner.config.cell + local_planner.plan.corner[

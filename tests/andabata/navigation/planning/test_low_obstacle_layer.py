@@ -182,7 +182,7 @@ def test_bumps_in_squares_that_are_surely_free_are_none(odds, is_wall):
     rng, ahead = np.random.default_rng(10), np.array([2.05, 0.05])
     clouds = [with_rock(ground(rng), ahead) for _ in range(3)]
     config = LocalPlannerConfig(squares=GroundLayerConfig(memory=0.0))
-    local_planner = LocalPlanner(GRID, config, squares=always(odds))
+    local_planner = LocalPlanner(GRID, config, ground_classifier=always(odds))
     for look in range(15):
         local_planner.guide(view_of(clouds[look % 3], stamp=look))
     i, j = np.floor((ahead - local_planner.plan.corner) / local_planner.config.cell).astype(int)

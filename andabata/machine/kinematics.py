@@ -1,9 +1,23 @@
 """Skid-steer kinematics with an effective track (the paper's inverse and direct kinematics)."""
 
 import math
+from dataclasses import dataclass
 
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
+
+
+@dataclass(frozen=True)
+class Twist:
+    """Planar velocity of the body in ``base_footprint``.
+
+    Attributes:
+        linear: Forward speed [m/s].
+        angular: Yaw rate [rad/s], positive to the left.
+    """
+
+    linear: float
+    angular: float
 
 
 class SkidSteer:

@@ -1,12 +1,10 @@
 """ElevationGrid: what a cloud shows of each decimetre of the ground around a place."""
 
-from typing import Annotated
-
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator
 
 from terrain.kernel import kernel
+from traversability.cartesian.rolling_grid import PowerOfTwo
 
 LOWEST, POINTS, MEAN, HIGHEST = range(4)
 """Columns of a tile: lowest z [m], number and mean z of the points of the ground in it [m], highest
@@ -33,15 +31,8 @@ _HALVES = (1, 2, 4, 8, 1)
 """Windows grow by so many tiles at a time, from one to twice ``_ASIDE`` and itself."""
 
 
-def _wrapping(cells: int) -> int:
-    """Return a number of cells in which places wrap around by their lowest bits."""
-    if cells & (cells - 1):
-        raise ValueError(f"expected a power of 2, got {cells}")
-    return cells
-
-
-Wrapping = Annotated[int, AfterValidator(_wrapping)]
-"""Cells along an edge of a square that moves with the robot: a power of 2."""
+Wrapping = PowerOfTwo
+"""Number of cells along an edge of the window, a power of two."""
 
 
 class ElevationGrid:

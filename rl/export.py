@@ -56,10 +56,8 @@ def policy_to_onnx(policy: Policy) -> bytes:
     for number in range(last + 1):
         # Of the last layer only the means: the spread is for exploration.
         rows = slice(None) if number < last else slice(actions.size)
-        weight, bias = (
-            policy.weights[f"layer{number}.{part}"][rows] for part in ("weight", "bias")
-        )
-        inputs = [x, constant(f"weights{number}", weight), constant(f"biases{number}", bias)]
+        weight = constant(f"weights{number}", policy.weights[f"layer{number}.weight"][rows])
+        bias = constant(f"biases{number}", policy.weights[f"layer{number}.bias"][rows])
         x = node("Gemm", [x, weight, bias], f"sum{number}", transB=1)
         if number < last:
             x = node("Relu", [x], f"hidden{number}")

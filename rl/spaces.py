@@ -7,7 +7,7 @@ shape (k, 2) with a part of shape (k,) beside it that masks the points that coun
 from collections.abc import Mapping
 from itertools import accumulate
 from math import prod
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,7 +96,7 @@ class ObservationSpec(BaseModel):
                 return slice(end - term.size, end)
         raise AssertionError(name)
 
-    def vector(self, parts: Mapping[str, ArrayLike]) -> NDArray[np.float32]:
+    def vector(self, parts: Mapping[str, Any]) -> NDArray[np.float32]:
         """Return observations as vectors.
 
         Args:

@@ -65,3 +65,22 @@ class SkidSteer:
 def apply_dead_zone(action: float, dead_zone: float) -> float:
     """Return the executed yaw rate: commands inside (-dead_zone, dead_zone) drive straight on."""
     return 0.0 if abs(action) < dead_zone else action
+
+
+def executed_twist(command: Twist, robot: RobotModel) -> Twist:
+    """Return the twist that a robot drives for a command: steering limit, then dead zone.
+
+    Every command passes here once, in simulation, in training and on the robot.
+
+    Args:
+        command: Wanted twist.
+        robot: Steering limit and dead zone.
+
+    Raises:
+        ValueError: If the command is not finite.
+    """
+    if not (math.isfinite(command.angular) and math.isfinite(command.linear)):
+        raise ValueError(f"command: expected a finite twist [m/s, rad/s], got {command}")
+    limit = robot.max_steering
+    clipped = min(max(command.angular, -limit), limit)
+    return Twist(command.linear, apply_dead_zone(clipped, robot.dead_zone))

@@ -1,6 +1,7 @@
 """What the robot senses in a control period: the border between plant or record and navigator."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,3 +115,28 @@ class SensorReadings:
     antenna: NDArray[np.float64] | None = None
     truth: VehicleState | None = None
     true_track: NDArray[np.float64] | None = None
+
+
+class ReadingsFilter(Protocol):
+    """Function of readings between a source and the navigator.
+
+    Sensor faults, latency and perturbations take this form, so that they apply alike to the
+    simulator, a bag and a live robot. A filter returns new readings and leaves its argument as it
+    is.
+    """
+
+    def __call__(self, readings: SensorReadings) -> SensorReadings:
+        """Return the readings that the navigator receives.
+
+        Args:
+            readings: Readings of a control period, as the source delivered them.
+        """
+
+
+def unfiltered(readings: SensorReadings) -> SensorReadings:
+    """Return the readings unchanged; the default ``ReadingsFilter``.
+
+    Args:
+        readings: Readings of a control period.
+    """
+    return readings

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.clock import CONTROL_PERIOD
-from andabata.machine.kinematics import Twist, apply_dead_zone
+from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.grid_planner import GridPlanner
 from terrain.kernel import kernel
@@ -249,7 +249,7 @@ class TrajectoryRollouts:
         """
         config, robot, moves = self.config, self._robot, self._candidates
         limit = robot.max_steering
-        moves.rates[0] = apply_dead_zone(min(max(rate, -limit), limit), robot.dead_zone)
+        moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular
         x, y = (position - plan.corner) / cell
         goal_x, goal_y = (plan.goal - plan.corner) / cell
         ground = Ground(
@@ -284,9 +284,7 @@ class TrajectoryRollouts:
         time = float(stays.sum()) * self.config.action_repeat * CONTROL_PERIOD
         share = min(max(time / self.config.no_progress_time - 1.0, 0.0), 1.0)
         relaxed, body = self.config.clearance_relaxation * share, self._body
-        return body._replace(
-            radius=body.radius - relaxed, swing_radius=body.swing_radius - relaxed
-        )
+        return body._replace(radius=body.radius - relaxed, swing_radius=body.swing_radius - relaxed)
 
     def _speed_scale(self, plan: GridPlanner, cell: float, place: Place, rate: float) -> float:
         """Return the largest share of the speed that an arc may be driven at."""

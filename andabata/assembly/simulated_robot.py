@@ -77,7 +77,7 @@ class SimulatedRobot:
     def place(
         self, start: Start, goal: NDArray[np.float64], rng: np.random.Generator
     ) -> SensorReadings:
-        """Put the robot down at a start, heading for a goal [m]; all noise is drawn from ``rng``."""
+        """Put the robot down at a start, heading for a goal [m]."""
         self._rng.bit_generator.state = rng.spawn(1)[0].bit_generator.state
         readings = self.simulator.reset(start)
         reseed(self._errors, self._rng)

@@ -125,12 +125,12 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     describe_cells(points, quarters.bins, quarters.sums, means, planes, counts, middles, values)
     for sector in range(grid.n_sectors):
         for ring in range(grid.n_rings):
-            ask_neighbours(sector, ring, counts, values)
+            gather_neighbours(sector, ring, counts, values)
     return CellFeatures(values, counts)
 
 
 @kernel
-def ask_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def gather_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Write the neighbours' features of a cell; their own must be there."""
     if counts[sector, ring] < FEW:
         return

@@ -130,7 +130,7 @@ class PointClassifier:
         return self.trees.probability(sums) >= self.threshold
 
 
-def grow_point_classifier(
+def fit_point_classifier(
     features: NDArray[np.float32],
     bad: NDArray[np.bool_],
     grid: PolarGrid,

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, make_quarters, polar_tables
 from traversability.cell_shape import describe_cells
-from traversability.features import ALL_FEATURES, ask_neighbours
+from traversability.features import ALL_FEATURES, gather_neighbours
 from traversability.forest import Exit, Forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
@@ -154,7 +154,7 @@ def _judge(  # type: ignore[no-untyped-def]  # noqa: ANN202
         open_ = 0
         for k in range(n):
             if votes[k] >= screen_limit:
-                ask_neighbours(rows[k] // rings, ring, counts, values)
+                gather_neighbours(rows[k] // rings, ring, counts, values)
                 rows[open_], votes[open_] = rows[k], base
                 open_ += 1
         first = 0

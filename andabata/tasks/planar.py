@@ -276,7 +276,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             self._terms[k, 0] = self.config.reward.attraction * nearer
         self._places[k] = here
         local_planner, ranges = self._maps[k], state[:-N_EXTRAS]
-        odds = VirtualScan(ranges, grid.outer_radius).odds_of(grid)
+        odds = VirtualScan(ranges, grid.outer_radius).log_odds_of(grid)
         state[-1] = local_planner.bearing(odds, here, yaw, bearing, float(np.hypot(*to_goal)))
         ranges[:] = local_planner.evidence.shortened(ranges, here, yaw, local_planner.config.reach)
 

@@ -8,8 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.navigation.planning.low_obstacle_layer import follow
 from traversability.cartesian.classifier import GroundClassifier
-from traversability.cartesian.elevation_grid import EVER, ElevationGrid
-from traversability.cartesian.features import GROUND_FEATURES, SQUARE, GroundFeatures
+from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
+from traversability.cartesian.features import EDGE_CELLS, GROUND_FEATURES, GroundFeatures
 
 _RANGE = GROUND_FEATURES.index("range")
 
@@ -53,7 +53,7 @@ class GroundLayer:
         self._config = config
         self._forest = forest
         self._features = GroundFeatures()
-        self._edge = SQUARE * forest.cell
+        self._edge = EDGE_CELLS * forest.cell
         self.odds = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
 
@@ -63,7 +63,7 @@ class GroundLayer:
         self.centre[:] = 0
 
     def take(
-        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = ANY_AGE
     ) -> None:
         """Take in a cloud.
 
@@ -76,8 +76,8 @@ class GroundLayer:
         config = self._config
         self._features.describe(tiles, here, span)
         due = self._features.due
-        now = self._forest.odds(self._features.values, self._features.places, due)
-        places, values = self._features.places[due], self._features.values[due]
+        now = self._forest.log_odds(self._features.values, self._features.cells, due)
+        places, values = self._features.cells[due], self._features.values[due]
         i, j = (places & (len(self.odds) - 1)).T
         now[values[:, _RANGE] < config.near] += math.log(config.miss)
         odds = config.memory * self.odds[i, j] + now

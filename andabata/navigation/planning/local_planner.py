@@ -123,7 +123,7 @@ class LocalPlanner:
         The ranges of its scan end at the walls that are remembered, edges among them.
         """
         # What was seen keeps its place in odom.
-        odds, there = view.scan.odds_of(self._grid), view.odometry
+        odds, there = view.scan.log_odds_of(self._grid), view.odometry
         here, yaw = there.position[:2], there.yaw
         if self._looks % self.config.mark_every == 0:
             self.evidence.look_down(view.recent, here)
@@ -163,7 +163,7 @@ class LocalPlanner:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
+            odds: Of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].

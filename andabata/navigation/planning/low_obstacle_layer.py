@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
-from traversability.cartesian.elevation_grid import EVER, MEAN, POINTS, ElevationGrid, Wrapping
+from traversability.cartesian.elevation_grid import ANY_AGE, MEAN, POINTS, ElevationGrid, Wrapping
 
 _ASIDE = 3
 """A cell is compared with those so many cells away on either side."""
@@ -79,7 +79,7 @@ class LowObstacleLayer:
         self.centre[:] = 0
 
     def take(
-        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = ANY_AGE
     ) -> None:
         """Take in a cloud.
 

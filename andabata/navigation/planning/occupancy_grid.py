@@ -17,7 +17,7 @@ from andabata.navigation.planning.low_obstacle_layer import (
 from terrain.kernel import kernel
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid, Wrapping
-from traversability.cartesian.features import SQUARE
+from traversability.cartesian.features import EDGE_CELLS
 from traversability.grid import PolarGrid
 
 _BEYOND = -1
@@ -120,7 +120,7 @@ class OccupancyGrid:
         self.squares: GroundLayer | None = None
         self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
         if squares is not None:
-            edge = SQUARE * squares.cell
+            edge = EDGE_CELLS * squares.cell
             if not math.isclose(cell, edge):
                 raise ValueError(
                     f"local_planner.cell: expected {edge:g} m, as large as the squares "
@@ -172,7 +172,7 @@ class OccupancyGrid:
         """Remember a scan.
 
         Args:
-            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
+            odds: Of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
             here: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Its heading there [rad].
         """

@@ -18,7 +18,7 @@ from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.labels import MIN_SHARE, object_points
 from traversability.tree_fitting import fit_boosted
-from traversability.trees import Nodes, Trees, add_leaves
+from traversability.trees import TreeNodes, Trees, add_leaves
 
 _FORMAT = "andabata-squares"
 _VERSION = 2
@@ -111,7 +111,7 @@ class Stage:
         return found
 
     @cached_property
-    def _nodes(self) -> Nodes:
+    def _nodes(self) -> TreeNodes:
         """The trees as they are walked."""
         return self.trees.laid_out(self.names)
 

@@ -33,7 +33,7 @@ from tests.documents import (
     verbs,
 )
 from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
-from traversability.cartesian.classifier import SquareConfig
+from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
 from traversability.forest_training import ForestConfig
@@ -279,7 +279,7 @@ def test_settings_in_the_text_exist(document):
         EvaluationConfig(),
         CloudsConfig(),
         ForestConfig(),
-        SquareConfig(),
+        GroundClassifierConfig(),
     ]
     bases += [load_plan(name) for name in algorithms()]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]

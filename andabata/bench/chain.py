@@ -151,7 +151,7 @@ def _watch(watch: Stopwatch, simulated_robot: SimulatedRobot) -> None:
         (perception, "look", "look"),
         (scanner, "fill_quarters", "project"),
         (scanner, "describe_cells", "features"),
-        (scanner, "_judge", "forest"),
+        (scanner, "classify_cells", "forest"),
         (simulated_robot.navigator, "decide", "decide"),
     ):
         watch.watch(owner, name, stage)

@@ -20,7 +20,7 @@ from traversability.files import read_cloud
 from traversability.forest import Forest, Thresholds
 from traversability.grid import PolarGrid
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
-from traversability.points import PointClassifier, grow_point_classifier, point_features
+from traversability.points import PointClassifier, fit_point_classifier, point_features
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import CellScores, range_errors
 
@@ -89,7 +89,7 @@ def train_point_classifier(
         rows = rng.choice(inside, min(_POINTS_A_CLOUD, len(inside)), replace=False)
         features.append(point_features(cloud.points, grid)[rows])
         bad.append(nontraversable(cloud)[rows])
-    return grow_point_classifier(np.concatenate(features), np.concatenate(bad), grid, seed)
+    return fit_point_classifier(np.concatenate(features), np.concatenate(bad), grid, seed)
 
 
 def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:

@@ -396,7 +396,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         grid, planner = self.config.simulated_robot.grid, self._planners[k]
         to_goal = self._goals[k] - position
         yaw = wrap(math.atan2(to_goal[1], to_goal[0]) - bearing)
-        odds = VirtualScan(ranges, grid.outer_radius).odds_of(grid)
+        odds = VirtualScan(ranges, grid.outer_radius).log_odds_of(grid)
         distance = float(np.hypot(*to_goal))
         subgoal = planner.bearing(odds, position, yaw, bearing, distance)
         reach = planner.config.max_lookahead

@@ -11,7 +11,7 @@ import numpy as np
 
 from traversability.dataset import CellSamples, read_manifest, split_samples
 from traversability.features import ALL_FEATURES, CONTEXT, OWN_FEATURES, PAPER_FEATURES
-from traversability.forest_training import PAPER_RECIPE, ForestConfig, grow_forest
+from traversability.forest_training import PAPER_RECIPE, ForestConfig, train_forest
 from traversability.grid import PolarGrid
 
 GRID = PolarGrid()
@@ -48,20 +48,20 @@ VARIANTS = {
 
 def scores(config: ForestConfig, train: CellSamples, test: CellSamples) -> dict[str, float]:
     """Return the figures of a variant; the threshold with the best F1 makes them comparable."""
-    forest = grow_forest(train, GRID, config, seed=0)
+    forest = train_forest(train, GRID, config, seed=0)
     probability = forest.predict_proba(test.features)
     best: dict[str, float] = {"f1_red": 0.0}
     near = GRID.ring_edges[:-1][test.ring] < 5.0
     for threshold in np.arange(0.05, 0.7, 0.02):
         called = probability >= threshold
-        hits = (called & test.red).sum()
-        f1 = 2 * hits / (called.sum() + test.red.sum())
+        hits = (called & test.blocked).sum()
+        f1 = 2 * hits / (called.sum() + test.blocked.sum())
         if f1 > best["f1_red"]:
-            specificity = (~called & ~test.red).sum() / (~test.red).sum()
+            specificity = (~called & ~test.blocked).sum() / (~test.blocked).sum()
             best = {
-                "balanced_accuracy": (hits / test.red.sum() + specificity) / 2,
+                "balanced_accuracy": (hits / test.blocked.sum() + specificity) / 2,
                 "f1_red": f1,
-                "recall_5m": (called & test.red & near).sum() / (test.red & near).sum(),
+                "recall_5m": (called & test.blocked & near).sum() / (test.blocked & near).sum(),
             }
     return best
 
@@ -71,7 +71,7 @@ if __name__ == "__main__":
     judge = Path(sys.argv[2]) if len(sys.argv) > 2 else folder
     train = split_samples(folder, read_manifest(folder), "train", GRID)
     test = split_samples(judge, read_manifest(judge), "validation", GRID)
-    sys.stdout.write(f"{len(train.red)} training and {len(test.red)} judged cells\n")
+    sys.stdout.write(f"{len(train.blocked)} training and {len(test.blocked)} judged cells\n")
     assert set(PAPER_FEATURES) < set(OWN_FEATURES)
     for name, config in VARIANTS.items():
         found = scores(config, train, test)

@@ -26,8 +26,8 @@ from andabata.navigation.guided import GuidedController
 from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from tests.benchmarks.bench_squares import forbidden, moved
-from traversability.cartesian.elevation_grid import EVER, ElevationGrid
-from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
+from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
+from traversability.cartesian.features import EDGE_CELLS, MAX_RANGE, MIN_RANGE, GroundFeatures
 from worlds.scenes import SceneShelf
 
 GOALS = 3
@@ -41,20 +41,20 @@ KNOWN_POSE = SimulatedRobotConfig(
 def know(simulated_robot: SimulatedRobot, squares: GroundLayer, unseen: bool) -> None:
     """Write the truth where squares are judged, or within their reach, seen or not."""
     features, config = GroundFeatures(), simulated_robot.config.local_planner.squares
-    reach = int(REACH / simulated_robot.config.local_planner.cell) + 1
+    reach = int(MAX_RANGE / simulated_robot.config.local_planner.cell) + 1
     around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
 
     def take(
-        tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = ANY_AGE
     ) -> None:
         squares.follow(here)
-        places, edge = around + squares.centre, SQUARE * tiles.cell
+        places, edge = around + squares.centre, EDGE_CELLS * tiles.cell
         if not unseen:
             features.describe(tiles, here, span)
-            places = features.places[features.due]
+            places = features.cells[features.due]
         middles = (places + 0.5) * edge - here
         far = np.hypot(*middles.T)
-        near = (far >= NEAREST) & (far <= REACH)
+        near = (far >= MIN_RANGE) & (far <= MAX_RANGE)
         there, true = (
             simulated_robot.localizer.odometry,
             simulated_robot.simulator.vehicle.state.pose,

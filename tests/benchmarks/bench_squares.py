@@ -70,13 +70,13 @@ class Watcher:
         self._features.describe(self._tiles, here, span)
         due = self._features.due
         values = self._features.values[due]
-        squares = self._forest.odds(self._features.values, self._features.places, due)
-        x, y = (0.2 * self._features.places[due] + 0.1 - here).T
+        squares = self._forest.log_odds(self._features.values, self._features.cells, due)
+        x, y = (0.2 * self._features.cells[due] + 0.1 - here).T
         bearing = np.arctan2(y, x) - yaw
         sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
         ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
         ring = np.minimum(ring, self._grid.n_rings - 1)  # Squares reach as far as the last one.
-        cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
+        cells = view.scan.log_odds_of(self._grid)[sector % self._grid.n_sectors, ring]
         red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
         far = values[:, GROUND_FEATURES.index("range")]
         self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))

@@ -10,14 +10,14 @@ LOWEST, POINTS, MEAN, HIGHEST = range(4)
 """Columns of a tile: lowest z [m], number and mean z of the points of the ground in it [m], highest
 z of what a robot could meet [m]."""
 
-LAYER = 0.25
+GROUND_LAYER = 0.25
 """Points no further above the lowest of their tile belong to the ground, or to what lies on it [m].
 """
 
-TALL = 1.2
+MAX_HEIGHT = 1.2
 """Points further above it are crowns that a robot passes under [m] (as in ``PolarGrid``)."""
 
-EVER = (0.0, np.inf)
+ANY_AGE = (0.0, np.inf)
 """Ages of all that was measured [s]."""
 
 _FARTHEST = 1e4
@@ -99,12 +99,12 @@ def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore
             if not above:
                 own[LOWEST] = min(own[LOWEST], z)
                 continue
-            if own[LOWEST] > floors[i, j] + np.float32(TALL):
+            if own[LOWEST] > floors[i, j] + np.float32(MAX_HEIGHT):
                 continue
-            if z < own[LOWEST] + np.float32(LAYER):
+            if z < own[LOWEST] + np.float32(GROUND_LAYER):
                 own[POINTS] += np.float32(1.0)
                 own[MEAN] += (z - own[MEAN]) / own[POINTS]
-            if z < own[LOWEST] + np.float32(TALL):
+            if z < own[LOWEST] + np.float32(MAX_HEIGHT):
                 own[HIGHEST] = max(own[HIGHEST], z)
                 ages[i, j] = min(ages[i, j], times[k])
         if not above:

@@ -59,8 +59,8 @@ def train(
         PAPER_GRID,
         PAPER_RECIPE,
         ForestConfig,
-        grow_forest,
         importances,
+        train_forest,
     )
     from traversability.grid import PolarGrid
 
@@ -74,16 +74,16 @@ def train(
         "clouds", sum(len(manifest.of("train")) for manifest in manifests)
     ) as step:
         samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
-    console.status(f"growing {resolved.trees} trees on {len(samples.red)} cells")
+    console.status(f"growing {resolved.trees} trees on {len(samples.blocked)} cells")
     summary = {
         "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
         "clouds_seeds": [manifest.seed for manifest in manifests],
         "clouds": int(samples.cloud.max()) + 1,
-        "cells": len(samples.red),
+        "cells": len(samples.blocked),
         "seed": seed,
         "config": resolved.model_dump(),
     }
-    forest = grow_forest(samples, grid, resolved, seed, summary)
+    forest = train_forest(samples, grid, resolved, seed, summary)
     make_folder(out)
     atomic_io.write(out / "forest.npz", forest.to_bytes())  # Before judging: it took minutes.
     scores = judge_forest(forest, clouds, manifests[0], "validation")
@@ -142,12 +142,16 @@ def ground(
     from andabata.evaluation.classifier import judge_squares, squares_table
     from andabata.records import atomic_io
     from andabata.records.runs import describe, make_folder, write_json
-    from traversability.cartesian.classifier import SquareConfig, grow_squares, square_samples
+    from traversability.cartesian.classifier import (
+        GroundClassifierConfig,
+        ground_samples,
+        train_ground_classifier,
+    )
     from traversability.cloud import PointCloud
     from traversability.dataset import every_second_world, read_clouds, read_manifest
 
     console = Console(quiet, as_json)
-    resolved = resolve(SquareConfig, config, settings or ())
+    resolved = resolve(GroundClassifierConfig, config, settings or ())
     folders = (clouds, *(more or ()))
     manifests = [read_manifest(folder) for folder in folders]
     halves = [every_second_world(manifest, "train") for manifest in manifests]
@@ -166,12 +170,12 @@ def ground(
         "seed": seed,
         "config": resolved.model_dump(),
     }
-    forest = grow_squares((training(0), training(1)), resolved, seed, summary)
+    forest = train_ground_classifier((training(0), training(1)), resolved, seed, summary)
     make_folder(out)
     atomic_io.write(out / "ground_classifier.npz", forest.to_bytes())
     judging = read_clouds(clouds, manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
-    held = square_samples(judging, resolved.share, rng, forest.first)
+    held = ground_samples(judging, resolved.share, rng, forest.first)
     data = {**judge_squares(forest, held), "out": str(out)}
     write_json(out / "scores.json", data)
     write_json(out / "run.json", describe("classifier ground", resolved.model_dump(), seed))

@@ -71,14 +71,14 @@ def convert(
     """
     from andabata.app.console import Console
     from andabata.records import atomic_io
-    from traversability.files import cloud_to_bytes, decode_cloud_file, left_out_by
+    from traversability.files import cloud_to_bytes, columns_lost_by, decode_cloud_file
 
     console = Console(quiet, as_json)
     kind = out.suffix[1:].lower()
     decoded = decode_cloud_file(file, columns)
     cloud = decoded.cloud
     atomic_io.write(out, cloud_to_bytes(cloud, kind, decoded.others, decoded.spacing))
-    left_out = left_out_by(kind, decoded)
+    left_out = columns_lost_by(kind, decoded)
     notes = [*decoded.remarks]
     if left_out:
         notes.append(f"{kind} has no room for {', '.join(left_out)}: left out")

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.cartesian.classifier import GroundClassifier
-from traversability.cartesian.elevation_grid import EVER, ElevationGrid
-from traversability.cartesian.features import GROUND_FEATURES, SQUARE, GroundFeatures
+from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
+from traversability.cartesian.features import GROUND_FEATURES, EDGE_CELLS, GroundFeatures
 from traversability.cartesian.rolling_grid import RollingGrid
 
 _RANGE = GROUND_FEATURES.index("range")
@@ -53,7 +53,7 @@ class GroundLayer:
         self._config = config
         self._classifier = classifier
         self._features = GroundFeatures()
-        self._grid = RollingGrid(SQUARE * classifier.cell, cells, ("log_odds",))
+        self._grid = RollingGrid(EDGE_CELLS * classifier.cell, cells, ("log_odds",))
         self.log_odds = self._grid["log_odds"]
 
     @property
@@ -79,7 +79,7 @@ class GroundLayer:
         self,
         elevation: ElevationGrid,
         position: NDArray[np.float64],
-        ages: tuple[float, float] = EVER,
+        ages: tuple[float, float] = ANY_AGE,
     ) -> None:
         """Take in the ground cells of a cloud.
 
@@ -93,8 +93,8 @@ class GroundLayer:
         config = self._config
         self._features.describe(elevation, position, ages)
         due = self._features.due
-        verdicts = self._classifier.odds(self._features.values, self._features.places, due)
-        places, values = self._features.places[due], self._features.values[due]
+        verdicts = self._classifier.log_odds(self._features.values, self._features.cells, due)
+        places, values = self._features.cells[due], self._features.values[due]
         i, j = self._grid.wrap(places).T
         # A miss near the robot costs more than a false alarm: shift the decision towards blocked.
         verdicts[values[:, _RANGE] < config.near_range] += math.log(config.miss_cost)

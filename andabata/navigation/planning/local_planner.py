@@ -151,7 +151,7 @@ class LocalPlanner:
         if layers is not None and self._scans % self.config.occupancy.update_every == 0:
             layers.update(position)
         self.keep_inside(situation.geofence, situation.pose, odometry)
-        odds, goal_distance = scan.odds_of(self._grid), situation.goal_distance
+        odds, goal_distance = scan.log_odds_of(self._grid), situation.goal_distance
         bearing = self.bearing(odds, position, yaw, situation.heading_error, goal_distance, layers)
         reach = self.config.max_lookahead
         ranges = self.occupancy.end_ranges(scan.ranges, position, yaw, reach)
@@ -196,7 +196,7 @@ class LocalPlanner:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            odds: Log odds of the scan's cells, as ``VirtualScan.odds_of`` gives them.
+            odds: Log odds of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
             position: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
-from traversability.cartesian.elevation_grid import EVER, MEAN, POINTS, ElevationGrid
+from traversability.cartesian.elevation_grid import ANY_AGE, MEAN, POINTS, ElevationGrid
 from traversability.cartesian.rolling_grid import PowerOfTwo, RollingGrid
 
 _BESIDE = 3
@@ -125,7 +125,7 @@ class LowObstacleLayer:
         self,
         elevation: ElevationGrid,
         position: NDArray[np.float64],
-        ages: tuple[float, float] = EVER,
+        ages: tuple[float, float] = ANY_AGE,
     ) -> None:
         """Take in a cloud.
 

@@ -176,7 +176,7 @@ class OccupancyGrid:
         """Take in a scan and what the layers know by now.
 
         Args:
-            odds: Log odds of the scan's cells, as ``VirtualScan.odds_of`` gives them.
+            odds: Log odds of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
             position: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Heading there [rad].
             layers: Layers of the ground; None without clouds.

@@ -3,7 +3,7 @@
 Plant and rays are the compiled functions that a single robot is driven with.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from andabata.tasks.episode_monitor import Outcome
 from terrain.kernel import kernel
+from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
-from worlds.rays import Layout
 from worlds.world import Geofence, Task
 
 AHEAD = 16
@@ -87,9 +87,8 @@ class FlatWorlds(NamedTuple):
     firsts: NDArray[np.int64]
     lists: NDArray[np.int64]
     members: NDArray[np.int64]
-    frame: NDArray[np.float64]
-    lattice: NDArray[np.float64]
-    squares: NDArray[np.int64]
+    frame: GridFrame
+    lattice: Lattice
     raster: NDArray[np.float64]
 
 
@@ -146,16 +145,12 @@ def lay_out(mazes: list[Maze]) -> FlatWorlds:
         lists=_ends([len(blocks.members) for _, _, blocks in layouts]),
         members=np.concatenate([blocks.members for _, _, blocks in layouts]),
         frame=ground.frame,
-        lattice=np.array([*blocks.lattice[:3], *_heights_of(layouts)]),
-        squares=blocks.squares,
+        lattice=blocks.lattice._replace(
+            z_min=min(blocks.lattice.z_min for _, _, blocks in layouts),
+            z_max=max(blocks.lattice.z_max for _, _, blocks in layouts),
+        ),
         raster=np.array(mazes[0].raster),
     )
-
-
-def _heights_of(layouts: list[Any]) -> tuple[float, float]:
-    """Return less and more than any z of the worlds [m]."""
-    floors = [blocks.lattice[3] for _, _, blocks in layouts]
-    return min(floors), max(blocks.lattice[4] for _, _, blocks in layouts)
 
 
 def _ends(counts: list[int]) -> NDArray[np.int64]:
@@ -191,7 +186,7 @@ def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcom
                 noise,
                 rules.limits,
                 rules.sliding,
-                (worlds.heights[w], worlds.frame[2], rules.wheels),
+                (worlds.heights[w], worlds.frame.cell, rules.wheels),
                 (
                     worlds.contact[w],
                     worlds.raster[0],
@@ -217,18 +212,21 @@ def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcom
             rays,
             budgets,
             rules.reward[4],
-            worlds.heights[w],
-            worlds.surface[w],
-            worlds.frame,
-            worlds.kinds[things[w] : things[w + 1]],
-            worlds.boxes[things[w] : things[w + 1]],
-            worlds.starts[things[w] + w : things[w + 1] + w + 1],
-            worlds.planes[faces[w] : faces[w + 1]],
-            worlds.lattice,
-            worlds.squares,
-            worlds.tops[w],
-            worlds.firsts[w],
-            worlds.members[lists[w] : lists[w + 1]],
+            Layout(
+                Ground(worlds.heights[w], worlds.surface[w], worlds.frame),
+                ConvexObjects(
+                    worlds.kinds[things[w] : things[w + 1]],
+                    worlds.boxes[things[w] : things[w + 1]],
+                    worlds.starts[things[w] + w : things[w + 1] + w + 1],
+                    worlds.planes[faces[w] : faces[w + 1]],
+                ),
+                Blocks(
+                    worlds.lattice,
+                    worlds.tops[w],
+                    worlds.firsts[w],
+                    worlds.members[lists[w] : lists[w + 1]],
+                ),
+            ),
             ranges,
             classes,
         )

@@ -4,7 +4,7 @@ Plant and rays are the compiled functions that a single robot is driven with. Wh
 (terminations, rewards, observations) is not here: it is told by functions over arrays.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
+from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
-from worlds.rays import Layout
 
 AHEAD = 16
 """Number of steps whose draws are made at once."""
@@ -81,7 +81,7 @@ class Movers(NamedTuple):
 
 
 class Worlds(NamedTuple):
-    """Static worlds of one size, laid out behind each other; see ``worlds.rays.Layout``."""
+    """Static worlds of one size, laid out behind each other; see ``worlds.ray_layout.Layout``."""
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]
@@ -96,9 +96,8 @@ class Worlds(NamedTuple):
     firsts: NDArray[np.int64]
     lists: NDArray[np.int64]
     members: NDArray[np.int64]
-    frame: NDArray[np.float64]
-    lattice: NDArray[np.float64]
-    squares: NDArray[np.int64]
+    frame: GridFrame
+    lattice: Lattice
     raster: NDArray[np.float64]
 
 
@@ -185,16 +184,12 @@ def lay_out(worlds: list[Obstacles]) -> Worlds:
         lists=_ends([len(blocks.members) for _, _, blocks in layouts]),
         members=np.concatenate([blocks.members for _, _, blocks in layouts]),
         frame=ground.frame,
-        lattice=np.array([*blocks.lattice[:3], *_lowest_and_highest(layouts)]),
-        squares=blocks.squares,
+        lattice=blocks.lattice._replace(
+            z_min=min(blocks.lattice.z_min for _, _, blocks in layouts),
+            z_max=max(blocks.lattice.z_max for _, _, blocks in layouts),
+        ),
         raster=np.array(worlds[0].raster),
     )
-
-
-def _lowest_and_highest(layouts: list[Any]) -> tuple[float, float]:
-    """Return less and more than any z of the worlds [m]."""
-    floors = [blocks.lattice[3] for _, _, blocks in layouts]
-    return min(floors), max(blocks.lattice[4] for _, _, blocks in layouts)
 
 
 def _ends(counts: list[int]) -> NDArray[np.int64]:
@@ -239,7 +234,7 @@ def move(
             noise,
             body.limits,
             body.sliding,
-            (worlds.heights[w], worlds.frame[2], body.wheels),
+            (worlds.heights[w], worlds.frame.cell, body.wheels),
             (
                 worlds.contact[w],
                 worlds.raster[0],
@@ -314,25 +309,22 @@ def _cast(
 ) -> None:
     """Cast rays in one of the worlds that are laid out behind each other."""
     objects, faces, lists = worlds.objects, worlds.faces, worlds.lists
-    cast_rays(
-        rays,
-        budgets,
-        max_range,
-        worlds.heights[w],
-        worlds.surface[w],
-        worlds.frame,
-        worlds.kinds[objects[w] : objects[w + 1]],
-        worlds.boxes[objects[w] : objects[w + 1]],
-        worlds.starts[objects[w] + w : objects[w + 1] + w + 1],
-        worlds.planes[faces[w] : faces[w + 1]],
-        worlds.lattice,
-        worlds.squares,
-        worlds.tops[w],
-        worlds.firsts[w],
-        worlds.members[lists[w] : lists[w + 1]],
-        found,
-        classes,
+    layout = Layout(
+        Ground(worlds.heights[w], worlds.surface[w], worlds.frame),
+        ConvexObjects(
+            worlds.kinds[objects[w] : objects[w + 1]],
+            worlds.boxes[objects[w] : objects[w + 1]],
+            worlds.starts[objects[w] + w : objects[w + 1] + w + 1],
+            worlds.planes[faces[w] : faces[w + 1]],
+        ),
+        Blocks(
+            worlds.lattice,
+            worlds.tops[w],
+            worlds.firsts[w],
+            worlds.members[lists[w] : lists[w + 1]],
+        ),
     )
+    cast_rays(rays, budgets, max_range, layout, found, classes)
 
 
 @kernel

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
-from traversability.cartesian.features import GROUND_FEATURES, EDGE_CELLS, GroundFeatures
+from traversability.cartesian.features import EDGE_CELLS, GROUND_FEATURES, GroundFeatures
 from traversability.cartesian.rolling_grid import RollingGrid
 
 _RANGE = GROUND_FEATURES.index("range")

@@ -115,7 +115,7 @@ class CloudAssembler:
         config = self._config
         rows = _worth_keeping(
             sweeps.ranges,
-            self._tables.of(sweeps)[1],
+            self._tables.sin_cos(sweeps)[1],
             np.array([config.max_range, config.body_radius, config.dense_range]),
             config.dense_stride,
         )

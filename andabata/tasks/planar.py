@@ -16,7 +16,7 @@ from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import (
     KinematicConfig,
     contact_map,
-    plant_numbers,
+    plant_parameters,
 )
 from andabata.machine.pose import wrap
 from andabata.machine.simulator import reseed
@@ -289,7 +289,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
             config.terminations,
             config.reward,
         )
-        plant = plant_numbers(robot, KinematicConfig())
+        plant = plant_parameters(robot, KinematicConfig())
         sigma = np.array([errors.position_sigma] * 2 + [errors.yaw_sigma] + [errors.tilt_sigma] * 2)
         times = np.array([errors.position_time] * 2 + [errors.yaw_time] * 3)
         keep = np.exp(-TICKS_PER_STEP / TICK_HZ / times)

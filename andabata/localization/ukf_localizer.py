@@ -304,7 +304,7 @@ class UkfLocalizer:
             measurements = old.measurements if k else old.with_fix(fix)
             period = self._begin_period(measurements, old.noise)
             self._buffer.append(period)
-            # Dead reckoning does not depend on fixes: its past is not changed.
+            # The track in odom stays as it was published: sweeps were placed with it.
             self._run(period, self._scratch_odometry)
 
     def _supervise(

@@ -91,7 +91,7 @@ class SimulatedRobot:
         """Return the pose that the filter starts at: the true one with the errors it expects."""
         if self.config.localizer == "truth":
             return pose
-        tilt, yaw, _, position, height, *_ = self.config.filter.start
+        tilt, yaw, _, position, height, *_ = self.config.filter.initial_sigma
         shift = self._rng.standard_normal(6) * [position, position, height, tilt, tilt, yaw]
         turn = Rotation.from_quat(pose.quaternion).as_euler("ZYX")
         return Pose.from_euler(

@@ -18,13 +18,15 @@ from andabata.bench.speed_peers import Work
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.localization.process_model import (
     STATES,
-    Body,
-    Noise,
-    Room,
-    Weights,
+    BodyParameters,
+    FilterModel,
+    Gates,
+    NoiseModel,
+    Workspace,
+    correct_gravity,
     predict,
-    see_gravity,
 )
+from andabata.localization.ukf import SigmaWeights
 from andabata.machine.beams import BeamTables, beam_rays
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
@@ -302,9 +304,10 @@ def _filter_race() -> Case:
     def ours() -> Work:
         x, P = np.zeros(STATES), np.diag(np.linspace(0.01, 0.1, STATES) ** 2)
         imu = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])
-        body = Body(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
-        weights, room = Weights.make(), Room.make()
-        return lambda: _filter(_FILTER_STEPS, x, P, imu, body, Noise(), weights, room)
+        body = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
+        model = FilterModel(body, NoiseModel(), Gates(vector=1e9), SigmaWeights.merwe(STATES))
+        workspace = Workspace.allocate()
+        return lambda: _filter(_FILTER_STEPS, x, P, imu, model, workspace)
 
     return Case(
         "filter of 18 numbers",
@@ -319,11 +322,11 @@ def _filter_race() -> Case:
 
 
 @kernel
-def _filter(steps, x, P, imu, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _filter(steps, x, P, imu, model, workspace):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Predict and correct by gravity again and again."""
     for _ in range(steps):
-        predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
-        see_gravity(x, P, imu, body, noise, 1e9, weights, room)
+        predict(x, P, imu, 0.01, model, workspace)
+        correct_gravity(x, P, imu, model, workspace)
 
 
 def _loop_races(scene: Scene, seed: int) -> Iterator[Case]:

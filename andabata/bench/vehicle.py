@@ -120,7 +120,7 @@ def obstacles(robot: RobotModel) -> list[Row]:
 
 def tipping(robot: RobotModel) -> Row:
     """Return the cross slope at which the body rolls over where friction holds it [deg]."""
-    config = BulletConfig(friction=3.0, sideways=1.0)
+    config = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
     limit = float("nan")
     for angle in range(20, 66):
         vehicle = BulletVehicle(_slope(float(angle)), robot, config)

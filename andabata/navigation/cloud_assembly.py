@@ -164,7 +164,7 @@ class CloudAssembler:
         config = self._config
         rows = _useful_beams(
             sweeps.ranges,
-            self._tables.of(sweeps)[1],
+            self._tables.sin_cos(sweeps)[1],
             _Limits(config.max_range, config.body_radius, config.dense_range),
             config.dense_stride,
         )

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from andabata.localization.datum import (
     Datum,
     consistent_fixes,
-    datum_of_heading,
+    datum_from_heading,
     make_datum,
-    refused_fixes,
+    rejected_fixes,
 )
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
@@ -293,13 +293,13 @@ def read_setup(
     if told is not None:
         first = _first_second(bag, told.epoch_ns, renamed, decoder, mounts)
         found = make_datum(given, fixes, year, told.start.position)
-        found = found or datum_of_heading(first, told.start.yaw)
+        found = found or datum_from_heading(first, told.start.yaw)
         return replace(told, datum=found.with_compass(first))
     datum = make_datum(given, fixes, year)
     setup = None if datum is None else _setup_by_senses(bag, datum, fixes, renamed, decoder, mounts)
     if setup is not None:
         return setup
-    refused = refused_fixes(fixes)
+    refused = rejected_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
@@ -391,7 +391,7 @@ def _setup_by_senses(
                 {},
                 rough=True,
                 datum=datum.with_compass(readings),
-                refused=refused_fixes(fixes, float(rows[-1, 0])),
+                refused=rejected_fixes(fixes, float(rows[-1, 0])),
             )
     return None
 

@@ -187,7 +187,7 @@ class Recorder:
         """Return the level of the diagnostics and what is wrong, without its numbers."""
         level, said = _LEVELS[self._localizer.health], [str(self._localizer.health)]
         if isinstance(self._localizer, UkfLocalizer):
-            said += [text.split(":")[0] for text in self._localizer.complaints]
+            said += [text.split(":")[0] for text in self._localizer.warnings]
         if self._assembler is not None and self._blind(now):
             waiting = np.isinf(self._assembler.cloud_age(now))
             level, said = max(level, 1 if waiting else 2), [*said, "cloud"]
@@ -203,7 +203,7 @@ class Recorder:
         values = dict(self.facts)
         said = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
-            said += localizer.complaints
+            said += localizer.warnings
             for name, (believed, gated, refused) in localizer.counts.items():
                 values[name] = f"{believed} believed, {gated} gated, {refused} refused"
         if assembler is not None:

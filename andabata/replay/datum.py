@@ -54,7 +54,7 @@ def given_site(
 def use_datum(localizer: Localizer, datum: Datum) -> None:
     """Let a filter count from a datum and expect the field there."""
     if isinstance(localizer, UkfLocalizer):
-        localizer.refer(datum.expected, datum.loose)
+        localizer.set_geo_reference(datum.expected, datum.heading_only)
 
 
 def note_fixes(
@@ -67,8 +67,8 @@ def note_fixes(
         localizer: Any.
         before: Numbers of fixes that were refused before its start, by reason.
     """
-    refused = Counter(before or {}) + Counter(getattr(localizer, "refused", {}))
+    refused = Counter(before or {}) + Counter(getattr(localizer, "rejected_fixes", {}))
     for reason, number in refused.items():
         remarks.refuse(FIX.ros1, reason, number=number)
-    for text, number in getattr(localizer, "assumed", {}).items():
+    for text, number in getattr(localizer, "assumed_fixes", {}).items():
         remarks.count(FIX.ros1, text, number=number)

@@ -112,7 +112,7 @@ class Confidence:
     def add(self, localizer: Localizer) -> None:
         """Take in a period."""
         self.health[str(localizer.health)] += 1
-        for text in getattr(localizer, "complaints", ()):
+        for text in getattr(localizer, "warnings", ()):
             self.complaints[re.sub(r" (for|by) [\d.]+.*", "", text)] += 1
 
     def end(self, localizer: Localizer) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localizer, make_perception
 from andabata.machine.pose import Pose
-from andabata.machine.proprioception import GRAVITY, TESLA
+from andabata.machine.proprioception import GRAVITY, MICROTESLA
 from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.navigation.controller import Controller
@@ -429,7 +429,9 @@ def _rehearse(navigator: Navigator, config: SimulatedRobotConfig) -> None:
     stamps = np.arange(1, 11) / 100
     imu = np.column_stack([stamps, np.zeros((10, 5)), np.full(10, GRAVITY)])
     wheels = np.column_stack([stamps, np.zeros((10, 2))])
-    field = np.column_stack([stamps, np.tile(config.sensing.geo_reference.flux * TESLA, (10, 1))])
+    field = np.column_stack(
+        [stamps, np.tile(config.sensing.geo_reference.flux * MICROTESLA, (10, 1))]
+    )
     lidar = config.sensing.lidar
     beams = lidar.elevations(0, 1)
     sweep = Sweeps(

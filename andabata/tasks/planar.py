@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.clock import CONTROL_PERIOD, TICK_HZ, TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import KinematicConfig, contact_map, plant_numbers
+from andabata.machine.kinematic_vehicle import KinematicConfig, contact_map, plant_parameters
 from andabata.machine.kinematics import SkidSteer, Twist, executed_twist
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
@@ -196,7 +196,7 @@ class PlanarBatch:
 
 def _body(robot: RobotModel, errors: NoisyGroundTruthConfig) -> Body:
     """Return the numbers of a plant and of its believed pose."""
-    plant = plant_numbers(robot, KinematicConfig())
+    plant = plant_parameters(robot, KinematicConfig())
     sigma = np.array([errors.position_sigma] * 2 + [errors.yaw_sigma] + [errors.tilt_sigma] * 2)
     times = np.array([errors.position_time] * 2 + [errors.yaw_time] * 3)
     keep = np.exp(-TICKS_PER_STEP / TICK_HZ / times)

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.clock import TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import drive_ticks
+from andabata.machine.kinematic_vehicle import (
+    ContactMap,
+    DriveLimits,
+    Sliding,
+    WheelGround,
+    drive_ticks,
+)
 from terrain.kernel import kernel
 from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
@@ -120,18 +126,18 @@ class Body(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: See ``PlantNumbers``.
-        sliding: See ``PlantNumbers``.
-        wheels: See ``PlantNumbers``.
-        outline: See ``PlantNumbers``.
+        limits: See ``PlantParameters``.
+        sliding: See ``PlantParameters``.
+        wheels: See ``PlantParameters``.
+        outline: See ``PlantParameters``.
         radius: Radius of the body for moving obstacles [m].
         keep: Share of each error that stays from step to step, shape (5,).
         spread: Standard deviation of each error, and of what a step adds, shape (2, 5).
     """
 
     slip: float
-    limits: NDArray[np.float64]
-    sliding: NDArray[np.float64]
+    limits: DriveLimits
+    sliding: Sliding
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     radius: float
@@ -234,8 +240,8 @@ def move(
             noise,
             body.limits,
             body.sliding,
-            (worlds.heights[w], worlds.frame.cell, body.wheels),
-            (
+            WheelGround(worlds.heights[w], worlds.frame.cell, body.wheels),
+            ContactMap(
                 worlds.contact[w],
                 worlds.raster[0],
                 worlds.raster[1],

@@ -12,28 +12,36 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from numba import njit
 
 from andabata.localization import process_model as model
-from andabata.localization.process_model import STATES, Body, Noise, Room, Weights
+from andabata.localization.process_model import (
+    STATES,
+    BodyParameters,
+    FilterModel,
+    Gates,
+    NoiseModel,
+    Workspace,
+)
+from andabata.localization.ukf import SigmaWeights
 
-BODY = Body(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
+BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 IMU = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])
 FIELD = np.array([0.0, 0.0, 26.0, -34.0])
 FIX = np.array([0.0, 0.0, 0.0, 0.0, 0.66, 1.4])
 
 
 @njit
-def repeat(which, calls, x, P, imu, field, fix, body, noise, weights, room):  # type: ignore[no-untyped-def]
+def repeat(which, calls, x, P, imu, mag, fix, parameters, workspace):  # type: ignore[no-untyped-def]
     """Call one part of the filter many times."""
     for _ in range(calls):
         if which == 0:
-            model.predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
+            model.predict(x, P, imu, 0.01, parameters, workspace)
         elif which == 1:
-            model.see_wheels(x, P, 0.3, noise, 1e9, room)
+            model.correct_wheels(x, P, 0.3, parameters, workspace)
         elif which == 2:
-            model.see_gravity(x, P, imu, body, noise, 1e9, weights, room)
+            model.correct_gravity(x, P, imu, parameters, workspace)
         elif which == 3:
-            model.see_field(x, P, field, body, noise, 1e9, weights, room)
+            model.correct_mag(x, P, mag, parameters, workspace)
         else:
-            model.see_fix(x, P, fix, 1e9, room)
+            model.correct_gnss(x, P, fix, parameters, workspace)
 
 
 def best(look: Callable[[int], object], calls: int) -> float:
@@ -60,10 +68,11 @@ def filterpys() -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    weights, room = Weights.make(), Room.make()
+    parameters = FilterModel(BODY, NoiseModel(), Gates(1e9, 1e9, 1e9), SigmaWeights.merwe(STATES))
+    workspace = Workspace.allocate()
     for which, name in enumerate(("predict", "wheels", "gravity", "compass", "fix")):
         x, P = np.zeros(STATES), np.diag(np.linspace(0.01, 0.1, STATES) ** 2)
-        sent = (x, P, IMU, FIELD, FIX, BODY, Noise(), weights, room)
+        sent = (x, P, IMU, FIELD, FIX, parameters, workspace)
         took = best(lambda n, w=which, s=sent: repeat(w, n, *s), 2000)  # type: ignore[misc]
         sys.stdout.write(f"{name:8} {took:6.2f} us\n")
     first, second = filterpys()

@@ -84,7 +84,7 @@ def standing():
     outbox = Outbox(heard, Composer(1, EPOCH))
     simulator.reset(Start(-8.0, 0.0, 0.3))
     for _ in range(160):
-        post_senses(outbox, replace(simulator.step(STANDSTILL, blind=True), sweeps=None))
+        post_senses(outbox, replace(simulator.step(STANDSTILL, skip_scan=True), sweeps=None))
         outbox.flush()
     simulator.close()
     return heard.messages
@@ -134,7 +134,7 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
     messages = [(EPOCH + 1, topics.INITIAL, start), *standing]
     _, node, _ = navigate(messages, models)
     data = node.run(seconds=8.0)
-    assert data["datum"]["source"] == "the first good fix, at the start that is told"
+    assert data["datum"]["source"] == "the first good fix, at the given start"
     here = GeoReference(
         **{k: data["datum"][k] for k in ("latitude_deg", "longitude_deg")},
         altitude=data["datum"]["altitude_m"],

@@ -42,7 +42,7 @@ from rl.training import EpisodeSpec, play_together
 from terrain.kernel import kernel
 from traversability.features import cell_features
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import World
 
@@ -143,7 +143,7 @@ def races(world: str, seed: int) -> Iterator[Case]:
     from rl.networks import use_one_thread
 
     use_one_thread()
-    shelf = SceneShelf()
+    shelf = SceneCache()
     scene = shelf.get(world, evaluation_world(seed, 0))
     yield _ray_race(scene, seed)
     maze = shelf.get("maze", evaluation_world(seed, 0))
@@ -217,7 +217,7 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
+def _flat_race(scene: Scene, world_seed: int, shelf: SceneCache) -> Case:
     """Return stage 1's work: a robot with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
@@ -360,7 +360,7 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_race(shelf: SceneShelf) -> Case:
+def _training_race(shelf: SceneCache) -> Case:
     """Return stage 1's training: control steps with everything that is learnt from them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
@@ -384,7 +384,7 @@ def _training_race(shelf: SceneShelf) -> Case:
     return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
+def _crowd_race(world: str, seed: int, shelf: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier."""
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})

@@ -20,7 +20,7 @@ from andabata.tasks.rewards import RewardConfig, paper_reward
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from rl.gym_spaces import action_box, observation_box
 from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import TRAINING_SEEDS
 from worlds.world import choose_task, jittered
 
@@ -97,7 +97,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self,
         config: OffroadConfig,
         models: Models | None = None,
-        shelf: SceneShelf | None = None,
+        shelf: SceneCache | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Prepare a stage.
@@ -110,7 +110,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         """
         self.render_mode = render_mode
         self.config = config
-        self._shelf = shelf or SceneShelf()
+        self._shelf = shelf or SceneCache()
         sees_clouds = config.simulated_robot.sensing.scanner == "rotating"
         self._models = (models or Models()) if sees_clouds else None
         self._kept: SimulatedRobot | None = None
@@ -286,7 +286,7 @@ def make_offroad(
     stage: str,
     config: OffroadConfig | None = None,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
     render_mode: str | None = None,
 ) -> OffroadEnv:
     """Make a stage's environment: the entry point of the registered ids.

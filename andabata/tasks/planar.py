@@ -40,7 +40,7 @@ from andabata.tasks.rewards import paper_reward
 from andabata.tasks.terminations import Drives, Ending, Terminations
 from rl.gym_spaces import action_box, observation_box
 from traversability.virtual_scan import VirtualScan
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.world import Start, Task, choose_task, jittered
 
 State = NDArray[np.float32]
@@ -224,7 +224,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self,
         config: OffroadConfig,
         num_envs: int,
-        shelf: SceneShelf | None = None,
+        shelf: SceneCache | None = None,
         autoreset: bool = True,
     ) -> None:
         """Prepare a stage for a number of robots.
@@ -255,7 +255,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self.observation_space = batch(self.single_observation_space, num_envs)
         self.action_space = batch(self.single_action_space, num_envs)
         self._autoreset = autoreset
-        self._shelf = shelf or SceneShelf()
+        self._shelf = shelf or SceneCache()
         grid, body = robot.grid, robot.robot
         lidar = PlanarLidar(grid.bearings, body.lidar_height, grid.outer_radius)
         self._batch = PlanarBatch(num_envs, body, lidar, robot.errors)

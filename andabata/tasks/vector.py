@@ -23,7 +23,7 @@ from andabata.tasks.offroad import (
 )
 from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.gym_spaces import action_box, observation_box
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
@@ -38,7 +38,7 @@ def make_vector(
     num_envs: int = 1,
     config: OffroadConfig | None = None,
     workers: int = 1,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
 ) -> VectorEnv[Any, Any, Any]:
     """Make a stage's environment for many robots: the entry point of ``gymnasium.make_vec``.
 
@@ -64,7 +64,7 @@ def robots_in_one_process(
     config: OffroadConfig,
     count: int,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
 ) -> SyncVectorEnv:
     """Return robots that share scenes, models and process, one after the other.
 
@@ -77,7 +77,7 @@ def robots_in_one_process(
         models: As for ``OffroadEnv``.
         shelf: Scenes to share with others of this process.
     """
-    make = partial(OffroadEnv, config, models, shelf or SceneShelf())
+    make = partial(OffroadEnv, config, models, shelf or SceneCache())
     return SyncVectorEnv([make] * count, autoreset_mode=AutoresetMode.SAME_STEP)
 
 

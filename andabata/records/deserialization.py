@@ -1,4 +1,4 @@
-"""Messages of one connection, deserialised by the definition that the recording holds."""
+"""Deserialisation of messages by the definitions that a recording holds."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,29 +13,31 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 _ENCODINGS: dict[str, Ros] = {"ros1": 1, "cdr": 2}
-_NOTHING = "d41d8cd98f00b204e9800998ecf8427e"
-"""ROS 1's checksum of a definition that is empty and rightly so."""
+_EMPTY_DIGEST = "d41d8cd98f00b204e9800998ecf8427e"
+"""ROS 1's checksum of a definition that has no fields."""
 
-_FILLER = "structure_needs_at_least_one_member"
-"""Field that rosbags gives to types without any."""
+_PLACEHOLDER = "structure_needs_at_least_one_member"
+"""Name of the field that rosbags gives to types without fields."""
 
 _PAGE = "=" * 80 + "\n"
+"""Line that separates the types of an IDL definition."""
 
-Decode = Callable[[bytes], RosMessage]
+Deserialize = Callable[[bytes], RosMessage]
+"""Function that returns the message of serialised bytes."""
 
 
 class UnreadableConnectionError(ValueError):
     """A connection whose messages cannot be deserialised."""
 
 
-class Decoders:
-    """Makes the functions that deserialise, once for each definition."""
+class Deserializers:
+    """Creates deserialising functions, with one type store per definition."""
 
     def __init__(self) -> None:
-        """Begin without definitions."""
+        """Create a factory without type stores."""
         self._stores: dict[tuple[str, str, str], Typestore] = {}
 
-    def decoder(self, connection: Connection) -> Decode:
+    def deserializer(self, connection: Connection) -> Deserialize:
         """Return the function that deserialises a connection's messages.
 
         Raises:
@@ -53,10 +55,10 @@ class Decoders:
         except KeyError as error:
             missing = str(error.args[0])
             if missing == connection.kind:
-                what = f"expected a definition of {missing}, got none"
+                text = f"expected a definition of {missing}, got none"
             else:
-                what = f"expected a definition that tells of {missing}, got none of it"
-            raise UnreadableConnectionError(what) from error
+                text = f"expected a definition that includes {missing}, got one without it"
+            raise UnreadableConnectionError(text) from error
         except Exception as error:  # Code generation fails in many ways.
             raise UnreadableConnectionError(_unusable(error)) from error
         if ros == 1:
@@ -64,7 +66,7 @@ class Decoders:
         return partial(_decode_cdr, store, connection.kind)
 
     def _store(self, connection: Connection, ros: Ros) -> "Typestore":
-        """Return a store that knows a connection's type.
+        """Return a type store with a connection's type.
 
         Raises:
             UnreadableConnectionError: If the definition cannot be used.
@@ -92,11 +94,11 @@ def _has_no_fields(connection: Connection, ros: Ros) -> bool:
     """Return whether a type is known to have no fields, as ``std_msgs/msg/Empty``."""
     known = message_types(ros).fielddefs.get(connection.kind)
     names = None if known is None else [name for name, _ in known[1]]
-    return connection.digest == _NOTHING or names in ([], [_FILLER])
+    return connection.digest == _EMPTY_DIGEST or names in ([], [_PLACEHOLDER])
 
 
 def _types(connection: Connection) -> "Typesdict":
-    """Return the types that a definition tells of.
+    """Return the types of a definition.
 
     Raises:
         UnreadableConnectionError: If the definition's format is unknown.
@@ -121,18 +123,18 @@ def _types(connection: Connection) -> "Typesdict":
 
 
 def _unusable(error: Exception) -> str:
-    """Return why a definition cannot be used, in one line."""
+    """Return the reason why a definition cannot be used, in one line."""
     return f"expected a message definition, got one that can't be parsed: {one_line(error)}"
 
 
 def _decode_cdr(store: "Typestore", kind: str, data: bytes) -> RosMessage:
-    """Return a message of ROS 2, unpacked if the recorder compressed it by itself."""
+    """Return a message of ROS 2, decompressed if the recorder compressed each message."""
     if data.startswith(ZSTD_MAGIC):
         data = unpack_prefix("zstd", data)
     return store.deserialize_cdr(data, kind)
 
 
 def one_line(error: BaseException) -> str:
-    """Return the first line of an error's text, or its kind."""
+    """Return the first line of an error's text, else the name of its class."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from andabata.localization.datum import (
     Datum,
     consistent_fixes,
-    datum_of_heading,
+    datum_from_heading,
     make_datum,
-    refused_fixes,
+    rejected_fixes,
 )
 from andabata.localization.fix_check import check_fixes
 from andabata.localization.initial_pose import initial_pose
@@ -108,14 +108,14 @@ def read_setup(
     if recorded is not None:
         readings = _first_second(bag, recorded.epoch_ns, remapping, decoder, extrinsics)
         found = make_datum(given, fixes, year, recorded.start.position)
-        found = found or datum_of_heading(readings, recorded.start.yaw)
+        found = found or datum_from_heading(readings, recorded.start.yaw)
         return replace(recorded, datum=found.with_compass(readings))
     datum = make_datum(given, fixes, year)
     if datum is not None:
         setup = _estimate_setup(bag, datum, fixes, remapping, decoder, extrinsics)
         if setup is not None:
             return setup
-    refused = refused_fixes(fixes)
+    refused = rejected_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} with the start pose "
@@ -217,7 +217,7 @@ def _estimate_setup(
                 {},
                 is_rough=True,
                 datum=datum.with_compass(readings),
-                refused=refused_fixes(fixes, float(rows[-1, 0])),
+                refused=rejected_fixes(fixes, float(rows[-1, 0])),
             )
     return None
 

@@ -17,10 +17,11 @@ import pytest
 
 from andabata.app.settings import SettingsError, resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.bench.ros_graph import Graph, has_tools, heed_interrupts, stop
+from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.training.plans import algorithms, load_plan
-from tests.benchmarks.grow_models import commands
 from tests.documents import (
     ROOT,
     Block,
@@ -32,7 +33,6 @@ from tests.documents import (
     spans,
     verbs,
 )
-from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
 from traversability.cartesian.classifier import SquareConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud

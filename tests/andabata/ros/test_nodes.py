@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench.ros_graph import Graph, has_tools, result, running, stop, stopped
 from andabata.records.bags import Bag, open_writer
 from andabata.records.messages import Composer, header_ns
 from andabata.records.topics import TOPICS, TWIST
 from andabata.ros.graph import PACKAGES
-from tests.ros_graph import Graph, has_tools, result, running, stop, stopped
 from traversability.grid import PolarGrid
 
 needs_ros = pytest.mark.skipif(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.controllers import make_controller
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.bench.ground_cells import forbidden, moved
 from andabata.engine import run_tasks
 from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.statistics import wilson_interval
@@ -25,7 +26,6 @@ from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
 from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
-from tests.benchmarks.bench_squares import forbidden, moved
 from traversability.cartesian.elevation_grid import EVER, ElevationGrid
 from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
 from worlds.scenes import SceneShelf

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from andabata.bench.ros_graph import result, running, stopped
 from andabata.records.bags import Bag
-from tests.ros_graph import result, running, stopped
 
 WATCHED = ("/cmd_vel", "/2D_virtual_scan", "/3D_relative_cloud", "/imu", "/2D_scan")
 

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from andabata.app.settings import resolve
+from andabata.bench.maze import judge
 from andabata.engine import run_tasks
 from andabata.records import atomic_io
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import CHECKPOINT, learn
-from tests.benchmarks.bench_maze import judge
 
 VARIANTS = {
     "as shipped": (),

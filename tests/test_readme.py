@@ -17,7 +17,7 @@ import pytest
 
 from andabata.app.settings import SettingsError, resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.bench.ros_graph import Graph, has_tools, heed_interrupts, stop
+from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.evaluate import EvaluationConfig
@@ -175,7 +175,7 @@ class Sheet:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            preexec_fn=heed_interrupts,
+            preexec_fn=enable_interrupts,
         )
 
     def run(self, line: str) -> None:

@@ -1,24 +1,29 @@
-"""Squares against the true map along drives, beside the polar cell that each of them lies in.
+"""Compares ground cells with the true map along drives, beside the polar cells that they lie in.
 
-Run with ``python tests/benchmarks/bench_squares.py [WORLD] [FIRST] [COUNT] [SQUARES]``: drives of
-``learned`` to one goal each in so many worlds from that seed on, kinematic plant. What has settled
-since the last look is judged where it lies; a square is red when the true map forbids a quarter of
-it. The polar cell's odds are those of the scan at the same instant, where the forest looked at all.
-With SQUARES, a file, these trees watch the same drives instead of the shipped ones.
+``python -m andabata.bench.ground_cells`` drives to one goal in each of some development worlds,
+kinematic plant, and prints two Markdown tables. Every ground cell whose measurement is complete
+since the decision before is compared where it lies; it is blocked in truth if the true map forbids
+a quarter of it. The polar cell's log odds are those of the scan at the same instant, if the forest
+classified it. ``--ground-classifier FILE`` classifies the same drives with other trees.
 
-The last lines are the map's, which remembers several passes of the laser: which squares are walls
-to the plan.
+The second table is the planner's map, which accumulates several sweeps of the laser: which ground
+cells are obstacles to the planner.
 """
 
+import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
 from sklearn.metrics import average_precision_score, roc_auc_score
 
 from andabata.assembly.controllers import make_controller
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.trial import run_trial
 from andabata.models import shipped_forest, shipped_ground_classifier
 from andabata.navigation.navigator import Step
@@ -34,29 +39,57 @@ from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 
 BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
+"""Bands of distance of single measurements [m]."""
+
 MAP_BANDS = ((0.7, 2.5), (2.5, 5.0))
+"""Bands of distance of the planner's map [m]."""
+
 CONFIG = LocalPlannerConfig()
 WALL = CONFIG.wall / CONFIG.certain * CONFIG.squares.most
-"""Log odds from which a square is a wall."""
+"""Log odds from which a ground cell is an obstacle to the planner."""
 
 EVERY = 5
-"""Control steps between two looks: as often as a robot with a map decides."""
+"""Control steps between two measurements: as often as a robot with a map decides."""
+
+CLEAR = 0.3
+"""Clearance from which a free cell counts as clear [m]."""
+
+_CELL = 0.2
+"""Edge of a ground cell [m]."""
+
+_DISTANCE, _BLOCKED, _CLEARANCE, _POLAR, _GROUND = range(5)
+_MAPPED = 3
+"""Columns of the measurements; in the rows of the map the log odds stand in the fourth."""
 
 
-class Watcher:
-    """Gathers, for each square of each cloud, what was said of it and what is true."""
+class GroundCellRecorder:
+    """Records what is estimated and what is true of each ground cell of each cloud.
 
-    def __init__(self, world: World, grid: PolarGrid, forest: GroundClassifier) -> None:
-        self._truth, self._grid, self._forest = world.truth, grid, forest
-        self._tiles, self._features = ElevationGrid(), GroundFeatures()
-        self._map = GroundLayer(CONFIG.cells, forest, CONFIG.squares)
+    Attributes:
+        measured: Blocks of rows: distance [m], 1 if blocked in truth, true clearance [m], log odds
+            of the polar cell, log odds of the ground cell; float64, shape (n, 5) each.
+        mapped: Blocks of rows: distance [m], 1 if blocked in truth, true clearance [m], log odds of
+            the map; float64, shape (n, 4) each.
+    """
+
+    def __init__(self, world: World, grid: PolarGrid, classifier: GroundClassifier) -> None:
+        """Begin with an empty map.
+
+        Args:
+            world: World with the true map.
+            grid: Grid of the polar cells.
+            classifier: Classifier of the ground cells.
+        """
+        self._truth, self._grid, self._classifier = world.truth, grid, classifier
+        self._elevation, self._features = ElevationGrid(), GroundFeatures()
+        self._map = GroundLayer(CONFIG.cells, classifier, CONFIG.squares)
         self._settled = -np.inf
         self._steps = 0
-        self.rows: list[NDArray[np.float64]] = []
-        self.walls: list[NDArray[np.float64]] = []
+        self.measured: list[NDArray[np.float64]] = []
+        self.mapped: list[NDArray[np.float64]] = []
 
     def __call__(self, step: Step) -> None:
-        """Take in a control step."""
+        """Record a control step."""
         view = step.view
         self._steps += 1
         if view is None or view.truth is None or view.recent is None or self._steps % EVERY:
@@ -66,97 +99,151 @@ class Watcher:
         points, ages, span = view.recent.since(self._settled)
         self._settled = view.recent.settled
         here, yaw, true = view.odometry.position[:2], view.odometry.yaw, view.truth.pose
-        self._tiles.describe(points, here, ages)
-        self._features.describe(self._tiles, here, span)
+        self._elevation.describe(points, here, ages)
+        self._features.describe(self._elevation, here, span)
         due = self._features.due
-        values = self._features.values[due]
-        squares = self._forest.odds(self._features.values, self._features.places, due)
-        x, y = (0.2 * self._features.places[due] + 0.1 - here).T
-        bearing = np.arctan2(y, x) - yaw
-        sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
-        ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
-        ring = np.minimum(ring, self._grid.n_rings - 1)  # Squares reach as far as the last one.
-        cells = view.scan.odds_of(self._grid)[sector % self._grid.n_sectors, ring]
-        red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
-        far = values[:, GROUND_FEATURES.index("range")]
-        self.rows.append(np.stack([far, red, clearance, cells, squares], axis=1))
-        self._map.take(self._tiles, here, span)
-        reach = int(MAP_BANDS[-1][1] / 0.2) + 1
+        ground = self._classifier.odds(self._features.values, self._features.places, due)
+        x, y = (_CELL * self._features.places[due] + _CELL / 2 - here).T
+        polar = view.scan.odds_of(self._grid)[self._polar_cells(x, y, yaw)]
+        blocked, clearance = self._true_state(x, y, true.yaw - yaw, true.position[:2])
+        far = self._features.values[due][:, GROUND_FEATURES.index("range")]
+        self.measured.append(np.stack([far, blocked, clearance, polar, ground], axis=1))
+        self._map.take(self._elevation, here, span)
+        reach = int(MAP_BANDS[-1][1] / _CELL) + 1
         around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
         places = around + self._map.centre
         odds = self._map.odds[tuple((places & (CONFIG.cells - 1)).T)]
-        x, y = (0.2 * places[odds != 0] + 0.1 - here).T
-        red, clearance = forbidden(self._truth, moved(x, y, true.yaw - yaw) + true.position[:2])
-        self.walls.append(np.stack([np.hypot(x, y), red, clearance, odds[odds != 0]], axis=1))
+        x, y = (_CELL * places[odds != 0] + _CELL / 2 - here).T
+        blocked, clearance = self._true_state(x, y, true.yaw - yaw, true.position[:2])
+        self.mapped.append(np.stack([np.hypot(x, y), blocked, clearance, odds[odds != 0]], axis=1))
+
+    def _polar_cells(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], yaw: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return sector and ring of positions around the robot [m]."""
+        bearing = np.arctan2(y, x) - yaw
+        sector = np.floor((bearing / (2 * np.pi) + 1.5) * self._grid.n_sectors).astype(int)
+        ring = np.searchsorted(self._grid.ring_edges, np.hypot(x, y), side="right") - 1
+        # Ground cells reach as far as the last ring.
+        return sector % self._grid.n_sectors, np.minimum(ring, self._grid.n_rings - 1)
+
+    def _true_state(
+        self,
+        x: NDArray[np.float64],
+        y: NDArray[np.float64],
+        turn: float,
+        position: NDArray[np.float64],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """Return ``true_state`` of cells around the robot, which lies at a true position."""
+        return true_state(self._truth, rotated(x, y, turn) + position)
 
 
-def moved(x: NDArray[np.float64], y: NDArray[np.float64], turn: float) -> NDArray[np.float64]:
-    """Return places turned about the origin [m], shape (n, 2)."""
-    c, s = np.cos(turn), np.sin(turn)
+def rotated(x: NDArray[np.float64], y: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """Return positions rotated about the origin, counter-clockwise [m], shape (n, 2)."""
+    c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * x - s * y, s * x + c * y], axis=1)
 
 
-def forbidden(
-    truth: TraversabilityMap, places: NDArray[np.float64]
+def true_state(
+    truth: TraversabilityMap, centres: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Return which squares have a forbidden quarter, and the clearance of their middles [m]."""
-    red = np.zeros(len(places), dtype=bool)
-    for u in (-0.05, 0.05):
-        for v in (-0.05, 0.05):
-            red |= truth.reason_at(places[:, 0] + u, places[:, 1] + v) != Reason.FREE
-    return red, truth.clearance_at(places[:, 0], places[:, 1]).astype(float)
+    """Return which ground cells are blocked in truth, and the true clearance of their centres [m].
+
+    A cell is blocked if the true map forbids the centre of one of its quarters.
+
+    Args:
+        truth: True map.
+        centres: Centres of the cells in the map [m], shape (n, 2).
+    """
+    blocked = np.zeros(len(centres), dtype=bool)
+    for u in (-_CELL / 4, _CELL / 4):
+        for v in (-_CELL / 4, _CELL / 4):
+            blocked |= truth.reason_at(centres[:, 0] + u, centres[:, 1] + v) != Reason.FREE
+    return blocked, truth.clearance_at(centres[:, 0], centres[:, 1]).astype(float)
 
 
-def main() -> None:
-    """Drive, watch and print."""
-    preset = sys.argv[1] if len(sys.argv) > 1 else "natural-test"
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 7050
-    count = int(sys.argv[3]) if len(sys.argv) > 3 else 6
-    forest = (
-        GroundClassifier.load(Path(sys.argv[4]))
-        if len(sys.argv) > 4
-        else shipped_ground_classifier()
-    )
+def record_drive(world: str, seed: int, classifier: GroundClassifier) -> GroundCellRecorder:
+    """Drive to one goal in a world and return what was recorded."""
     config = SimulatedRobotConfig(plant="kinematic")
-    rows, walls = [], []
-    for seed in range(first, first + count):
-        scene = SceneShelf().get(preset, seed)
-        controller = make_controller("learned", scene.world, config)
-        simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
-        watcher = Watcher(scene.world, config.grid, forest)
-        simulated_robot.navigator.watch(watcher)
-        run_trial(
-            simulated_robot,
-            scene.world.tasks[0],
-            TerminationConfig(),
-            np.random.default_rng([seed, 1]),
-        )
-        simulated_robot.close()
-        rows += watcher.rows
-        walls += watcher.walls
-    table = np.concatenate(rows)
-    judged = table[np.isfinite(table[:, 3])]
-    lean = np.log(CONFIG.squares.miss)
-    sys.stdout.write(f"{len(table)} squares, {len(judged)} of them in cells that were judged\n")
+    scene = SceneShelf().get(world, seed)
+    controller = make_controller("learned", scene.world, config)
+    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
+    recorder = GroundCellRecorder(scene.world, config.grid, classifier)
+    simulated_robot.navigator.watch(recorder)
+    rng = np.random.default_rng([seed, 1])
+    run_trial(simulated_robot, scene.world.tasks[0], TerminationConfig(), rng)
+    simulated_robot.close()
+    return recorder
+
+
+def measurement_rows(measured: NDArray[np.float64]) -> list[Row]:
+    """Return the scores of polar and of ground cells, by band of distance and over all bands.
+
+    Args:
+        measured: Rows of ``GroundCellRecorder.measured``; those without a polar cell do not count.
+    """
+    both = measured[np.isfinite(measured[:, _POLAR])]
+    # The classifier's log odds are relative to the price of a miss; these are even odds.
+    shift = np.log(CONFIG.squares.miss)
+    rows: list[Row] = []
     for near, end in (*BANDS, (BANDS[0][0], BANDS[-1][1])):
-        some = judged[(judged[:, 0] >= near) & (judged[:, 0] < end)]
-        red, clear = some[:, 1] > 0, some[:, 2] > 0.3
-        for name, odds in (("polar cells", some[:, 3]), ("squares", some[:, 4] + lean)):
-            sys.stdout.write(
-                f"{near} to {end} m, {name}: average precision "
-                f"{average_precision_score(red, odds):.3f}, AUC {roc_auc_score(red, odds):.3f}; "
-                f"called red: {(odds[red] > 0).mean():.3f} of the red ones, "
-                f"{(odds[clear] > 0).mean():.4f} of those with 0.3 m of clearance\n"
+        band = both[(both[:, _DISTANCE] >= near) & (both[:, _DISTANCE] < end)]
+        blocked, clear = band[:, _BLOCKED] > 0, band[:, _CLEARANCE] > CLEAR
+        for name, odds in (("polar", band[:, _POLAR]), ("ground", band[:, _GROUND] + shift)):
+            rows.append(
+                {
+                    "distance [m]": f"{near} to {end}",
+                    "cells": name,
+                    "average precision": average_precision_score(blocked, odds),
+                    "AUC": roc_auc_score(blocked, odds),
+                    "recall": float((odds[blocked] > 0).mean()),
+                    "false alarms": float((odds[clear] > 0).mean()),
+                }
             )
-    table = np.concatenate(walls)
+    return rows
+
+
+def map_rows(mapped: NDArray[np.float64]) -> list[Row]:
+    """Return the share of obstacles among blocked and among clear cells of the planner's map.
+
+    Args:
+        mapped: Rows of ``GroundCellRecorder.mapped``.
+    """
+    rows: list[Row] = []
     for near, end in MAP_BANDS:
-        some = table[(table[:, 0] >= near) & (table[:, 0] < end)]
-        red, clear = some[:, 1] > 0, (some[:, 1] == 0) & (some[:, 2] > 0.3)
-        wall = some[:, 3] > WALL
-        sys.stdout.write(
-            f"{near} to {end} m, the map: walls are {wall[red].mean():.3f} of the red squares, "
-            f"{wall[clear].mean():.4f} of those with 0.3 m of clearance\n"
+        band = mapped[(mapped[:, _DISTANCE] >= near) & (mapped[:, _DISTANCE] < end)]
+        blocked = band[:, _BLOCKED] > 0
+        clear = ~blocked & (band[:, _CLEARANCE] > CLEAR)
+        wall = band[:, _MAPPED] > WALL
+        rows.append(
+            {
+                "distance [m]": f"{near} to {end}",
+                "obstacles among blocked cells": float(wall[blocked].mean()),
+                "among clear cells": float(wall[clear].mean()),
+            }
         )
+    return rows
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Drive, record and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--world", default="natural-test", help="World preset.")
+    parser.add_argument("--first-world", type=int, default=7050, help="First world seed.")
+    parser.add_argument("--worlds", type=int, default=6, help="Number of worlds.")
+    parser.add_argument("--ground-classifier", type=Path, help="File; default: the shipped one.")
+    options = parser.parse_args(argv)
+    file = options.ground_classifier
+    classifier = GroundClassifier.load(file) if file else shipped_ground_classifier()
+    seeds = range(options.first_world, options.first_world + options.worlds)
+    bar = track(seeds, "drives", console=Console(stderr=True))
+    recorders = [record_drive(options.world, seed, classifier) for seed in bar]
+    measured = np.concatenate([block for each in recorders for block in each.measured])
+    mapped = np.concatenate([block for each in recorders for block in each.mapped])
+    both = int(np.isfinite(measured[:, _POLAR]).sum())
+    sys.stdout.write(f"{len(measured)} ground cells, {both} of them in classified polar cells\n\n")
+    sys.stdout.write(markdown_table(measurement_rows(measured)) + "\n")
+    sys.stdout.write(markdown_table(map_rows(mapped)))
 
 
 if __name__ == "__main__":

@@ -1,25 +1,29 @@
-"""What each choice of the default plan buys in stage 1, over several seeds.
+"""Measures what each choice of the training plan contributes in stage 1, over several seeds.
 
-Run with ``python -m tests.benchmarks.bench_learning FOLDER [SEEDS [WORKERS]]``: trains stage 1 with
-one choice undone at a time, for each seed, and judges every policy in mazes that neither train nor
-judge anything else. Runs that ended are not run again. Prints one line a run, then one a variant.
+``python -m andabata.bench.learning FOLDER`` trains stage 1 with one choice undone at a time, for
+each seed, and evaluates every policy in mazes that are used for nothing else. Runs that have ended
+are not repeated. Prints a Markdown table.
 """
 
+import argparse
 import json
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
+from rich.progress import track
 
-from andabata.app.settings import resolve
-from andabata.bench.maze import judge
+from andabata.bench.command import run_command
+from andabata.bench.maze import evaluate_in_mazes
+from andabata.bench.table import Row, markdown_table
 from andabata.engine import run_tasks
 from andabata.records import atomic_io
-from andabata.training.plans import TrainingPlan, load_plan
-from andabata.training.run import CHECKPOINT, learn
+from andabata.training.run import CHECKPOINT
 
-VARIANTS = {
+VARIANTS: dict[str, tuple[str, ...]] = {
     "as shipped": (),
     "no penalty for a collision": ("stages.Maze2D.environment.reward.collision=0.0",),
     "rewards as they are": ("learner.reward_scale=1.0",),
@@ -43,42 +47,66 @@ VARIANTS = {
     "one learning rate to the end": ("final_pace=1.0",),
     "a third of the gradient steps": ("learner.steps_per_decision=0.1",),
 }
-EPISODES, FIRST = 200, 3000
+"""Settings of ``andabata train`` by variant."""
+
+EPISODES, FIRST_WORLD = 200, 3000
+"""Number of test episodes, and world seed of their first maze."""
 
 
-def run_one(folder: Path, task: tuple[str, int]) -> dict[str, float]:
-    """Train and judge a variant with a seed; return ends of episodes, steps and seconds."""
-    name, seed = task
-    place = folder / f"{name.replace(' ', '_')}-{seed}"
-    result = place / "result.json"
+def train_and_evaluate(folder: Path, run: tuple[str, int]) -> Row:
+    """Train and evaluate one variant with one seed, unless its result is there already.
+
+    Args:
+        folder: Folder of all runs.
+        run: Variant and seed.
+
+    Returns:
+        Number of test episodes by outcome, control steps and seconds of the training.
+    """
+    variant, seed = run
+    out = folder / f"{variant.replace(' ', '_')}-{seed}"
+    result = out / "result.json"
     if not result.exists():
-        plan = resolve(TrainingPlan, None, VARIANTS[name], load_plan())
-        trained = learn(place, plan, range(1), seed, 1, resume=(place / CHECKPOINT).exists())
-        outcomes = judge(place / "policy.safetensors", EPISODES, first=FIRST)
+        settings = [word for setting in VARIANTS[variant] for word in ("--set", setting)]
+        resume = ["--resume"] if (out / CHECKPOINT).exists() else []
+        words = ["train", "--stages", "1", "--seed", str(seed), "--workers", "1", "--quiet"]
+        printed = run_command(*words, "--out", str(out), "--json", *settings, *resume)
+        trained = json.loads(printed.splitlines()[-1])
+        outcomes = evaluate_in_mazes(out / "policy.safetensors", EPISODES, first_world=FIRST_WORLD)
         counts = {key: outcomes[key] for key in ("goal", "collision", "timeout")}
-        found = counts | {"steps": trained["steps"], "wall_s": trained["wall_s"]}
-        atomic_io.write(result, json.dumps(found).encode())
-    return json.loads(result.read_text(encoding="utf-8"))
+        row = counts | {"steps": trained["steps"], "wall_s": trained["wall_s"]}
+        atomic_io.write(result, json.dumps(row).encode())
+    found: Row = json.loads(result.read_text(encoding="utf-8"))
+    return found
 
 
-def main(folder: Path, seeds: int = 3, workers: int = 2) -> None:
-    """Run all variants with seeds from 0."""
-    tasks = [(name, seed) for seed in range(seeds) for name in VARIANTS]
-    found: dict[str, list[dict[str, float]]] = {name: [] for name in VARIANTS}
-    for (name, seed), row in run_tasks(partial(run_one, folder), tasks, workers):
-        found[name].append(row)
-        sys.stdout.write(f"{name}, seed {seed}: {row}\n")
-        sys.stdout.flush()
-    for name, rows in found.items():
-        goals = [row["goal"] / EPISODES for row in rows]
-        met, late = ([int(row[key]) for row in rows] for key in ("collision", "timeout"))
-        steps = np.mean([row["steps"] for row in rows])
-        sys.stdout.write(
-            f"{name}: {np.mean(goals):.3f} {goals}, collisions {met}, timeouts {late}, "
-            f"{steps:.0f} steps\n"
-        )
+def variant_row(variant: str, runs: Sequence[Row]) -> Row:
+    """Return the success rates of one variant's seeds and their mean."""
+    rates = [run["goal"] / EPISODES for run in runs]
+    return {
+        "variant": variant,
+        "mean success": float(np.mean(rates)),
+        "by seed": ", ".join(f"{rate:.3f}" for rate in rates),
+        "collisions": ", ".join(str(run["collision"]) for run in runs),
+        "timeouts": ", ".join(str(run["timeout"]) for run in runs),
+        "mean steps": round(float(np.mean([run["steps"] for run in runs]))),
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Train and evaluate all variants with seeds from 0, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="Folder for the runs.")
+    parser.add_argument("--seeds", type=int, default=3, help="Number of seeds, from 0 on.")
+    parser.add_argument("--workers", type=int, default=2, help="Number of processes.")
+    options = parser.parse_args(argv)
+    runs = [(variant, seed) for seed in range(options.seeds) for variant in VARIANTS]
+    work = run_tasks(partial(train_and_evaluate, options.folder), runs, options.workers)
+    found: dict[str, list[Row]] = {variant: [] for variant in VARIANTS}
+    for (variant, _), row in track(work, "runs", total=len(runs), console=Console(stderr=True)):
+        found[variant].append(row)
+    sys.stdout.write(markdown_table([variant_row(name, rows) for name, rows in found.items()]))
 
 
 if __name__ == "__main__":
-    words = dict(enumerate(sys.argv))
-    main(Path(words[1]), int(words.get(2, "3")), int(words.get(3, "2")))
+    main()

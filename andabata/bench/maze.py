@@ -1,16 +1,19 @@
-"""How often a policy reaches its goals in mazes that it was not trained in.
+"""Measures how often a policy reaches its goals in mazes that it was not trained in.
 
-Run with ``python tests/benchmarks/bench_maze.py POLICY [EPISODES [PLANT [FIRST [STAGE]]]]``; prints
-one line. Starts, goals and mazes are the judges', world seeds from one million on, unless FIRST
-says with which world seed to begin: 3000 for trying things out. STAGE is Maze2D, with its 32 beams
-and the true pose, or Maze3D, with rotating laser, filter and classifier. A policy of the paper's
-scheme heads for the goal, another for the sub-goals of a local map, as each was trained.
+``python -m andabata.bench.maze POLICY`` prints one row. By default starts, goals and mazes are
+those of the evaluation, world seeds from one million on; ``--first-world 3000`` is for development.
+Stage Maze2D has 32 horizontal beams and the true pose, Maze3D has the rotating laser, the filter
+and the classifier. A policy steers by the heading that it was trained with: towards the goal, or
+towards the sub-goals of a local map.
 """
 
+import argparse
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
+from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from andabata.tasks.planar import FlatVectorEnv, is_flat
@@ -18,24 +21,38 @@ from rl.policy import Policy
 from rl.training import EpisodeSpec, play, play_together
 from worlds.splits import evaluation_world
 
+_MAZES = 60
+"""Number of mazes that the episodes are drawn from."""
 
-def judge(
+
+def evaluate_in_mazes(
     policy: Path,
     episodes: int = 300,
     plant: str = "kinematic",
-    first: int = evaluation_world(2, 0),
+    first_world: int = evaluation_world(2, 0),
     stage: str = "Maze2D",
 ) -> Counter[str]:
-    """Return how often a policy file's drives in 60 unseen mazes ended how."""
+    """Return the number of episodes by outcome.
+
+    Args:
+        policy: File of the policy.
+        episodes: Number of episodes, spread over 60 mazes.
+        plant: Name of the vehicle's plant, ``kinematic`` or ``bullet``.
+        first_world: World seed of the first maze.
+        stage: Name of the training stage whose sensors are simulated.
+    """
     config = stage_config(stage)
-    seeds = tuple(range(first, first + 60))
     simulated_robot = config.simulated_robot.model_validate(
         config.simulated_robot.model_dump() | {"plant": plant}
     )
     loaded = Policy.load(policy)
     trained = loaded.info["config"]["stages"][stage]["environment"]["heading"]
     config = config.model_copy(
-        update={"seeds": seeds, "simulated_robot": simulated_robot, "heading": trained}
+        update={
+            "seeds": tuple(range(first_world, first_world + _MAZES)),
+            "simulated_robot": simulated_robot,
+            "heading": trained,
+        }
     )
     drives = [EpisodeSpec(0, (7, k)) for k in range(episodes)]
     if is_flat(config):
@@ -48,11 +65,34 @@ def judge(
     return Counter(str(episode.outcome) for episode in played)
 
 
+def success_row(outcomes: Counter[str]) -> Row:
+    """Return the success rate with its 95 % Wilson interval, and the number of each outcome."""
+    episodes = outcomes.total()
+    low, high = wilson_interval(outcomes["goal"], episodes)
+    return {
+        "episodes": episodes,
+        "success": f"{outcomes['goal'] / episodes:.3f} [{low:.3f}, {high:.3f}]",
+        **dict(sorted(outcomes.items())),
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Evaluate one policy and print its row."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("policy", type=Path, help="File of the policy.")
+    parser.add_argument("--episodes", type=int, default=300, help="Number of episodes.")
+    parser.add_argument("--plant", default="kinematic", choices=("kinematic", "bullet"))
+    parser.add_argument(
+        "--first-world", type=int, default=evaluation_world(2, 0), help="First world seed."
+    )
+    parser.add_argument("--stage", default="Maze2D", choices=("Maze2D", "Maze3D"))
+    options = parser.parse_args(argv)
+    outcomes = evaluate_in_mazes(
+        options.policy, options.episodes, options.plant, options.first_world, options.stage
+    )
+    about = {"policy": options.policy, "stage": options.stage, "plant": options.plant}
+    sys.stdout.write(markdown_table([about | success_row(outcomes)]))
+
+
 if __name__ == "__main__":
-    words = dict(enumerate(sys.argv))
-    file, count, stage = Path(words[1]), int(words.get(2, "300")), words.get(5, "Maze2D")
-    plant, begin = words.get(3, "kinematic"), int(words.get(4, evaluation_world(2, 0)))
-    ended = judge(file, count, plant, begin, stage)
-    low, high = wilson_interval(ended["goal"], count)
-    rate = ended["goal"] / count
-    sys.stdout.write(f"{file} {stage} {plant}: {rate:.3f} [{low:.3f}, {high:.3f}] {ended}\n")
+    main()

@@ -1,52 +1,80 @@
-"""How long from a cloud to its virtual scan? One core, clouds of a data set.
+"""Measures the time from a point cloud to its virtual scan, on one core.
 
-Run with ``python tests/benchmarks/bench_scan.py CLOUDS``: the median over the validation clouds,
-each thinned or repeated to 32,000 points, of the best of five looks.
+``python -m andabata.bench.scan CLOUDS`` prints a Markdown table: quantiles over the validation
+clouds of a data set, each thinned or repeated to the same number of points.
 """
 
+import argparse
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from andabata.bench.table import Row, markdown_table
 from andabata.models import shipped_forest
 from traversability.binning import fill_quarters, make_quarters
 from traversability.dataset import read_clouds, read_manifest
 from traversability.scanner import TraversabilityScanner
 
-POINTS = 32_000
+STAGES = ("scan", "all cells", "points to quarters")
+"""Names of the timed calls, from the whole to its first part."""
 
 
-def best_of_five(look: Callable[[], object]) -> float:
-    """Return the shortest of five times [us]."""
+def best_of_five(call: Callable[[], object]) -> float:
+    """Return the shortest duration of five calls [us]."""
     times = []
     for _ in range(5):
         began = time.perf_counter()
-        look()
+        call()
         times.append(time.perf_counter() - began)
     return 1e6 * min(times)
 
 
-if __name__ == "__main__":
-    folder = Path(sys.argv[1])
+def time_scans(folder: Path, count: int) -> list[Row]:
+    """Return the time of each stage [us]: median, 5 % and 95 % quantiles over the clouds.
+
+    Args:
+        folder: Data set; its validation split is used.
+        count: Number of points that every cloud is thinned or repeated to.
+    """
     scanner = TraversabilityScanner(shipped_forest())
-    memory = make_quarters(scanner.grid, POINTS)
+    memory = make_quarters(scanner.grid, count)
     rng = np.random.default_rng(0)
-    rows = []
+    times = []
     for cloud in read_clouds(folder, read_manifest(folder), "validation"):
-        chosen = np.sort(rng.choice(len(cloud), POINTS, replace=len(cloud) < POINTS))
+        chosen = np.sort(rng.choice(len(cloud), count, replace=len(cloud) < count))
         points = cloud.points[chosen]
-        rows.append(
+        times.append(
             (
-                best_of_five(lambda p=points: scanner.scan(p)),
-                best_of_five(lambda p=points: scanner.cells(p)),
-                best_of_five(lambda p=points: fill_quarters(p, scanner.grid, memory)),
+                best_of_five(lambda p=points: scanner.scan(p)),  # type: ignore[misc]
+                best_of_five(lambda p=points: scanner.cells(p)),  # type: ignore[misc]
+                best_of_five(lambda p=points: fill_quarters(p, scanner.grid, memory)),  # type: ignore[misc]
             )
         )
-    names = ("scan", "all cells", "points to quarters")
-    for name, times in zip(names, np.transpose(rows), strict=True):
-        low, middle, high = np.quantile(times, [0.05, 0.5, 0.95])
-        text = f"{name:20} median {middle:5.0f} us, 5 to 95 % {low:.0f} to {high:.0f} us"
-        sys.stdout.write(f"{text}, {len(times)} clouds of {POINTS} points\n")
+    quantiles = np.quantile(times, [0.5, 0.05, 0.95], axis=0).T
+    return [
+        {
+            "stage": stage,
+            "median [us]": round(middle),
+            "5 % [us]": round(low),
+            "95 % [us]": round(high),
+            "clouds": len(times),
+            "points": count,
+        }
+        for stage, (middle, low, high) in zip(STAGES, quantiles.tolist(), strict=True)
+    ]
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("clouds", type=Path, help="Data set.")
+    parser.add_argument("--points", type=int, default=32_000, help="Points of each cloud.")
+    options = parser.parse_args(argv)
+    sys.stdout.write(markdown_table(time_scans(options.clouds, options.points)))
+
+
+if __name__ == "__main__":
+    main()

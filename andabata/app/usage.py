@@ -69,3 +69,19 @@ def units(texts: Sequence[str]) -> dict[str, str]:
     except ValueError as error:
         raise UsageError(str(error)) from None
     return found
+
+
+def span(text: str, most: int, option: str) -> range:
+    """Return the indices, from 0, of numbers from 1 on that an option names as ``1`` or ``1-3``.
+
+    Raises:
+        UsageError: If it names none, or one above ``most``.
+    """
+    known = [str(number) for number in range(1, most + 1)]
+    first, _, last = text.partition("-")
+    last = last or first
+    if not (first in known and last in known and int(first) <= int(last)):
+        raise UsageError(
+            f"{option}: expected {', '.join(known)} or a span as 1-{most}, got {text!r}"
+        )
+    return range(int(first) - 1, int(last))

@@ -71,7 +71,7 @@ def replay(
     Examples:
         andabata bag replay drive.bag
         andabata bag replay drive.bag --controller reactive --json
-        andabata bag replay drive.bag --datum 40.1,-3.4 --mounting imu=0,0,0.1,0,0,0
+        andabata bag replay drive.bag --mounting imu=0,0,0.1,0,0,180
         andabata bag replay outdoor.bag --robot husky --cloud /points
         andabata bag replay outdoor.bag --map /fix=/navsat/fix --unit wheels=rpm
     """
@@ -160,7 +160,7 @@ def export(
 
     Examples:
         andabata bag export drive.bag --out exported
-        andabata bag export drive.bag --out gnss --topic /fix --topic /imu
+        andabata bag export drive.bag --out clouds --topic /3D_cloud --json
     """
     from andabata.app.tables import left_out_notes
     from andabata.records.export import export_bag

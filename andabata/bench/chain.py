@@ -144,6 +144,22 @@ class Stopwatch:
         )
 
 
+def bench_chains(
+    configs: Sequence[SimulatedRobotConfig],
+    world: str,
+    seed: int,
+    steps: int,
+    runs: int,
+    controller: str = "learned",
+    step: Callable[[], None] | None = None,
+) -> list[Row]:
+    """Return the rows of ``bench_chain`` for several robots, one after the other."""
+    rows: list[Row] = []
+    for config in configs:
+        rows += bench_chain(config, world, seed, steps, runs, controller, step)
+    return rows
+
+
 def bench_chain(
     config: SimulatedRobotConfig,
     world: str,

@@ -65,6 +65,24 @@ def bench_vehicle(robot: RobotModel, seed: int, step: Callable[[], None] | None 
     return found
 
 
+def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
+    """Return titles and tables for people.
+
+    Args:
+        found: Result of ``bench_vehicle``, and the ``robot``'s name.
+    """
+    obstacle_rows = [
+        {"obstacle": row["thing"], **{key: row[key] for key in ("size_m", "reached_m", "contact")}}
+        for row in found["obstacles"]
+    ]
+    return [
+        (f"{found['robot']}: yaw rate achieved over commanded", found["turning"]),
+        ("slopes", found["slopes"]),
+        ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
+        ("tipping over, and the two plants apart", [found["tipping"] | found["plants"]]),
+    ]
+
+
 def turning(robot: RobotModel) -> list[Row]:
     """Return the ratio of achieved to commanded yaw rate by ground and rate.
 

@@ -1,4 +1,4 @@
-"""The speed table: everyone in turns, those who are missing named, ours the measure."""
+"""Speed: contenders in turns, missing peers named, ratios relative to ours."""
 
 import json
 
@@ -6,25 +6,25 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench import speed
-from andabata.bench.speed import Case, Contender, race
+from andabata.bench.speed import Case, Contender, run_case
 
 
 def test_rows_hold_medians_and_ratios_and_the_missing_are_named():
     def missing():
         raise ModuleNotFoundError("no module", name="nobody")
 
-    said = []
+    messages = []
     contenders = (
         Contender("ours", 10, lambda: lambda: 0.5),  # Half a second by its own clock.
         Contender("theirs", 10, lambda: lambda: 2.0),
         Contender("absent", 10, missing),
     )
-    rows = race(Case("work", "units/s", contenders), 3, 0.0, said.append)
+    rows = run_case(Case("work", "units/s", contenders), 3, 0.0, messages.append)
     assert [row["subject"] for row in rows] == ["ours", "theirs"]
     assert [row["value"] for row in rows] == [20.0, 5.0]
     assert [row["ratio_to_ours"] for row in rows] == [1.0, 0.25]
     assert rows[0]["runs"] == 3
-    assert said == ["absent: left out, nobody is not installed (extra `peers`)"]
+    assert messages == ["absent: left out, nobody is not installed (extra `peers`)"]
 
 
 def test_work_without_a_clock_of_its_own_is_timed(monkeypatch):
@@ -34,7 +34,7 @@ def test_work_without_a_clock_of_its_own_is_timed(monkeypatch):
         now[0] += 0.25
 
     monkeypatch.setattr(speed.time, "perf_counter", lambda: now[0])
-    (row,) = race(Case("work", "units/s", (Contender("ours", 1, lambda: work),)), 1, 1.0, print)
+    (row,) = run_case(Case("work", "units/s", (Contender("ours", 1, lambda: work),)), 1, 1.0, print)
     assert row["value"] == 4.0
 
 

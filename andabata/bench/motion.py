@@ -71,20 +71,28 @@ def ride_count(rides: int) -> int:
     return rides * len(GROUNDS) * len(TURNS) * len(SPEEDS)
 
 
-def motion_table(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows of ``ride_clouds`` as a table for people; rows without clouds are left out.
-
-    Errors are median and 95 %, without and with skew; agreements are of our scans, of skewed ones,
-    of those with the true pose, and of two scans of a standing robot.
-    """
+def error_table(rows: Sequence[Row]) -> list[Row]:
+    """Return the errors of ``ride_clouds`` as a table for people: median and 95 %."""
     return [
-        {
-            "ground": row["ground"],
-            "yaw rate [rad/s]": f"{row['turn']:.1f}",
-            "speed [m/s]": f"{row['speed']:.1f}",
+        _ride_cells(row)
+        | {
             "error [m]": f"{row['error_median_m']:.3f} {row['error_95_m']:.3f}",
             "skewed [m]": f"{row['skewed_median_m']:.3f} {row['skewed_95_m']:.3f}",
-            "scans agree": row["scan_agrees"],
+        }
+        for row in rows
+        if row["clouds"]
+    ]
+
+
+def agreement_table(rows: Sequence[Row]) -> list[Row]:
+    """Return how well scans agree with those of a standing robot, as a table for people.
+
+    The last column is the agreement of two scans of the standing robot.
+    """
+    return [
+        _ride_cells(row)
+        | {
+            "scan": row["scan_agrees"],
             "skewed": row["skewed_scan_agrees"],
             "true pose": row["true_scan_agrees"],
             "standing": row["standing_scan_agrees"],
@@ -92,6 +100,15 @@ def motion_table(rows: Sequence[Row]) -> list[Row]:
         for row in rows
         if row["clouds"]
     ]
+
+
+def _ride_cells(row: Row) -> Row:
+    """Return the first columns of a table for people."""
+    return {
+        "ground": row["ground"],
+        "yaw rate [rad/s]": f"{row['turn']:.1f}",
+        "speed [m/s]": f"{row['speed']:.1f}",
+    }
 
 
 def ride_clouds(

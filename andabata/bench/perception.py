@@ -328,17 +328,24 @@ def score_rows(scores: Mapping[str, Row]) -> list[Row]:
 
 
 def score_table(scores: Mapping[str, Row]) -> list[Row]:
-    """Return the scores as a table for people: one line a subject, F1 by kind of world."""
+    """Return the scores of all cells as a table for people, one line a subject."""
     return [
         {
             "subject": subject,
-            "balanced accuracy": found["balanced_accuracy"],
+            "bal. accuracy": found["balanced_accuracy"],
             "F1": found["f1_red"],
             "recall": found["recall"],
             "F1 of points": found.get("f1_points"),
             "ms": f"{found['ms']:.2f}",
         }
-        | dict(sorted(found["worlds"].items()))
+        for subject, found in scores.items()
+    ]
+
+
+def world_table(scores: Mapping[str, Row]) -> list[Row]:
+    """Return F1 by kind of world as a table for people, one line a subject."""
+    return [
+        {"subject": subject} | dict(sorted(found["worlds"].items()))
         for subject, found in scores.items()
     ]
 

@@ -17,7 +17,7 @@ from andabata.app.options import (
 )
 from worlds.splits import EVALUATIONS
 
-app = typer.Typer(help="Accuracy and speed, ours and the peers'.", invoke_without_command=True)
+app = typer.Typer(invoke_without_command=True)
 
 
 @app.callback()
@@ -27,16 +27,16 @@ def speed(
     context: typer.Context,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural",
     runs: Annotated[int, typer.Option(min=1, help="Number of turns; medians are shown.")] = 5,
-    seconds: Annotated[float, typer.Option(min=0, help="Shortest duration of a turn [s].")] = 0.3,
+    seconds: Annotated[float, typer.Option(min=0, help="Seconds of a turn, at least.")] = 0.3,
     only: Annotated[str, typer.Option(help="Part of the names of the kinds of work to run.")] = "",
     out: Annotated[Path | None, typer.Option(help="Picture to write, PNG.")] = None,
     seed: EvaluationSeed = 0,
     output: ConsoleOptions,
 ) -> None:
-    """Compare speed with every installed peer: same scene, in turns, in one run.
+    """Measure accuracy and speed, ours and the peers'.
 
-    This is what `bench` does without a command. Peers come with `make peers`; those that are
-    missing are named and left out.
+    Without a command: compare speed with every installed peer, in the same scene, in turns, in one
+    run. Peers come with `make peers`; those that are missing are named and left out.
 
     Examples:
         andabata bench
@@ -92,17 +92,19 @@ def perception(
         andabata bench perception --clouds data/clouds --forest f/forest.npz
     """
     from andabata.app.console import table_of
-    from andabata.bench.perception import bench_perception, hazard_table, score_table
+    from andabata.bench.perception import bench_perception, hazard_table, score_table, world_table
 
     console = output.console()
     data = bench_perception(
         forest.load(), clouds, tune_on, tuning, points, sides, seed, workers, console
     )
-    console.result(
-        data,
-        table_of(score_table(data["subjects"]), f"{data['clouds']} clouds; F1 by kind of world"),
-        *([table_of(hazard_table(data["hazards"]), "hazards within 4 m")] if sides else []),
-    )
+    tables = [
+        table_of(score_table(data["subjects"]), f"{data['clouds']} clouds"),
+        table_of(world_table(data["subjects"]), "F1 by kind of world"),
+    ]
+    if sides:
+        tables.append(table_of(hazard_table(data["hazards"]), "hazards within 4 m"))
+    console.result(data, *tables)
 
 
 @app.command()
@@ -132,16 +134,16 @@ def localization(
     from andabata.app.console import table_of
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.localization import bench_localization, localization_table
-    from andabata.bench.motion import motion_table
+    from andabata.bench.motion import agreement_table, error_table
 
     console, config = output.console(), settings.resolve(SimulatedRobotConfig)
     data = bench_localization(config, world, drives, rides, seed, workers, console)
-    motion = motion_table(data["motion"])
-    console.result(
-        data,
-        table_of(localization_table(data["localization"]), "filter and single sensors"),
-        *([table_of(motion, "clouds and virtual scans in motion")] if motion else []),
-    )
+    tables = [table_of(localization_table(data["localization"]), "filter and single sensors")]
+    if rides:
+        motion = data["motion"]
+        tables.append(table_of(error_table(motion), "errors of clouds in motion, median and 95 %"))
+        tables.append(table_of(agreement_table(motion), "agreement of virtual scans in motion"))
+    console.result(data, *tables)
 
 
 @app.command()

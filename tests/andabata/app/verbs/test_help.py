@@ -18,9 +18,7 @@ from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 
 COMMANDS = {name: command for name, command in verbs() if not hasattr(command, "commands")}
-OTHERS = {name for name in COMMANDS if name.startswith("bench")}
-"""Commands whose help is written elsewhere."""
-NAMES = sorted(COMMANDS.keys() - OTHERS)
+NAMES = sorted(COMMANDS)
 LINES = [line for name in NAMES for line in examples(COMMANDS[name].help)]
 
 FAST = (

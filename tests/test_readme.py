@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,7 @@ MAKE = {
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; its commands' options are looked at here",
+    "soak": "takes half an hour; tests/andabata/bench/test_soak.py tests its parts",
 }
 GONE = ("tests/benchmarks/bench_bumps.py",)  # The text says at which commit it was.
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
@@ -257,8 +259,9 @@ def test_make_knows_the_targets_and_calls_commands_that_exist(target):
     assert done.returncode == 0, done.stderr
     for line in done.stdout.splitlines():
         assert complaint(line) is None
-        for script in re.findall(r"bin/python (\S+\.py)", line):
-            assert (ROOT / script).is_file()
+        for module in re.findall(r"bin/python -m (\S+)", line):
+            assert find_spec(module) is not None, module
+        assert not re.findall(r"bin/python (\S+\.py)", line)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)

@@ -33,7 +33,7 @@ bench: peers
 	$(BIN)/python -m andabata.bench.scan data/clouds/bench
 	$(BIN)/python -m andabata.bench.live
 
-# Half an hour of drives in worlds that the tests do not visit; fails below a floor of goals.
+# Minutes of drives in worlds that the tests do not visit; fails below a floor of goals.
 soak: install
 	$(BIN)/python -m andabata.bench.soak
 

@@ -69,7 +69,7 @@ MAKE = {
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; its commands' options are looked at here",
-    "soak": "takes half an hour; tests/andabata/bench/test_soak.py tests its parts",
+    "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
 GONE = ("tests/benchmarks/bench_bumps.py",)  # The text says at which commit it was.
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")

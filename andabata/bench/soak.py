@@ -1,6 +1,6 @@
 """Drives many development worlds in the reference plant and fails below a floor of goals.
 
-``python -m andabata.bench.soak`` takes about half an hour on two cores, too long for the test
+``python -m andabata.bench.soak`` takes five to ten minutes on two cores, too long for the test
 suite: natural-test, world seeds 7300 to 7323, three goals in a row, bullet, the whole chain. The
 floor stands two drives below what the robot reached when it was set: 24, 24 and 22 of 24.
 """

@@ -74,6 +74,7 @@ class Subjects:
 def bench_perception(
     forest: Forest,
     clouds: Path,
+    *,
     tune_on: Path | None,
     tuning: int,
     points: int,

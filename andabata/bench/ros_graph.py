@@ -141,7 +141,7 @@ def result(process: LoggedProcess, seconds: float) -> dict[str, Any]:
     """Return the JSON object that one of our nodes prints at its end.
 
     Args:
-        process: Node that ends by itself.
+        process: Node that ends when its time is over.
         seconds: Longest time to wait for that [s].
 
     Raises:

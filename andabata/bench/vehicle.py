@@ -339,5 +339,5 @@ def _slope(angle_deg: float) -> World:
 def _rough() -> World:
     """Return ground with undulations of a quarter of a metre."""
     n = round(_SIZE / _CELL) + 1
-    bumps = 0.25 * smooth_noise((n, n), _CELL, 4.0, np.random.default_rng(4))
-    return _world(lambda x, y: bumps)
+    heights = 0.25 * smooth_noise((n, n), _CELL, 4.0, np.random.default_rng(4))
+    return _world(lambda x, y: heights)

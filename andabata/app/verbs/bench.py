@@ -96,7 +96,15 @@ def perception(
 
     console = output.console()
     data = bench_perception(
-        forest.load(), clouds, tune_on, tuning, points, sides, seed, workers, console
+        forest.load(),
+        clouds,
+        tune_on=tune_on,
+        tuning=tuning,
+        points=points,
+        sides=sides,
+        seed=seed,
+        workers=workers,
+        reporter=console,
     )
     tables = [
         table_of(score_table(data["subjects"]), f"{data['clouds']} clouds"),

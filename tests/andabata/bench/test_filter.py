@@ -1,4 +1,4 @@
-"""Times of the filter: parts are told apart by number, and every part corrects something."""
+"""Times of the filter: each number calls a part of its own, which changes the belief."""
 
 import numpy as np
 

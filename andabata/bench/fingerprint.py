@@ -1,25 +1,25 @@
-"""SHA-256 of what the robot does, to show that a change of the code changed nothing.
+"""Prints SHA-256 digests of what the robot does, to show that a change of the code changed nothing.
 
-Run it before and after a refactoring, on one machine, and compare::
-
-    python -m tests.benchmarks.fingerprint [--only drive]
-
-It works through the command line alone, so that it survives changes of the code's inner names.
+Run ``python -m andabata.bench.fingerprint`` before and after a refactoring, on one machine, and
+compare. It uses the command line alone, so that it survives changes of the code's inner names.
 """
 
 import argparse
 import hashlib
 import json
 import os
-import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-REAL_CLOUDS = (
+from andabata.bench.command import run_command
+
+REAL_CLOUDS: tuple[tuple[str, ...], ...] = (
     ("libpointmatcher/cloud.00000.vtk", "--sensor-height", "0.95"),
     ("libpointmatcher/cloud.00001.vtk", "--sensor-height", "0.95"),
     ("libpointmatcher/cloud.00002.vtk", "--sensor-height", "0.95"),
@@ -28,17 +28,11 @@ REAL_CLOUDS = (
         *("--mounting", "0.065,0,0,0,135"),
     ),
 )
+"""Paths of real clouds in the folder ``ANDABATA_REAL_DATA``, each with the options of its scan."""
 
 
-def andabata(*words: str) -> str:
-    """Run a command in a process of its own and return what it prints."""
-    command = [sys.executable, "-m", "andabata", *words]
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
-    return done.stdout
-
-
-def digest(arrays: Iterable[np.ndarray]) -> str:
-    """Return the SHA-256 of some arrays, one after the other."""
+def digest(arrays: Iterable[NDArray[Any]]) -> str:
+    """Return the SHA-256 of arrays, one after the other."""
     found = hashlib.sha256()
     for array in arrays:
         found.update(np.ascontiguousarray(array).tobytes())
@@ -46,9 +40,9 @@ def digest(arrays: Iterable[np.ndarray]) -> str:
 
 
 def clouds(folder: Path) -> str:
-    """Hash the points and classes of 15 clouds of seed 7."""
+    """Return the digest of the points and classes of 15 clouds of seed 7."""
     out = folder / "clouds"
-    andabata(
+    run_command(
         *("clouds", "generate", "--out", str(out), "--seed", "7", "--train", "10"),
         *("--validation", "5", "--quiet"),
     )
@@ -59,11 +53,11 @@ def clouds(folder: Path) -> str:
 
 
 def drive(folder: Path, plant: str) -> str:
-    """Hash path and commands of one recorded drive."""
+    """Return the digest of the path and the commands of one recorded drive."""
     from rosbags.highlevel import AnyReader
 
     out, record = folder / plant, folder / f"{plant}.bag"
-    andabata(
+    run_command(
         *("drive", "--world", "natural-test", "--seed", "3", "--set", f"plant={plant}"),
         *("--out", str(out), "--record", str(record), "--no-clouds", "--quiet"),
     )
@@ -80,52 +74,63 @@ def drive(folder: Path, plant: str) -> str:
 
 
 def train(folder: Path, stage: int, name: str, episodes: int) -> str:
-    """Hash the policy that two generations of a stage come to at seed 0."""
+    """Return the digest of the policy after some episodes of one stage, seed 0.
+
+    Args:
+        folder: Folder for the run.
+        stage: Number of the stage, from 1.
+        name: Name of the stage.
+        episodes: Number of episodes.
+    """
     from safetensors.numpy import load_file
 
     out = folder / f"train{stage}"
-    andabata(
+    run_command(
         *("train", "--out", str(out), "--stages", str(stage), "--seed", "0", "--quiet"),
         *("--set", f"stages.{name}.episodes={episodes}", "--set", "validation=0"),
     )
     weights = load_file(out / "policy.safetensors")
-    return digest(weights[name] for name in sorted(weights))
+    return digest(weights[key] for key in sorted(weights))
 
 
-def scans() -> dict[str, str]:
-    """Hash cell states and ranges of each real cloud, where there are any."""
+def scans() -> Iterator[tuple[str, str]]:
+    """Yield the digest of cell states and ranges of each real cloud, if there are any."""
     root = os.environ.get("ANDABATA_REAL_DATA")
-    found = {}
     for name, *options in REAL_CLOUDS if root else ():
         with tempfile.TemporaryDirectory() as folder:
             picture = str(Path(folder) / "scan.png")
             path = str(Path(root or "") / name)
-            text = andabata("scan", path, *options, "--json", "--picture", picture)
+            text = run_command("scan", path, *options, "--json", "--picture", picture)
         data = json.loads(text)
         text = json.dumps([data["ranges"], data["cell_states"]])
-        found[f"scan {name}"] = hashlib.sha256(text.encode()).hexdigest()
-    return found
+        yield f"scan {name}", hashlib.sha256(text.encode()).hexdigest()
 
 
-def main() -> None:
-    """Print each fingerprint as it comes."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="Fingerprints whose name holds this.")
-    only = parser.parse_args().only
+def fingerprints(only: str) -> Iterator[tuple[str, str]]:
+    """Yield name and digest of each fingerprint whose name contains ``only``."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for label, make in (
-            ("clouds", lambda: clouds(folder)),
-            ("drive kinematic", lambda: drive(folder, "kinematic")),
-            ("drive bullet", lambda: drive(folder, "bullet")),
-            ("train Maze2D", lambda: train(folder, 1, "Maze2D", 16)),
-            ("train Natural", lambda: train(folder, 3, "Natural", 16)),
-        ):
+        makers: dict[str, Callable[[], str]] = {
+            "clouds": lambda: clouds(folder),
+            "drive kinematic": lambda: drive(folder, "kinematic"),
+            "drive bullet": lambda: drive(folder, "bullet"),
+            "train Maze2D": lambda: train(folder, 1, "Maze2D", 16),
+            "train Natural": lambda: train(folder, 3, "Natural", 16),
+        }
+        for label, make in makers.items():
             if only in label:
-                print(label, make(), flush=True)  # noqa: T201
-        if only in "scan":
-            for label, value in scans().items():
-                print(label, value, flush=True)  # noqa: T201
+                yield label, make()
+    if only in "scan":
+        yield from scans()
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Print each fingerprint as it comes."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="Part of the names of those to print.")
+    for label, value in fingerprints(parser.parse_args(argv).only):
+        sys.stdout.write(f"{label} {value}\n")
+        sys.stdout.flush()
 
 
 if __name__ == "__main__":

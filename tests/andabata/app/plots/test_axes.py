@@ -1,4 +1,4 @@
-"""A picture of a scan draws what is unknown as unknown, never as a free circle."""
+"""Ranges in pictures: unknown sectors are drawn as unknown, never as free."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,6 +8,7 @@ from traversability.grid import PolarGrid
 
 
 def test_unknown_sectors_are_hatched_and_have_no_arc():
+    """An unknown sector is a hatched wedge without an arc."""
     grid = PolarGrid(n_sectors=4)
     axes = Figure().add_subplot()
     ranges = np.array([np.nan, np.inf, 3.0, np.nan], dtype=np.float32)
@@ -18,8 +19,9 @@ def test_unknown_sectors_are_hatched_and_have_no_arc():
     np.testing.assert_allclose([reach[0][0], reach[1][0]], [10.0, 3.0])
 
 
-def test_the_legend_names_them():
+def test_the_legend_names_ranges_and_unknown_sectors():
+    """The legend has ranges and unknown sectors."""
     assert [entry.get_label() for entry in range_legend()] == [
         "range of the virtual scan",
-        "unknown: no cell could be judged",
+        "unknown: no cell could be classified",
     ]

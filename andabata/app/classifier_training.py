@@ -22,7 +22,7 @@ from traversability.dataset import (
     read_manifest,
     split_samples,
 )
-from traversability.forest_training import ForestConfig, grow_forest, importances
+from traversability.forest_training import ForestConfig, importances, train_forest
 from traversability.grid import PolarGrid
 
 
@@ -58,7 +58,7 @@ def train_cell_classifier(
         "seed": seed,
         "config": config.model_dump(),
     }
-    forest = grow_forest(samples, grid, config, seed, summary)
+    forest = train_forest(samples, grid, config, seed, summary)
     make_folder(out)
     # Written before the evaluation: training took minutes.
     atomic_io.write(out / "forest.npz", forest.to_bytes())

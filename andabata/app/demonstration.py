@@ -26,7 +26,7 @@ from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history
 from traversability.dataset import Split, read_manifest, split_samples
-from traversability.forest_training import ForestConfig, grow_forest
+from traversability.forest_training import ForestConfig, train_forest
 from traversability.grid import PolarGrid
 from worlds.splits import EVALUATIONS
 
@@ -116,7 +116,7 @@ class Demonstration:
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
         few = ForestConfig(trees=self._config.trees, rate=0.2)
-        forest = grow_forest(samples, PolarGrid(), few, self._seed)
+        forest = train_forest(samples, PolarGrid(), few, self._seed)
         scores = judge_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
         self._console.status(

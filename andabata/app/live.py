@@ -17,7 +17,7 @@ from andabata.replay.datum import given_site
 from andabata.ros.graph import RosGraph
 from andabata.ros.nodes import NavigatorNode, RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
 
@@ -85,7 +85,7 @@ def run_robot(
     Raises:
         RosError: If ROS 1 is not installed or there is no master.
     """
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     # The robot may wait for its navigator without being stuck.
     rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
     rng = np.random.default_rng([seed, 0, 1])

@@ -16,7 +16,7 @@ from rich.progress import track
 from andabata.bench.table import Row, markdown_table
 from traversability.dataset import CellSamples, read_manifest, split_samples
 from traversability.features import ALL_FEATURES, CONTEXT
-from traversability.forest_training import PAPER_RECIPE, ForestConfig, grow_forest
+from traversability.forest_training import PAPER_RECIPE, ForestConfig, train_forest
 from traversability.grid import PolarGrid
 
 GRID = PolarGrid()
@@ -70,7 +70,7 @@ def best_scores(config: ForestConfig, train: CellSamples, test: CellSamples) -> 
         train: Cells to train on.
         test: Cells to evaluate on.
     """
-    forest = grow_forest(train, GRID, config, seed=0)
+    forest = train_forest(train, GRID, config, seed=0)
     probability = forest.predict_proba(test.features)
     near = GRID.ring_edges[:-1][test.ring] < 5.0
     best: Row = {"balanced accuracy": None, "F1": 0.0, "recall within 5 m": None}

@@ -34,7 +34,7 @@ from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from traversability.grid import PolarGrid
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 
@@ -104,7 +104,7 @@ class GroundCellRecorder:
         due = self._features.due
         ground = self._classifier.odds(self._features.values, self._features.places, due)
         x, y = (_CELL * self._features.places[due] + _CELL / 2 - here).T
-        polar = view.scan.odds_of(self._grid)[self._polar_cells(x, y, yaw)]
+        polar = view.scan.log_odds_of(self._grid)[self._polar_cells(x, y, yaw)]
         blocked, clearance = self._true_state(x, y, true.yaw - yaw, true.position[:2])
         far = self._features.values[due][:, GROUND_FEATURES.index("range")]
         self.measured.append(np.stack([far, blocked, clearance, polar, ground], axis=1))
@@ -165,7 +165,7 @@ def true_state(
 def record_drive(world: str, seed: int, classifier: GroundClassifier) -> GroundCellRecorder:
     """Drive to one goal in a world and return what was recorded."""
     config = SimulatedRobotConfig(plant="kinematic")
-    scene = SceneShelf().get(world, seed)
+    scene = SceneCache().get(world, seed)
     controller = make_controller("learned", scene.world, config)
     simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
     recorder = GroundCellRecorder(scene.world, config.grid, classifier)

@@ -34,7 +34,7 @@ from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cartesian.elevation_grid import EVER, ElevationGrid
 from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 GOALS = 3
 """Number of goals of a task."""
@@ -119,7 +119,7 @@ def drive_with(variant: str, world: tuple[str, int]) -> Drive:
         raise ValueError(f"variant: expected one of {', '.join(VARIANTS)}, got {variant!r}")
     preset, seed = world
     config = _TRUE_POSE_CONFIG if variant == TRUE_POSE else SimulatedRobotConfig()
-    scene = SceneShelf().get(preset, seed)
+    scene = SceneCache().get(preset, seed)
     name = "oracle" if variant == ORACLE else "learned"
     controller = make_controller(name, scene.world, config)
     simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)

@@ -30,7 +30,7 @@ from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import TRAITS
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.world import World
 
 DISTANCES = (2.0, 1.6, 1.3, 1.0, 0.8)
@@ -179,7 +179,7 @@ def drive_among_rocks(
         world: Preset and seed.
     """
     preset, seed = world
-    scene = SceneShelf().get(preset, seed)
+    scene = SceneCache().get(preset, seed)
     controller = make_controller("learned", scene.world, config)
     if not isinstance(controller, GuidedController):
         raise TypeError(f"controller: expected one with a map, got {type(controller).__name__}")

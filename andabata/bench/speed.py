@@ -35,7 +35,7 @@ from rl.training import EpisodeSpec, play_together
 from traversability.features import cell_features
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import World
 
@@ -176,7 +176,7 @@ def make_cases(world: str, seed: int) -> Iterator[Case]:
     from rl.networks import use_one_thread
 
     use_one_thread()
-    shelf = SceneShelf()
+    shelf = SceneCache()
     scene = shelf.get(world, evaluation_world(seed, 0))
     yield _laser_case(scene, seed)
     maze = shelf.get("maze", evaluation_world(seed, 0))
@@ -250,7 +250,7 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_case(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
+def _flat_case(scene: Scene, world_seed: int, shelf: SceneCache) -> Case:
     """Return the simulation of stage 1: robots with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
@@ -390,7 +390,7 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_case(shelf: SceneShelf) -> Case:
+def _training_case(shelf: SceneCache) -> Case:
     """Return the training of stage 1: control steps and the gradient steps after them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
@@ -414,7 +414,7 @@ def _training_case(shelf: SceneShelf) -> Case:
     return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _many_robots_case(world: str, seed: int, shelf: SceneShelf) -> Case:
+def _many_robots_case(world: str, seed: int, shelf: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier.
 
     Args:

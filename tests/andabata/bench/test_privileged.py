@@ -16,7 +16,7 @@ from andabata.bench.privileged import (
 from andabata.models import shipped_forest
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import NEAREST, REACH
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.truth import Reason
 
 
@@ -45,7 +45,7 @@ def test_a_controller_without_a_map_has_no_ground_layer():
 
 def test_the_true_map_blocks_what_it_forbids():
     """Within reach every cell is certain; it is blocked where the true map forbids its centre."""
-    scene, config = SceneShelf().get("maze", 3), SimulatedRobotConfig(plant="kinematic")
+    scene, config = SceneCache().get("maze", 3), SimulatedRobotConfig(plant="kinematic")
     controller = make_controller("learned", scene.world, config)
     robot = SimulatedRobot(scene, config, shipped_forest(), controller)
     task = scene.world.tasks[0]

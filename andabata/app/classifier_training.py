@@ -11,7 +11,11 @@ from andabata.app.plots.perception import confusion_picture, importance_picture
 from andabata.evaluation.classifier import judge_forest, judge_squares
 from andabata.records import atomic_io
 from andabata.records.runs import describe, make_folder, write_json
-from traversability.cartesian.classifier import SquareConfig, grow_squares, square_samples
+from traversability.cartesian.classifier import (
+    GroundClassifierConfig,
+    ground_samples,
+    train_ground_classifier,
+)
 from traversability.cloud import PointCloud
 from traversability.dataset import (
     CellSamples,
@@ -51,10 +55,10 @@ def train_cell_classifier(
     pairs = zip(folders, manifests, strict=True)
     with console.progress("clouds", sum(len(each.of("train")) for each in manifests)) as step:
         samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
-    console.status(f"training {config.trees} trees on {len(samples.red)} cells")
+    console.status(f"training {config.trees} trees on {len(samples.blocked)} cells")
     summary = _origin(manifests) | {
         "clouds": int(samples.cloud.max()) + 1,
-        "cells": len(samples.red),
+        "cells": len(samples.blocked),
         "seed": seed,
         "config": config.model_dump(),
     }
@@ -76,8 +80,8 @@ def train_cell_classifier(
     return data, samples
 
 
-def train_ground_classifier(
-    folders: Sequence[Path], out: Path, config: SquareConfig, seed: int, console: Console
+def train_ground(
+    folders: Sequence[Path], out: Path, config: GroundClassifierConfig, seed: int, console: Console
 ) -> dict[str, Any]:
     """Train the two stages of the ground classifier and return its scores, ready for JSON.
 
@@ -103,12 +107,12 @@ def train_ground_classifier(
             console.status(f"training {config.trees} trees")
 
     summary = _origin(manifests) | {"seed": seed, "config": config.model_dump()}
-    classifier = grow_squares((training(0), training(1)), config, seed, summary)
+    classifier = train_ground_classifier((training(0), training(1)), config, seed, summary)
     make_folder(out)
     atomic_io.write(out / "ground_classifier.npz", classifier.to_bytes())
     validation = read_clouds(folders[0], manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
-    samples = square_samples(validation, config.share, rng, classifier.first)
+    samples = ground_samples(validation, config.share, rng, classifier.first)
     data = {**judge_squares(classifier, samples), "out": str(out)}
     _write(out, data, describe("classifier ground", config.model_dump(), seed))
     return data

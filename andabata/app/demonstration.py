@@ -125,7 +125,7 @@ class Demonstration:
         self._report.section(
             "A classifier of cells",
             f"{counts['train']} labelled clouds for training and {counts['validation']} for "
-            f"validation, from other worlds; {len(samples.red)} training cells.",
+            f"validation, from other worlds; {len(samples.blocked)} training cells.",
         )
         self._report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
         self._report.picture(confusion_picture(scores), "Cells of the validation clouds")

@@ -7,7 +7,7 @@ from typing import Any
 from andabata.app.console import Console
 from andabata.app.plots.drives import write_failure
 from andabata.app.run_folders import write_evaluation
-from andabata.evaluation.evaluate import EvaluationConfig, evaluate, hazards, summarise
+from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
 from andabata.models import Models
 from andabata.records.runs import make_folder
 
@@ -44,7 +44,7 @@ def run_evaluation(
         )
     data = {
         "rows": summarise(rows, config),
-        "failures": hazards(rows),
+        "failures": failure_causes(rows),
         "config": config.model_dump(mode="json"),
         "seed": seed,
     }

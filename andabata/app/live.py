@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from andabata.app.console import Console
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import Models
-from andabata.records.mounts import GivenMounting
+from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_site
 from andabata.ros.graph import RosGraph
@@ -52,13 +52,13 @@ def run_navigator(
         RosError: If ROS 1 is not installed or there is no master.
     """
     config = configure(base)
-    driver = make_controller(controller, None, config, models)
+    steering = make_steering(controller, None, config, models)
     with _graph("andabata") as graph:
         node = NavigatorNode(
             graph,
             config,
-            models.forest,
-            driver,
+            models,
+            steering,
             Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None,
             mountings or {},
             given_site(configure),

@@ -7,15 +7,15 @@ from typing import Any
 from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
-from andabata.records.frames import SENSES
-from andabata.records.mounts import BARE, GivenMounting, yaw_pitch_roll
+from andabata.records.frames import SENSORS
+from andabata.records.sensor_pose import UNNAMED, GivenMounting, yaw_pitch_roll
 
 _TURN = 360.0
 """Full turn [deg]."""
 
 
 def read_mountings(
-    texts: Sequence[str], sensors: Sequence[str] = SENSES
+    texts: Sequence[str], sensors: Sequence[str] = SENSORS
 ) -> dict[str, GivenMounting]:
     """Return the mountings of options of the form ``[SENSOR=]X,Y,[Z,]ROLL,PITCH,YAW``.
 
@@ -24,7 +24,7 @@ def read_mountings(
         sensors: Names of the sensors that can be mounted here.
 
     Returns:
-        Mountings by sensor, or by ``BARE`` where none is named.
+        Mountings by sensor, or by ``UNNAMED`` where none is named.
 
     Raises:
         UsageError: If a text is not a mounting, or a sensor is given twice.
@@ -50,7 +50,7 @@ def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mountin
     Raises:
         SettingsError: If the height is out of bounds.
     """
-    mounting = given.get("laser", given.get(BARE))
+    mounting = given.get("laser", given.get(UNNAMED))
     if mounting is None:
         return resolve(Mounting, overrides=[f"z={height!r}"])
     yaw, pitch, roll = yaw_pitch_roll(mounting.rotation)

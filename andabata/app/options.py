@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from andabata.app.console import Console
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.models import Models
-    from andabata.records.mounts import GivenMounting
+    from andabata.records.sensor_pose import GivenMounting
     from rl.policy import Policy as PolicyModel
     from traversability.forest import Forest
 
@@ -320,9 +320,9 @@ class PolicyOptions:
     def load(self) -> "PolicyModel":
         """Return the policy, the shipped one by default."""
         from andabata.models import shipped_policy
-        from rl.policy import Policy
+        from rl.policy import load_policy
 
-        return Policy.load(self.policy) if self.policy else shipped_policy()
+        return load_policy(self.policy) if self.policy else shipped_policy()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from andabata.app.tables import scan_text
 from andabata.records import atomic_io
 from andabata.records.containers.opening import is_recording
 from andabata.records.export import decode_bag_cloud
-from andabata.records.mounts import GivenMounting
+from andabata.records.sensor_pose import GivenMounting
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file
 from traversability.forest import Forest

@@ -18,10 +18,17 @@ Data = Mapping[str, Any]
 
 def policy_text(data: Data) -> str:
     """Return a policy's input, output and training as text."""
-    info = data["info"]
+    info, actions = data["info"], data["actions"]
+    inputs = ", ".join(
+        f"{term['name']} {tuple(term['shape'])} [{term['low']:.3g}, {term['high']:.3g}] "
+        f"{term['unit']}"
+        for term in data["observations"]
+    )
+    bounds = zip(actions["names"], actions["low"], actions["high"], actions["units"], strict=True)
+    outputs = ", ".join(f"{name} [{low:g}, {high:g}] {unit}" for name, low, high, unit in bounds)
     return (
-        f"{data['sectors']} sectors to {data['max_range_m']} m, two yaw rates and a heading error "
-        f"in; up to {data['limit_rad_s']} rad/s out, none under {data['dead_zone_rad_s']} rad/s\n"
+        f"{data['architecture']} with {data['parameters']} parameters\n"
+        f"observations: {inputs}\nactions: {outputs}\n"
         f"trained to stage {info.get('stage')} with seed {info.get('seed')} at commit "
         f"{info.get('commit')}; --json has every setting"
     )
@@ -33,7 +40,7 @@ def drive_text(title: str, data: Data) -> str:
     lines += [
         f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
-        for attempt in data["legs"]
+        for attempt in data["attempts"]
     ]
     lines += [f"{name}: {data[name]}" for name in ("picture", "record") if name in data]
     return "\n".join(lines)

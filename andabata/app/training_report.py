@@ -12,17 +12,17 @@ import numpy as np
 from andabata.app.plots.drives import sights_picture, tests_picture, world_picture
 from andabata.app.plots.training import learning_picture, rewards_picture
 from andabata.app.report import Report
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.tasks.offroad import OffroadConfig
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import HISTORY, read_history
-from rl.policy import Policy
+from rl.policy import Policy, load_policy
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
 from worlds.scenes import SceneCache
@@ -92,7 +92,7 @@ class TrainingRun:
 
     def policy(self, stage: str) -> Policy:
         """Return the policy at the end of a stage."""
-        return Policy.load(self.folder / f"policy_{stage}.safetensors")
+        return load_policy(self.folder / f"policy_{stage}.safetensors")
 
 
 @dataclass(frozen=True)
@@ -219,17 +219,17 @@ def _drive(
     models = replace(Models.from_bytes(files), policy=run.policy(stage))
     scene = SceneCache().get(environment.preset, environment.seeds[0], environment.difficulty)
     config = _test_robot(environment)
-    name = "learned" if environment.heading == "subgoal" else "learned-map"
-    controller = make_controller(name, scene.world, config, models)
-    simulated_robot = SimulatedRobot(scene, config, models.forest, controller)
+    name = "policy+planner" if environment.heading == "subgoal" else "policy"
+    steering = make_steering(name, scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
     first: list[Sight] = []
 
-    def watch(step: Step) -> None:
-        if step.view is not None and step.readings.truth is not None:
-            first.append(Sight(step.readings.truth.pose, step.view.scan))
-            simulated_robot.navigator.watch(None)
+    def observe(result: StepResult) -> None:
+        if result.scan is not None and result.readings.truth is not None:
+            first.append(Sight(result.readings.truth.pose, result.scan))
+            simulated_robot.navigator.observers.clear()
 
-    simulated_robot.navigator.watch(watch)
+    simulated_robot.navigator.observers.append(observe)
     task = choose_task(scene.world.tasks, test)
     # The same starts and noises for every run.
     (attempt, *_) = run_trial(

@@ -7,19 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.table import Row, benchmark_row
 from andabata.machine import lidar
-from andabata.models import shipped_forest
+from andabata.machine.clock import CONTROL_PERIOD
+from andabata.models import Models
 from andabata.navigation import cloud_assembly
 from andabata.navigation.perception import CloudPerception
 from traversability import scanner
 from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
-
-STEP = 0.1
-"""Control period [s]."""
 
 _RUN_IN = 60
 """Steps before the clock starts: the first clouds are complete, all code is compiled."""
@@ -57,11 +55,12 @@ def timed_calls(simulated_robot: SimulatedRobot) -> tuple[TimedCall, ...]:
         TimedCall(simulated_robot.localizer, "update", "filter"),
         TimedCall(perception.assembler, "add", "assemble"),
         TimedCall(cloud_assembly, "place_beams", "place"),
-        TimedCall(perception, "look", "look"),
+        TimedCall(perception, "scan", "scan"),
         TimedCall(scanner, "fill_quarters", "project"),
         TimedCall(scanner, "describe_cells", "features"),
-        TimedCall(scanner, "_judge", "forest"),
-        TimedCall(simulated_robot.navigator, "decide", "decide"),
+        TimedCall(scanner, "classify_cells", "forest"),
+        TimedCall(simulated_robot.navigator, "update", "update"),
+        TimedCall(simulated_robot.navigator, "step", "step"),
     )
 
 
@@ -82,11 +81,11 @@ def _stages(spent: dict[str, float]) -> dict[str, float]:
         "filter": spent["filter"],
         "place": spent["place"],
         "store": spent["assemble"] - spent["place"],
-        "carry, scan": spent["look"] - classified,
+        "carry, scan": spent["scan"] - classified,
         "project": spent["project"],
         "features": spent["features"],
         "forest": spent["forest"],
-        "policy": spent["decide"] - spent["look"],
+        "policy": spent["step"] - spent["update"] - spent["scan"],
     }
 
 
@@ -205,7 +204,7 @@ def bench_chain(
             for name, value in _stages(median).items()
         ),
         benchmark_row("whole step", subject, 1e6 * total, "us", runs),
-        benchmark_row("faster than life", subject, STEP / total, "1", runs),
+        benchmark_row("faster than life", subject, CONTROL_PERIOD / total, "1", runs),
     ]
 
 
@@ -231,9 +230,9 @@ def driving(
         controller: Name of the controller.
         seed: Seed of the noise.
     """
-    simulated_robot = SimulatedRobot(
-        scene, config, shipped_forest(), make_controller(controller, scene.world, config)
-    )
+    models = Models()
+    steering = make_steering(controller, scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
     task = scene.world.tasks[0]
     readings = simulated_robot.place(
         task.start, np.array(task.goals[0]), np.random.default_rng(seed)
@@ -242,7 +241,7 @@ def driving(
     def advance(steps: int) -> None:
         nonlocal readings
         for _ in range(steps):
-            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
+            readings = simulated_robot.step(readings)
 
     try:
         advance(_RUN_IN)

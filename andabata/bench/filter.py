@@ -13,11 +13,22 @@ from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
 from andabata.localization import process_model as model
-from andabata.localization.process_model import STATES, Body, Noise, Room, Weights
+from andabata.localization.process_model import (
+    STATES,
+    BodyParameters,
+    FilterModel,
+    Gates,
+    NoiseModel,
+    Workspace,
+)
+from andabata.localization.ukf import SigmaWeights
 from terrain.kernel import kernel
 
-BODY = Body(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
+BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 """Geometry of a robot and magnetic flux [uT] that the filter is timed with."""
+
+MODEL = FilterModel(BODY, NoiseModel(), Gates(1e9, 1e9, 1e9), SigmaWeights.merwe(STATES))
+"""Filter that is timed: no measurement is gated."""
 
 STANDING_IMU = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])
 """Row of a standing robot's IMU: stamp [s], yaw rates [rad/s], accelerations [m/s2]."""
@@ -45,24 +56,22 @@ def repeat_part(
     imu: NDArray[np.float64],
     flux: NDArray[np.float64],
     fix: NDArray[np.float64],
-    body: Body,
-    noise: Noise,
-    weights: Weights,
-    room: Room,
+    parameters: FilterModel,
+    workspace: Workspace,
 ) -> None:
     """Call one part of the filter, by its index in ``PARTS``, many times."""
     # The loop is compiled, so that the call from Python does not count.
     for _ in range(calls):
         if part == 0:
-            model.predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
+            model.predict(x, P, imu, 0.01, parameters, workspace)
         elif part == 1:
-            model.see_wheels(x, P, 0.3, noise, 1e9, room)
+            model.correct_wheels(x, P, 0.3, parameters, workspace)
         elif part == 2:
-            model.see_gravity(x, P, imu, body, noise, 1e9, weights, room)
+            model.correct_gravity(x, P, imu, parameters, workspace)
         elif part == 3:
-            model.see_field(x, P, flux, body, noise, 1e9, weights, room)
+            model.correct_mag(x, P, flux, parameters, workspace)
         else:
-            model.see_fix(x, P, fix, 1e9, room)
+            model.correct_gnss(x, P, fix, parameters, workspace)
 
 
 @kernel
@@ -71,15 +80,13 @@ def predict_and_correct(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     imu: NDArray[np.float64],
-    body: Body,
-    noise: Noise,
-    weights: Weights,
-    room: Room,
+    parameters: FilterModel,
+    workspace: Workspace,
 ) -> None:
     """Predict and correct by gravity, many times."""
     for _ in range(steps):
-        model.predict(x, P, 0.0, 0.0, 0.1, 0.01, body, noise, weights, room)
-        model.see_gravity(x, P, imu, body, noise, 1e9, weights, room)
+        model.predict(x, P, imu, 0.01, parameters, workspace)
+        model.correct_gravity(x, P, imu, parameters, workspace)
 
 
 def best_of_seven(call: Callable[[int], object], calls: int) -> float:
@@ -100,14 +107,14 @@ def best_of_seven(call: Callable[[int], object], calls: int) -> float:
 
 def time_parts() -> list[Row]:
     """Return the time of each part of the filter [us]."""
-    noise, weights, room = Noise(), Weights.make(), Room.make()
+    workspace = Workspace.allocate()
     rows: list[Row] = []
     for part, name in enumerate(PARTS):
         belief = initial_belief()
 
         def call(calls: int, part: int = part, belief: Belief = belief) -> None:
             x, P = belief
-            repeat_part(part, calls, x, P, STANDING_IMU, _FLUX, _FIX, BODY, noise, weights, room)
+            repeat_part(part, calls, x, P, STANDING_IMU, _FLUX, _FIX, MODEL, workspace)
 
         rows.append({"filter": "andabata", "part": name, "time [us]": best_of_seven(call, 2000)})
     return rows

@@ -21,22 +21,21 @@ from rich.console import Console
 from rich.progress import track
 from sklearn.metrics import average_precision_score, roc_auc_score
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.trial import run_trial
-from andabata.models import shipped_forest, shipped_ground_classifier
-from andabata.navigation.navigator import Step
+from andabata.models import Models, shipped_ground_classifier
+from andabata.navigation.navigator import StepResult
+from andabata.navigation.perception import assembler_of
 from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.navigation.planning.local_planner import LocalPlannerConfig
 from andabata.tasks.episode_monitor import TerminationConfig
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
-from traversability.grid import PolarGrid
 from worlds.scenes import SceneCache
 from worlds.truth import Reason, TraversabilityMap
-from worlds.world import World
 
 BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
 """Bands of distance of single measurements [m]."""
@@ -45,7 +44,9 @@ MAP_BANDS = ((0.7, 2.5), (2.5, 5.0))
 """Bands of distance of the planner's map [m]."""
 
 CONFIG = LocalPlannerConfig()
-WALL = CONFIG.wall / CONFIG.certain * CONFIG.squares.most
+LETHAL = (
+    CONFIG.occupancy.lethal_log_odds / CONFIG.occupancy.max_log_odds * CONFIG.ground.max_log_odds
+)
 """Log odds from which a ground cell is an obstacle to the planner."""
 
 EVERY = 5
@@ -72,47 +73,55 @@ class GroundCellRecorder:
             the map; float64, shape (n, 4) each.
     """
 
-    def __init__(self, world: World, grid: PolarGrid, classifier: GroundClassifier) -> None:
+    def __init__(self, simulated_robot: SimulatedRobot, classifier: GroundClassifier) -> None:
         """Begin with an empty map.
 
         Args:
-            world: World with the true map.
-            grid: Grid of the polar cells.
+            simulated_robot: Robot that drives.
             classifier: Classifier of the ground cells.
+
+        Raises:
+            ValueError: If the robot makes no clouds.
         """
-        self._truth, self._grid, self._classifier = world.truth, grid, classifier
+        assembler = assembler_of(simulated_robot.perception)
+        if assembler is None:
+            raise ValueError("scanner: expected the rotating laser, got the horizontal one")
+        self._assembler, self._localizer = assembler, simulated_robot.localizer
+        self._truth = simulated_robot.scene.world.truth
+        self._grid, self._classifier = simulated_robot.config.grid, classifier
         self._elevation, self._features = ElevationGrid(), GroundFeatures()
-        self._map = GroundLayer(CONFIG.cells, classifier, CONFIG.squares)
+        self._map = GroundLayer(CONFIG.occupancy.cells, classifier, CONFIG.ground)
         self._settled = -np.inf
         self._steps = 0
         self.measured: list[NDArray[np.float64]] = []
         self.mapped: list[NDArray[np.float64]] = []
 
-    def __call__(self, step: Step) -> None:
+    def __call__(self, result: StepResult) -> None:
         """Record a control step."""
-        view = step.view
+        truth, window = result.readings.truth, self._assembler.window
         self._steps += 1
-        if view is None or view.truth is None or view.recent is None or self._steps % EVERY:
+        if result.scan is None or truth is None or self._steps % EVERY:
             return
-        if view.recent.settled <= self._settled:
+        if window.settled <= self._settled:
             return
-        points, ages, span = view.recent.since(self._settled)
-        self._settled = view.recent.settled
-        here, yaw, true = view.odometry.position[:2], view.odometry.yaw, view.truth.pose
+        points, ages, span = window.since(self._settled)
+        self._settled = window.settled
+        odometry, true = self._localizer.odometry, truth.pose
+        here, yaw = odometry.position[:2], odometry.yaw
         self._elevation.describe(points, here, ages)
         self._features.describe(self._elevation, here, span)
         due = self._features.due
-        ground = self._classifier.odds(self._features.values, self._features.places, due)
-        x, y = (_CELL * self._features.places[due] + _CELL / 2 - here).T
-        polar = view.scan.log_odds_of(self._grid)[self._polar_cells(x, y, yaw)]
+        ground = self._classifier.log_odds(self._features.values, self._features.cells, due)
+        x, y = (_CELL * self._features.cells[due] + _CELL / 2 - here).T
+        polar = result.scan.log_odds_of(self._grid)[self._polar_cells(x, y, yaw)]
         blocked, clearance = self._true_state(x, y, true.yaw - yaw, true.position[:2])
         far = self._features.values[due][:, GROUND_FEATURES.index("range")]
         self.measured.append(np.stack([far, blocked, clearance, polar, ground], axis=1))
-        self._map.take(self._elevation, here, span)
+        self._map.update(self._elevation, here, span)
         reach = int(MAP_BANDS[-1][1] / _CELL) + 1
         around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
         places = around + self._map.centre
-        odds = self._map.odds[tuple((places & (CONFIG.cells - 1)).T)]
+        odds = self._map.log_odds[tuple((places & (CONFIG.occupancy.cells - 1)).T)]
         x, y = (_CELL * places[odds != 0] + _CELL / 2 - here).T
         blocked, clearance = self._true_state(x, y, true.yaw - yaw, true.position[:2])
         self.mapped.append(np.stack([np.hypot(x, y), blocked, clearance, odds[odds != 0]], axis=1))
@@ -166,10 +175,11 @@ def record_drive(world: str, seed: int, classifier: GroundClassifier) -> GroundC
     """Drive to one goal in a world and return what was recorded."""
     config = SimulatedRobotConfig(plant="kinematic")
     scene = SceneCache().get(world, seed)
-    controller = make_controller("learned", scene.world, config)
-    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
-    recorder = GroundCellRecorder(scene.world, config.grid, classifier)
-    simulated_robot.navigator.watch(recorder)
+    models = Models()
+    steering = make_steering("policy+planner", scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
+    recorder = GroundCellRecorder(simulated_robot, classifier)
+    simulated_robot.navigator.observers.append(recorder)
     rng = np.random.default_rng([seed, 1])
     run_trial(simulated_robot, scene.world.tasks[0], TerminationConfig(), rng)
     simulated_robot.close()
@@ -184,7 +194,7 @@ def measurement_rows(measured: NDArray[np.float64]) -> list[Row]:
     """
     both = measured[np.isfinite(measured[:, _POLAR])]
     # The classifier's log odds are relative to the price of a miss; these are even odds.
-    shift = np.log(CONFIG.squares.miss)
+    shift = np.log(CONFIG.ground.miss_cost)
     rows: list[Row] = []
     for near, end in (*BANDS, (BANDS[0][0], BANDS[-1][1])):
         band = both[(both[:, _DISTANCE] >= near) & (both[:, _DISTANCE] < end)]
@@ -214,12 +224,12 @@ def map_rows(mapped: NDArray[np.float64]) -> list[Row]:
         band = mapped[(mapped[:, _DISTANCE] >= near) & (mapped[:, _DISTANCE] < end)]
         blocked = band[:, _BLOCKED] > 0
         clear = ~blocked & (band[:, _CLEARANCE] > CLEAR)
-        wall = band[:, _MAPPED] > WALL
+        lethal = band[:, _MAPPED] > LETHAL
         rows.append(
             {
                 "distance [m]": f"{near} to {end}",
-                "obstacles among blocked cells": float(wall[blocked].mean()),
-                "among clear cells": float(wall[clear].mean()),
+                "obstacles among blocked cells": float(lethal[blocked].mean()),
+                "among clear cells": float(lethal[clear].mean()),
             }
         )
     return rows

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.motion import ride_clouds, ride_count
 from andabata.bench.reporter import Reporter
@@ -162,7 +162,7 @@ def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> T
     """Return the errors of one drive."""
     scene = SceneCache(1).get(world, evaluation_world(seed, trial))
     simulated_robot = SimulatedRobot(
-        scene, config, None, make_controller("oracle", scene.world, config)
+        scene, config, None, make_steering("oracle", scene.world, config)
     )
     filter_ = simulated_robot.localizer
     if not isinstance(filter_, UkfLocalizer):

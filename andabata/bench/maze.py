@@ -16,8 +16,8 @@ from pathlib import Path
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from andabata.tasks.planar import FlatVectorEnv, is_flat
-from rl.policy import Policy
+from andabata.tasks.planar import PlanarVectorEnv, is_planar
+from rl.policy import load_policy
 from rl.training import EpisodeSpec, play, play_together
 from worlds.splits import evaluation_world
 
@@ -45,7 +45,7 @@ def evaluate_in_mazes(
     simulated_robot = config.simulated_robot.model_validate(
         config.simulated_robot.model_dump() | {"plant": plant}
     )
-    loaded = Policy.load(policy)
+    loaded = load_policy(policy)
     trained = loaded.info["config"]["stages"][stage]["environment"]["heading"]
     config = config.model_copy(
         update={
@@ -55,8 +55,8 @@ def evaluate_in_mazes(
         }
     )
     drives = [EpisodeSpec(0, (7, k)) for k in range(episodes)]
-    if is_flat(config):
-        robots = FlatVectorEnv(config, 64, autoreset=False)
+    if is_planar(config):
+        robots = PlanarVectorEnv(config, 64, autoreset=False)
         played = play_together(robots, loaded, 1, drives, explore=False)
     else:
         env = OffroadEnv(config)

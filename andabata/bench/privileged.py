@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.ground_cells import rotated, true_state
 from andabata.bench.table import Row, markdown_table
@@ -28,12 +28,16 @@ from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.trial import run_trial
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
-from andabata.models import shipped_forest
-from andabata.navigation.guided import GuidedController
+from andabata.models import Models
 from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
-from traversability.cartesian.elevation_grid import EVER, ElevationGrid
-from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
+from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
+from traversability.cartesian.features import (
+    EDGE_CELLS,
+    MAX_RANGE,
+    MIN_RANGE,
+    GroundFeatures,
+)
 from worlds.scenes import SceneCache
 
 GOALS = 3
@@ -72,37 +76,38 @@ class Drive:
 def true_layer_update(
     simulated_robot: SimulatedRobot, layer: GroundLayer, unseen: bool
 ) -> UpdateLayer:
-    """Return a replacement of ``GroundLayer.take`` that writes true states.
+    """Return a replacement of ``GroundLayer.update`` that writes true states.
 
     Args:
         simulated_robot: Robot that drives.
         layer: Its ground layer.
         unseen: True to write all cells within reach, False for those that the cloud shows.
     """
-    features, config = GroundFeatures(), simulated_robot.config.local_planner.squares
-    reach = int(REACH / simulated_robot.config.local_planner.cell) + 1
+    features, config = GroundFeatures(), simulated_robot.config.local_planner.ground
+    reach = int(MAX_RANGE / layer.cell) + 1
     around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), axis=-1).reshape(-1, 2)
 
-    def take(
-        tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+    def update(
+        elevation: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = ANY_AGE
     ) -> None:
         layer.follow(here)
-        places, edge = around + layer.centre, SQUARE * tiles.cell
+        places, edge = around + layer.centre, EDGE_CELLS * elevation.cell
         if not unseen:
-            features.describe(tiles, here, span)
-            places = features.places[features.due]
+            features.describe(elevation, here, span)
+            places = features.cells[features.due]
         centres = (places + 0.5) * edge - here
         far = np.hypot(*centres.T)
-        near = (far >= NEAREST) & (far <= REACH)
+        near = (far >= MIN_RANGE) & (far <= MAX_RANGE)
         odometry = simulated_robot.localizer.odometry
         true = simulated_robot.simulator.vehicle.state.pose
         x, y = centres[near].T
         spots = rotated(x, y, true.yaw - odometry.yaw) + true.position[:2]
         blocked, _ = true_state(simulated_robot.scene.world.truth, spots)
-        i, j = (places[near] & (len(layer.odds) - 1)).T
-        layer.odds[i, j] = np.where(blocked, config.most, -config.most)
+        i, j = (places[near] & (len(layer.log_odds) - 1)).T
+        most = config.max_log_odds
+        layer.log_odds[i, j] = np.where(blocked, most, -most)
 
-    return take
+    return update
 
 
 def drive_with(variant: str, world: tuple[str, int]) -> Drive:
@@ -120,13 +125,14 @@ def drive_with(variant: str, world: tuple[str, int]) -> Drive:
     preset, seed = world
     config = _TRUE_POSE_CONFIG if variant == TRUE_POSE else SimulatedRobotConfig()
     scene = SceneCache().get(preset, seed)
-    name = "oracle" if variant == ORACLE else "learned"
-    controller = make_controller(name, scene.world, config)
-    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
+    name = "oracle" if variant == ORACLE else "policy+planner"
+    models = Models()
+    steering = make_steering(name, scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
     if variant in (TRUE_CELLS, TRUE_MAP):
-        layer = _ground_layer(controller)
-        take = true_layer_update(simulated_robot, layer, variant == TRUE_MAP)
-        layer.take = take  # type: ignore[method-assign, assignment]
+        layer = _ground_layer(simulated_robot)
+        update = true_layer_update(simulated_robot, layer, variant == TRUE_MAP)
+        layer.update = update  # type: ignore[method-assign, assignment]
     rng = np.random.default_rng([seed, 1])
     attempts = run_trial(simulated_robot, scene.world.tasks[0], TerminationConfig(), rng)
     simulated_robot.close()
@@ -136,17 +142,16 @@ def drive_with(variant: str, world: tuple[str, int]) -> Drive:
     return Drive(tuple(reached), str(cause or last.outcome))
 
 
-def _ground_layer(controller: object) -> GroundLayer:
-    """Return the ground layer of a controller's map.
+def _ground_layer(simulated_robot: SimulatedRobot) -> GroundLayer:
+    """Return the ground layer of a robot's perception.
 
     Raises:
         TypeError: If it has none.
     """
-    if isinstance(controller, GuidedController):
-        layer = controller.local_planner.evidence.squares
-        if layer is not None:
-            return layer
-    raise TypeError(f"controller: expected one with ground cells, got {type(controller).__name__}")
+    layers = simulated_robot.perception.layers
+    if layers is None or layers.ground is None:
+        raise TypeError("controller: expected one with a planner and ground cells, got none")
+    return layers.ground
 
 
 def reached_in_a_row(drives: Sequence[Drive]) -> list[int]:

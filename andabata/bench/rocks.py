@@ -20,14 +20,15 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.table import Row, markdown_table
 from andabata.engine import run_tasks
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.sensor_readings import SensorReadings
-from andabata.models import shipped_forest
-from andabata.navigation.guided import GuidedController
+from andabata.models import Models
+from andabata.navigation.planning.local_planner import LocalPlanner
+from andabata.navigation.planning.occupancy_grid import OccupancyGrid
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import TRAITS
 from worlds.scenes import SceneCache
@@ -104,10 +105,10 @@ class MapProbe:
         false_walls: Number of these that the map holds for obstacles.
     """
 
-    def __init__(self, simulated_robot: SimulatedRobot, controller: GuidedController) -> None:
-        """Attach to a robot and its controller."""
+    def __init__(self, simulated_robot: SimulatedRobot, occupancy: OccupancyGrid) -> None:
+        """Attach to a robot and its planner's map."""
         self._simulated_robot = simulated_robot
-        self._evidence = controller.local_planner.evidence
+        self._occupancy = occupancy
         self._truth = simulated_robot.scene.world.truth
         self._rocks = low_rocks(simulated_robot.scene.world)
         self._done: set[tuple[int, float]] = set()
@@ -159,12 +160,12 @@ class MapProbe:
         c, s = np.cos(odometry.yaw - true.yaw), np.sin(odometry.yaw - true.yaw)
         dx, dy = (positions - true.position[:2]).T
         spots = np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) + odometry.position[:2]
-        i, j = np.floor(spots / self._evidence.config.cell).astype(int).T
-        found, last = np.zeros(len(positions), dtype=bool), len(self._evidence.values) - 1
+        i, j = np.floor(spots / self._occupancy.config.cell).astype(int).T
+        found, last = np.zeros(len(positions), dtype=bool), len(self._occupancy.log_odds) - 1
         for a in range(-radius, radius + 1):
             for b in range(-radius, radius + 1):
-                values = self._evidence.values[(i + a) & last, (j + b) & last]
-                found |= values > self._evidence.config.wall
+                log_odds = self._occupancy.log_odds[(i + a) & last, (j + b) & last]
+                found |= log_odds > self._occupancy.config.lethal_log_odds
         return found
 
 
@@ -180,11 +181,12 @@ def drive_among_rocks(
     """
     preset, seed = world
     scene = SceneCache().get(preset, seed)
-    controller = make_controller("learned", scene.world, config)
-    if not isinstance(controller, GuidedController):
-        raise TypeError(f"controller: expected one with a map, got {type(controller).__name__}")
-    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
-    probe = MapProbe(simulated_robot, controller)
+    models = Models()
+    steering = make_steering("policy+planner", scene.world, config, models)
+    if not isinstance(steering.planner, LocalPlanner):
+        raise TypeError(f"planner: expected one with a map, got {type(steering.planner).__name__}")
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
+    probe = MapProbe(simulated_robot, steering.planner.occupancy)
     task = scene.world.tasks[0]
     task = replace(task, goals=task.goals[:goals])
     rng = np.random.default_rng([seed, 1])

@@ -12,25 +12,26 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench import speed_peers
-from andabata.bench.chain import STEP, driving
-from andabata.bench.filter import BODY, STANDING_IMU, initial_belief, predict_and_correct
+from andabata.bench.chain import driving
+from andabata.bench.filter import MODEL, STANDING_IMU, initial_belief, predict_and_correct
 from andabata.bench.perception_peers import PEERS
 from andabata.bench.reporter import Reporter
 from andabata.bench.speed_peers import Work
 from andabata.bench.table import Row, benchmark_row
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
-from andabata.localization.process_model import Noise, Room, Weights
+from andabata.localization.process_model import Workspace
 from andabata.machine.beams import BeamTables, beam_rays
+from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from andabata.models import shipped_forest, shipped_policy
 from andabata.tasks.offroad import stage_config
-from andabata.tasks.planar import FlatVectorEnv
+from andabata.tasks.planar import PlanarVectorEnv
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
-from rl.spaces import ObservationLayout
+from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play_together
 from traversability.features import cell_features
 from traversability.grid import PolarGrid
@@ -256,7 +257,7 @@ def _flat_case(scene: Scene, world_seed: int, shelf: SceneCache) -> Case:
     count = 64
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, count, shelf)
+        robots = PlanarVectorEnv(config, count, shelf)
         robots.reset(seed=0)
         draws = np.random.default_rng(0).uniform(-0.6, 0.6, (_FLAT_STEPS, count, 1))
         actions = draws.astype(np.float32)
@@ -340,10 +341,8 @@ def _filter_case() -> Case:
 
     def ours() -> Work:
         x, P = initial_belief()
-        noise, weights, room = Noise(), Weights.make(), Room.make()
-        return lambda: predict_and_correct(
-            _FILTER_STEPS, x, P, STANDING_IMU, BODY, noise, weights, room
-        )
+        workspace = Workspace.allocate()
+        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, MODEL, workspace)
 
     return Case(
         "filter of 18 numbers",
@@ -368,7 +367,7 @@ def _loop_cases(scene: Scene, seed: int) -> Iterator[Case]:
             tuple(
                 Contender(
                     f"{OURS}: {beams} beams",
-                    _LOOP_STEPS * STEP,
+                    _LOOP_STEPS * CONTROL_PERIOD,
                     partial(_loop, scene, plant, beams, seed),
                 )
                 for beams in (1081, 541)
@@ -382,7 +381,7 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     config = SimulatedRobotConfig.model_validate({"plant": plant, "sensing": {"lidar": lidar}})
 
     def work() -> float:
-        with driving(scene, config, "learned", seed) as (_, advance):
+        with driving(scene, config, "policy+planner", seed) as (_, advance):
             began = time.perf_counter()
             advance(_LOOP_STEPS)
             return time.perf_counter() - began
@@ -395,17 +394,18 @@ def _training_case(shelf: SceneCache) -> Case:
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, 8, shelf, autoreset=False)
+        robots = PlanarVectorEnv(config, 8, shelf, autoreset=False)
         robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
-        layout = ObservationLayout(grid.n_sectors)
-        learner = SoftActorCritic(layout, grid.outer_radius, robot.max_steering, SacConfig(), 0)
+        observations = steering_observations(grid.n_sectors, grid.outer_radius, robot.max_steering)
+        actions = steering_actions(robot.max_steering)
+        learner = SoftActorCritic(observations, actions, SacConfig(), 0)
         rng = np.random.default_rng(0)
 
         def work() -> float:
             began = time.perf_counter()
             tasks = [EpisodeSpec(0, (0, int(number))) for number in rng.integers(2**31, size=8)]
-            explorer = learner.explorer(robot.dead_zone)
-            played = play_together(robots, explorer, learner.config.hold, tasks)
+            behaviour = learner.behaviour_policy()
+            played = play_together(robots, behaviour, learner.config.action_repeat, tasks)
             learner.update(played, rng)
             return (time.perf_counter() - began) / sum(episode.steps for episode in played)
 
@@ -437,8 +437,8 @@ def _many_robots_case(world: str, seed: int, shelf: SceneCache) -> Case:
             nonlocal states
             began = time.perf_counter()
             for _ in range(steps):
-                turns = [[policy.act(state) / policy.limit] for state in states]
-                states, *_ = robots.step(np.array(turns, dtype=np.float32))
+                shares = [policy.best(state) for state in states]
+                states, *_ = robots.step(np.array(shares, dtype=np.float32))
             return (time.perf_counter() - began) / steps
 
         return work
@@ -450,7 +450,7 @@ def _many_robots_case(world: str, seed: int, shelf: SceneCache) -> Case:
         tuple(
             Contender(
                 f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
-                count * STEP,
+                count * CONTROL_PERIOD,
                 partial(make_robots, count, workers),
             )
             for count, workers in sizes

@@ -212,7 +212,7 @@ def tipping(robot: RobotModel) -> Row:
 
     ``geometry_deg`` is that of a rigid body with its track and centre of mass.
     """
-    config = BulletConfig(friction=3.0, sideways=1.0)
+    config = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
     limit = float("nan")
     for angle in range(20, 66):
         vehicle = BulletVehicle(_slope(float(angle)), robot, config)

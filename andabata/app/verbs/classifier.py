@@ -109,12 +109,12 @@ def ground(
         andabata classifier ground --clouds data/clouds --out data/ground
         andabata classifier ground --clouds data/clouds --out g --set trees=200
     """
-    from andabata.app.classifier_training import train_ground_classifier
+    from andabata.app.classifier_training import train_ground
     from andabata.evaluation.classifier import squares_table
-    from traversability.cartesian.classifier import SquareConfig
+    from traversability.cartesian.classifier import GroundClassifierConfig
 
-    config, console = settings.resolve(SquareConfig), output.console()
-    data = train_ground_classifier((clouds, *(more or ())), out, config, seed, console)
+    config, console = settings.resolve(GroundClassifierConfig), output.console()
+    data = train_ground((clouds, *(more or ())), out, config, seed, console)
     console.result(data, squares_table(data))
 
 

@@ -80,13 +80,13 @@ def convert(
         andabata clouds convert cloud.ply cloud.pcd --json
     """
     from andabata.records import atomic_io
-    from traversability.files import cloud_to_bytes, decode_cloud_file, left_out_by
+    from traversability.files import cloud_to_bytes, columns_lost_by, decode_cloud_file
 
     console, kind = output.console(), out.suffix[1:].lower()
     decoded = decode_cloud_file(file, columns)
     data = cloud_to_bytes(decoded.cloud, kind, decoded.others, decoded.spacing)
     atomic_io.write(out, data)
-    left_out, notes = left_out_by(kind, decoded), [*decoded.remarks]
+    left_out, notes = columns_lost_by(kind, decoded), [*decoded.remarks]
     if left_out:
         notes.append(f"{kind} has no place for {', '.join(left_out)}: left out")
     for note in notes:

@@ -25,11 +25,10 @@ def show(policy: PolicyOptions, output: ConsoleOptions) -> None:
 
     loaded = policy.load()
     data = {
-        "layers": [list(weights.shape) for weights, _ in loaded.layers],
-        "sectors": loaded.layout.n_sectors,
-        "max_range_m": loaded.max_range,
-        "limit_rad_s": loaded.limit,
-        "dead_zone_rad_s": loaded.dead_zone,
+        "architecture": loaded.architecture,
+        "parameters": sum(array.size for array in loaded.tensors().values()),
+        "observations": [term.model_dump() for term in loaded.observations.terms],
+        "actions": loaded.actions.model_dump(),
         "info": loaded.info,
     }
     output.console().result(data, policy_text(data))

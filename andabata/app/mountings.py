@@ -7,15 +7,15 @@ from typing import Any
 from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
-from andabata.records.frames import SENSES
-from andabata.records.mounts import BARE, GivenMounting, yaw_pitch_roll
+from andabata.records.frames import SENSORS
+from andabata.records.sensor_pose import UNNAMED, GivenMounting, yaw_pitch_roll
 
 _TURN = 360.0
 """A whole turn [deg]."""
 
 
 def read_mountings(
-    texts: Sequence[str], readings: Sequence[str] = SENSES
+    texts: Sequence[str], readings: Sequence[str] = SENSORS
 ) -> dict[str, GivenMounting]:
     """Return the mountings of options of the form ``[SENSE=]X,Y,[Z,]ROLL,PITCH,YAW``.
 
@@ -24,7 +24,7 @@ def read_mountings(
         readings: Those that can be mounted here.
 
     Returns:
-        By sense, or ``BARE`` where none is named.
+        By sense, or ``UNNAMED`` where none is named.
 
     Raises:
         UsageError: If one is none, or a sense is told twice.
@@ -50,7 +50,7 @@ def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mountin
     Raises:
         SettingsError: If the height is out of bounds.
     """
-    told = given.get("laser", given.get(BARE))
+    told = given.get("laser", given.get(UNNAMED))
     if told is None:
         return resolve(Mounting, overrides=[f"z={height!r}"])
     yaw, pitch, roll = yaw_pitch_roll(told.rotation)

@@ -60,12 +60,12 @@ def units(texts: Sequence[str]) -> dict[str, str]:
         UsageError: If there is no such quantity or unit.
     """
     from andabata.machine.robot import RobotModel
-    from andabata.records.sense_units import factor_of
+    from andabata.records.units import si_factor
 
     found = pairs(texts, "--unit")
     try:
         for quantity, unit in found.items():
-            factor_of(quantity, unit, RobotModel())
+            si_factor(quantity, unit, RobotModel())
     except ValueError as error:
         raise UsageError(str(error)) from None
     return found

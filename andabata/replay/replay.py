@@ -18,27 +18,22 @@ from andabata.machine.robot import RobotModel
 from andabata.models import Models
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
-from andabata.records.bag_pieces import BagPiece
-from andabata.records.bag_reader import (
-    Renamed,
-    Setup,
-    check_frames,
-    check_topics,
-    choose_cloud,
-    read_first_fixes,
-    read_periods,
-    read_setup,
-    survey,
-)
+from andabata.records.bag_piece import BagPiece
+from andabata.records.bag_reader import read_periods
+from andabata.records.bag_survey import survey_bag
 from andabata.records.bags import Bag, BagError
-from andabata.records.clocks import NS
-from andabata.records.mounts import GivenMounting, Mounts
+from andabata.records.drive_setup import DriveSetup, read_first_fixes, read_setup
+from andabata.records.extrinsics import Extrinsics
+from andabata.records.message_decoder import MessageDecoder
+from andabata.records.messages import NS
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import MessageDecoder
-from andabata.records.sense_units import SenseUnits, factor_of, judge_history
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.sensor_pose import GivenMounting
+from andabata.records.topic_selection import Remapping, check_frames, choose_cloud, select_topics
 from andabata.records.topics import SCAN
 from andabata.records.transform_tree import read_transforms
+from andabata.records.unit_inference import infer_units
+from andabata.records.units import UnitFactors, si_factor
 from andabata.replay.datum import given_site, note_fixes, use_datum
 from andabata.replay.mounting_watcher import MountingWatcher
 from andabata.replay.result import Comparison, Confidence, left_out
@@ -84,18 +79,18 @@ def replay_bag(
     datum: Datum | None = None
     with Bag(path) as bag:
         topic = choose_cloud(bag, cloud)
-        names = check_topics(bag, SensorDecoder(0, topic, MessageDecoder(remarks=remarks)), names)
-        mounts = Mounts(mountings, read_transforms(bag))
-        check_frames(bag, SensorDecoder(0, topic, mounts=mounts), names)
+        names = select_topics(bag, SensorDecoder(0, topic, MessageDecoder(remarks=remarks)), names)
+        extrinsics = Extrinsics(mountings, read_transforms(bag))
+        check_frames(bag, SensorDecoder(0, topic, extrinsics=extrinsics), names)
         robot = configure(SimulatedRobotConfig()).robot
-        found = survey(bag, topic, names, MessageDecoder(robot, SenseUnits(), remarks))
+        found = survey_bag(bag, topic, names, MessageDecoder(robot, UnitFactors(), remarks))
         config = configure(
             SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
         )
         asked = _factors(units or {}, config.robot)
         given = given_site(configure)
         flux = _field_strength(bag, given, names, config) * TESLA
-        si = judge_history(found.history, config.robot, asked, remarks, flux)
+        si = infer_units(found.history, config.robot, asked, remarks, flux)
         pieces, cut_out = found.pieces(remarks)
         name = controller or str(found.settings.get("controller", "learned"))
         localizer = make_localizer(config, np.random.default_rng(0))
@@ -103,7 +98,7 @@ def replay_bag(
         driver = make_controller(name, None, config, models)
         navigator = Navigator(config.robot, localizer, perception, driver)
         assembler = assembler_of(perception)
-        watcher = MountingWatcher(mounts, assembler, config.robot.lidar_height)
+        watcher = MountingWatcher(extrinsics, assembler, config.robot.lidar_height)
         for piece in pieces:
             part = BagPiece(bag, piece)
             decoder = MessageDecoder(config.robot, si, remarks)
@@ -111,7 +106,7 @@ def replay_bag(
             told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
             try:
                 first = MessageDecoder(config.robot, si)
-                setup = read_setup(part, given, names, first, mounts)
+                setup = read_setup(part, given, names, first, extrinsics)
             except BagError as error:
                 told[-1]["reason"] = str(error)
                 continue
@@ -119,10 +114,10 @@ def replay_bag(
                 datum = setup.datum or _recorded_datum(part, setup, config, given, names)
                 given = {**given, **_place(datum)}
                 use_datum(localizer, datum)
-            navigator.reset(setup.start, 0.0, setup.rough)
+            navigator.reset(setup.start, 0.0, setup.is_rough)
             navigator.geofence = replace(setup, settings=found.settings).geofence
             sensor_decoder, before = (
-                SensorDecoder(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
+                SensorDecoder(piece.epoch_ns(setup.epoch_ns), topic, decoder, extrinsics),
                 compared.scans,
             )
             for period in read_periods(part, sensor_decoder, names):
@@ -175,11 +170,11 @@ def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
     Raises:
         ValueError: If there is no such quantity or unit.
     """
-    return {quantity: factor_of(quantity, unit, robot) for quantity, unit in units.items()}
+    return {quantity: si_factor(quantity, unit, robot) for quantity, unit in units.items()}
 
 
 def _field_strength(
-    bag: Bag, given: Mapping[str, float], renamed: Renamed, config: SimulatedRobotConfig
+    bag: Bag, given: Mapping[str, float], renamed: Remapping, config: SimulatedRobotConfig
 ) -> float:
     """Return the strength of the magnetic field where a recording was made [uT].
 
@@ -201,10 +196,10 @@ def _place(datum: Datum) -> dict[str, float]:
 
 def _recorded_datum(
     bag: Bag,
-    setup: Setup,
+    setup: DriveSetup,
     config: SimulatedRobotConfig,
     given: Mapping[str, float],
-    renamed: Renamed,
+    renamed: Remapping,
 ) -> Datum:
     """Return the datum of a recording that names it in its settings.
 

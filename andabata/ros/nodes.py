@@ -17,11 +17,12 @@ from andabata.navigation.controller import Controller
 from andabata.navigation.navigator import STANDSTILL, Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.records import topics
+from andabata.records.extrinsics import Extrinsics
+from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
-from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.recorder import DATUM, Outbox, Recorder, post_senses
-from andabata.records.sense_decoding import MessageDecoder
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.replay.datum import note_fixes
 from andabata.replay.mounting_watcher import MountingWatcher
@@ -81,8 +82,8 @@ class NavigatorNode:
         self._graph, self._status = graph, status
         self._where = LiveDatum(given or {}, status)
         self._lock = threading.Lock()
-        decoder, mounts = MessageDecoder(config.robot), Mounts(mountings)
-        self._sensor_decoder = SensorDecoder(0, cloud, decoder, mounts)
+        decoder, extrinsics = MessageDecoder(config.robot), Extrinsics(mountings)
+        self._sensor_decoder = SensorDecoder(0, cloud, decoder, extrinsics)
         self._told: Pose | None = None
         self._localizer = make_localizer(config, np.random.default_rng(0))
         perception = make_perception(config, forest)
@@ -92,7 +93,7 @@ class NavigatorNode:
         self._steps: list[Step] = []
         self._navigator.watch(self._steps.append)
         self._mountings = MountingWatcher(
-            self._sensor_decoder.mounts, self._assembler, config.robot.lidar_height
+            self._sensor_decoder.extrinsics, self._assembler, config.robot.lidar_height
         )
         _rehearse(self._navigator, config)
         for topic in self._sensor_decoder.wanted:
@@ -111,9 +112,9 @@ class NavigatorNode:
     def _hear_transforms(self, topic: Topic, message: RosMessage) -> None:
         """Take in transforms; those of static frames are sent again to whoever comes late."""
         with self._lock:
-            tree = self._sensor_decoder.mounts.tree
+            tree = self._sensor_decoder.extrinsics.tree
             tree.add(message.transforms, topic is topics.TF_STATIC)
-            tree.forget(_TRANSFORMS)
+            tree.prune(_TRANSFORMS)
 
     def _hear_start(self, _: Topic, message: RosMessage) -> None:
         """Take in where the robot is told to be."""
@@ -123,7 +124,7 @@ class NavigatorNode:
     def _sensed(self, stamp: float) -> SensorReadings:
         """Return what came since the last call."""
         with self._lock:
-            self._sensor_decoder.mounts.verify()
+            self._sensor_decoder.extrinsics.verify()
             return self._sensor_decoder.readings(stamp)
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
@@ -261,10 +262,10 @@ class NavigatorNode:
         while not graph.is_over and graph.now_ns() - begin < _FRAMES_PATIENCE * NS:
             graph.sleep_until(graph.now_ns() + _HALF)
             with self._lock:
-                if self._sensor_decoder.mounts.is_settled:
+                if self._sensor_decoder.extrinsics.is_settled:
                     break
         with self._lock:
-            remarks = self._sensor_decoder.mounts.remarks
+            remarks = self._sensor_decoder.extrinsics.remarks
         for remark in remarks:
             self._status(f"note: {remark}")
 

@@ -9,7 +9,7 @@ from andabata.app.options import ForestFile, Json, LaserMounting, Quiet
 
 if TYPE_CHECKING:
     from andabata.app.scanning import ScanConfig
-    from andabata.records.mounts import GivenMounting
+    from andabata.records.sensor_pose import GivenMounting
     from traversability.decoding import DecodedCloud
     from traversability.forest import Forest
 

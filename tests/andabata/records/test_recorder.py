@@ -10,8 +10,8 @@ import pytest
 from andabata.app.cli import main
 from andabata.machine.pose import Pose
 from andabata.records import topics
-from andabata.records.bag_reader import Setup, read_setup
 from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.export import read_bag_cloud
 from andabata.records.messages import Composer, fix_of
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
@@ -86,7 +86,7 @@ def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
 def test_a_fence_that_is_none_is_refused(geofence):
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     with pytest.raises(BagError, match="geofence: expected x_min, y_min, x_max, y_max"):
-        _ = Setup(pose, 0, {"geofence": geofence}).geofence
+        _ = DriveSetup(pose, 0, {"geofence": geofence}).geofence
 
 
 def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):

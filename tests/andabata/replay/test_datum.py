@@ -11,8 +11,8 @@ from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.records import topics
-from andabata.records.bag_reader import read_setup
 from andabata.records.bags import Bag, open_writer
+from andabata.records.drive_setup import read_setup
 from andabata.records.messages import Composer
 from andabata.records.recorder import DATUM
 from tests.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
@@ -175,7 +175,7 @@ def test_bad_fixes_at_the_begin_are_no_datum_and_are_said(plain, tmp_path, chang
     # The second of them says itself that it is none.
     assert [n for text, n in setup.refused.items() if reason in text] == [2]
     assert np.hypot(*setup.start.position[:2]) < 5
-    assert setup.rough
+    assert setup.is_rough
 
 
 def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
@@ -214,7 +214,7 @@ def test_what_a_receiver_does_not_know_is_assumed_and_said(
     assert code == 0
     assert data["counts"]["gnss"][2] == 0
     assert data["counts"]["gnss"][0] > 0
-    assumed = [remark["count"] for remark in data["remarks"] if remark["sense"] == "/fix"]
+    assumed = [remark["count"] for remark in data["remarks"] if remark["subject"] == "/fix"]
     assert sum(assumed) == sum(data["counts"]["gnss"])
     assert not data["refused_by_reason"]
     assert differing(plain_scans, scans) == 0
@@ -247,7 +247,7 @@ def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_pa
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     first = GeoReference().to_geodetic(np.zeros((1, 3)))
-    assert not setup.rough
+    assert not setup.is_rough
     assert setup.datum.source == "the first good fix, at the start that is told"
     np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
     assert setup.datum.sensed is not None
@@ -287,7 +287,7 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     assert setup.datum == replace(datum, source="the recording")
-    assert not setup.rough
+    assert not setup.is_rough
 
 
 def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):

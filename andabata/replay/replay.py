@@ -13,7 +13,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localiz
 from andabata.localization.datum import Datum, check_distance, make_datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import decimal_year
-from andabata.machine.proprioception import MICROTESLA
+from andabata.machine.proprioception import TESLA
 from andabata.machine.robot import RobotModel
 from andabata.models import Models
 from andabata.navigation.navigator import Navigator
@@ -89,7 +89,7 @@ def replay_bag(
         )
         asked = _factors(units or {}, config.robot)
         given = given_site(configure)
-        flux = _field_strength(bag, given, names, config) * MICROTESLA
+        flux = _field_strength(bag, given, names, config) * TESLA
         si = infer_units(found.history, config.robot, asked, remarks, flux)
         pieces, cut_out = found.pieces(remarks)
         name = controller or str(found.settings.get("controller", "learned"))

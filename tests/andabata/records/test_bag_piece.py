@@ -52,7 +52,8 @@ def test_a_piece_begins_inclusive_and_ends_exclusive():
 
 def test_latched_transforms_belong_to_all_pieces():
     """Static transforms of any time are read, other topics are not."""
-    given = [message("/tf_static", 1), message("/imu", 5), message("/tf_static", 99)]
+    stamps = [("/tf_static", 1), ("/imu", 5), ("/imu", 20), ("/tf_static", 99)]
+    given = [message(topic, stamp) for topic, stamp in stamps]
     found = read(given, topics=("/tf_static", "/imu"))
     assert [(m.topic, m.stamp_ns) for m in found] == [("/tf_static", 1), ("/tf_static", 99)]
 
@@ -62,7 +63,8 @@ def test_latched_transforms_belong_to_all_pieces():
 )
 def test_headers_are_shifted_or_replaced(offset, duration, header):
     """An offset is added; None takes the recorder's stamp less the duration of a message."""
-    clock = Clock(header_offsets={"/imu": offset}, durations={"/imu": duration})
+    durations = {"/imu": duration} if duration else {}
+    clock = Clock(header_offsets={"/imu": offset}, durations=durations)
     (found,) = read([message("/imu", 15, 100)], clock)
     assert (found.stamp_ns, header_ns(found.content)) == (15, header)
 

@@ -49,8 +49,8 @@ def test_without_commands_the_clock_ends_periods():
 
 def test_commands_end_periods():
     """Commands a little off the clock, and none of a joystick in a burst."""
-    found = ends(command(0.0), command(0.11), command(0.15), command(0.2), goal(0.2, 1.0))
-    assert found == [0.0, 0.11, 0.2]
+    found = ends(*map(command, (0.0, 0.11, 0.1599, 0.16, 0.2)), goal(0.2, 1.0))
+    assert found == [0.0, 0.11, 0.16, 0.26]
 
 
 def test_the_clock_ends_periods_in_a_pause_of_commands():

@@ -1,13 +1,14 @@
 """A survey finds clocks, units and settings in one pass."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from andabata.records import topics
-from andabata.records.bag_survey import survey_bag
-from andabata.records.bags import Bag, BagError
+from andabata.records.bag_survey import BagSurvey, survey_bag
+from andabata.records.bags import Bag, BagError, Message
 from andabata.records.clocks import Clock
 from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS
@@ -64,3 +65,36 @@ def test_a_sensor_without_a_usable_message_is_refused(tmp_path):
     arm = [replace(row, kind=kind, content=joints(("elbow",), [0.0])) for row in wheels]
     with pytest.raises(BagError, match=r"expected joints called wheels .*, got elbow; --map"):
         surveyed(tmp_path, [*others, *arm])
+
+
+def test_head_angles_are_shifted_like_their_sweeps():
+    """A sweep still finds its angle after both were shifted."""
+    times = made_bag.EPOCH + np.arange(1, 100) * (NS // 40)
+    kinds = {topics.SCAN: 7, topics.HEAD: 7, topics.IMU: 0}
+    messages = []
+    for stamp in times:
+        for topic, ahead in kinds.items():
+            message = SimpleNamespace(header=SimpleNamespace(stamp=_split(stamp + ahead * NS)))
+            messages.append(Message(topic.ros1, topic.kind, int(stamp), message))
+    bag = SimpleNamespace(path="x.bag", messages=lambda names: iter(messages))
+    names = {topic.ros1: topic for topic in kinds}
+    found = BagSurvey(bag, names, _NoRows(), None)
+    (piece,), _ = found.pieces(Remarks())
+    offsets = piece.clock.header_offsets
+    assert offsets["/2D_scan"] == pytest.approx(-7 * NS, abs=1000)
+    assert offsets["/head_angle"] == offsets["/2D_scan"]
+    assert "/imu" not in offsets
+
+
+class _NoRows:
+    """A decoder that finds no readings."""
+
+    joints = None
+
+    def raw(self, topic, message, stamp):
+        """Return no numbers."""
+
+
+def _split(stamp_ns):
+    """Return a header's stamp."""
+    return SimpleNamespace(sec=int(stamp_ns) // NS, nanosec=int(stamp_ns) % NS)

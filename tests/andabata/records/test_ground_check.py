@@ -37,11 +37,11 @@ def test_ground_below_and_above_is_remarked_on():
     """The remark has the side, the difference and the real height."""
     check = checked(ground(-0.4))
     check.verify()
-    (said,) = check.remarks
-    assert "the ground lies 0.4 m below where robot.lidar_height puts it" in said
-    assert "m above it, not 0.72 m" in said
-    (said,) = checked(ground(0.3)).remarks
-    assert "0.3 m above where" in said
+    (text,) = check.remarks
+    assert "the ground lies 0.4 m below where robot.lidar_height puts it" in text
+    assert "m above it, not 0.72 m" in text
+    (text,) = checked(ground(0.3)).remarks
+    assert "0.3 m above where" in text
 
 
 def test_ground_above_the_laser_is_refused():
@@ -57,8 +57,8 @@ def test_ground_above_the_laser_is_refused():
 
 def test_a_pitched_laser_differs_from_a_slope():
     """Only a tilt against the body is remarked on."""
-    (said,) = checked(ground(0.0, (0, 16, 0))).remarks
-    assert "leans 16 degrees against the robot" in said
+    (text,) = checked(ground(0.0, (0, 16, 0))).remarks
+    assert "leans 16 degrees against the robot" in text
     slope, check = turn((0, 16, 0)), GroundCheck(0.72)
     for _ in range(5):
         check.add(ground(0.0, (0, 16, 0)), slope)

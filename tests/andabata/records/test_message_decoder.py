@@ -59,10 +59,10 @@ def test_an_imu_without_a_measurement():
         decoded(topics.IMU, replace(imu, angular_velocity_covariance=none))
     with pytest.raises(UnusableMessageError, match="angular velocity is not a number"):
         decoded(topics.IMU, replace(imu, angular_velocity=vector(np.nan)))
-    (row,), said = decoded(topics.IMU, replace(imu, linear_acceleration_covariance=none))
+    (row,), remarks = decoded(topics.IMU, replace(imu, linear_acceleration_covariance=none))
     assert np.isfinite(row[:3]).all()
     assert np.isnan(row[3:]).all()
-    assert "acceleration is not a number" in said[0]
+    assert "acceleration is not a number" in remarks[0]
 
 
 def test_units_scale_their_own_columns():

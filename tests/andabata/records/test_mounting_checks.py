@@ -85,9 +85,9 @@ def test_the_field_dips_as_the_latitude_implies(latitude, dip):
     fix = [latitude, *MALAGA[1:]]
     assert checks_of(UP, field, fix).remarks == []
     assert checks_of(UP, field).remarks == []  # Nobody knows where.
-    (said,) = checks_of(UP, turn((180, 0, 0)).apply(field), fix).remarks
-    assert said.startswith(f"compass: the field points {abs(dip):.0f} degrees")
-    assert "--mounting compass=" in said
+    (text,) = checks_of(UP, turn((180, 0, 0)).apply(field), fix).remarks
+    assert text.startswith(f"compass: the field points {abs(dip):.0f} degrees")
+    assert "--mounting compass=" in text
 
 
 def rows(rate, left, right):
@@ -97,13 +97,13 @@ def rows(rate, left, right):
     return imu, np.hstack([times, np.tile([left, right], (10, 1))])
 
 
-@pytest.mark.parametrize(("rate", "said"), [(0.3, 0), (-0.3, 1)])
-def test_the_gyro_turns_as_the_wheels_do(rate, said):
+@pytest.mark.parametrize(("rate", "count"), [(0.3, 0), (-0.3, 1)])
+def test_the_gyro_turns_as_the_wheels_do(rate, count):
     """Opposite signs are remarked on; straight periods decide nothing."""
     checks = MountingChecks()
     for _ in range(30):
         checks.compare(*rows(rate, 2.0, 4.0))
         checks.compare(*rows(-rate, 4.0, 2.0))
         checks.compare(*rows(5.0, 3.0, 3.0))  # Straight on tells nothing.
-    assert len(checks.remarks) == said
+    assert len(checks.remarks) == count
     checks.compare(None, None)

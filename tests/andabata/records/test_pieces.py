@@ -23,10 +23,10 @@ def after(seconds, step):
 
 def test_a_sound_recording_is_one_piece():
     """Without gaps nothing is cut, shifted or remarked on."""
-    pieces, left_out, said = cut(topic_stamps())
+    pieces, left_out, text = cut(topic_stamps())
     assert len(pieces) == 1
     assert pieces[0].clock.is_identity
-    assert (left_out, said) == (0, "")
+    assert (left_out, text) == (0, "")
     assert pieces[0].begin_ns < BEGIN < pieces[0].end_ns
 
 
@@ -34,31 +34,31 @@ def test_a_sound_recording_is_one_piece():
 def test_a_clock_that_is_set_cuts_the_recording(step):
     """A step of all stamps makes two pieces, each with its own clock."""
     jump = after(6, step)
-    pieces, left_out, said = cut(topic_stamps(jump, jump))
+    pieces, left_out, text = cut(topic_stamps(jump, jump))
     assert sorted(round(piece.seconds) for piece in pieces) == [6, 14]
     assert all(piece.clock.is_identity for piece in pieces)
     assert left_out == 0
-    assert "cut there" in said
+    assert "cut there" in text
 
 
 @pytest.mark.parametrize("step", [HOUR, -HOUR, 2 * NS])
 def test_headers_that_jump_alone_cut_it_too(step):
     """The second piece converts by the size and the sign of the step."""
-    pieces, _, said = cut(topic_stamps(header=after(6, step)))
+    pieces, _, text = cut(topic_stamps(header=after(6, step)))
     assert [round(piece.seconds) for piece in pieces] == [6, 14]
     assert pieces[0].clock.is_identity
     second = pieces[1].clock
     assert second.convert(BEGIN + 10 * NS) == BEGIN + 10 * NS + step
     assert not second.header_offsets
-    assert "jump by" in said
+    assert "jump by" in text
 
 
 def test_mixed_messages_are_left_out():
     """Where the clock went back, both times are left out and no more."""
     jump = after(12, -3 * NS)
-    pieces, left_out, said = cut(topic_stamps(jump, jump))
+    pieces, left_out, text = cut(topic_stamps(jump, jump))
     assert left_out == 1
-    assert "went back by about 3 s" in said
+    assert "went back by about 3 s" in text
     assert len(pieces) == 2
     assert pieces[0].end_ns <= BEGIN + 9.1 * NS
     assert pieces[1].begin_ns >= BEGIN + 11.9 * NS

@@ -78,6 +78,6 @@ def test_a_live_session_infers_units_at_first_and_after_turns():
     assert max(rates[-300:]) < 0.5
     assert np.median(forces) == pytest.approx(9.81, rel=0.01)
     assert len(forces) == 1400 - 25
-    said = " ".join(sensor_decoder.remarks.texts)
-    assert "taken as g" in said
-    assert "taken as deg/s" in said
+    text = " ".join(sensor_decoder.remarks.texts)
+    assert "taken as g" in text
+    assert "taken as deg/s" in text

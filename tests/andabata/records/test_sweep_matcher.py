@@ -42,17 +42,18 @@ def test_a_sweep_without_its_angle_holds_up_those_after_it():
 
 def test_a_sweep_waits_for_less_than_half_a_second():
     """At half a second it is dropped, just before it is not."""
-    half = NS // 2
-    assert matched([0, half], [half])[0] == [half]
-    assert matched([0, half - 1], [half - 1])[0] == []
+    begin, half = 10 * NS, NS // 2
+    assert matched([begin, begin + half], [begin + half])[0] == [begin + half]
+    assert matched([begin, begin + half - 1], [begin + half - 1])[0] == []
 
 
 def test_an_angle_without_its_sweep_is_dropped():
     """A sweep that comes over half a second late finds no angle."""
-    _, matcher = matched([NS], [NS, 0, NS // 2])
-    matcher.add_scan(at(NS // 2))
-    matcher.add_scan(at(0))
-    assert [scan.stamp_ns for scan, _ in matcher.take()] == [NS // 2]
+    begin, half = 10 * NS, NS // 2
+    _, matcher = matched([begin + NS], [begin + NS, begin, begin + half])
+    matcher.add_scan(at(begin + half))
+    matcher.add_scan(at(begin))
+    assert [scan.stamp_ns for scan, _ in matcher.take()] == [begin + half]
 
 
 def test_ranges_outside_of_their_bounds_are_infinite():

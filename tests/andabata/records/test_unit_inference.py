@@ -71,18 +71,18 @@ def test_si_is_kept_without_a_remark(rows):
 )
 def test_another_unit_is_inferred_by_its_size(rows, quantity, scale, name):
     """Each unit is found, alone, and remarked on."""
-    units, said = units_of(rows, **quantity)
+    units, text = units_of(rows, **quantity)
     field, factor = scale
     assert getattr(units, field) == pytest.approx(factor, rel=0.02)
     assert replace(units, **{field: 1.0}) == UnitFactors()
-    assert name in said
+    assert name in text
 
 
 def test_swapped_sides_are_remarked_on(rows):
     """Exchanged sides keep their factor, with a remark."""
-    units, said = units_of(rows, order=-1)
+    units, text = units_of(rows, order=-1)
     assert units == UnitFactors()
-    assert "left and right are swapped" in said
+    assert "left and right are swapped" in text
 
 
 @pytest.mark.parametrize(

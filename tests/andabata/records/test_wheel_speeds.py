@@ -15,9 +15,9 @@ FOUR = ("fl_wheel", "fr_wheel", "rl_wheel", "rr_wheel")
 def test_odometry_without_a_twist_is_differentiated():
     """A twist of zero is replaced by changes of the pose, with a remark."""
     messages = [odometry(0.0, 0.0, 0.05 * k) for k in range(20)]
-    rows, said = decoded(topics.ENCODERS, *messages)
+    rows, remarks = decoded(topics.ENCODERS, *messages)
     np.testing.assert_allclose(rows[-1], [5.0, 5.0])
-    assert "twist stays zero" in said[0]
+    assert "twist stays zero" in remarks[0]
 
 
 def test_a_wheel_without_a_number_leaves_the_other_of_its_side():
@@ -33,9 +33,9 @@ def test_positions_are_differentiated(velocities, wrapped):
     angles = np.arange(40) * 0.1
     turn = (lambda a: (a + np.pi) % (2 * np.pi) - np.pi) if wrapped else (lambda a: a)
     messages = [joints(FOUR, [turn(a), turn(2 * a)] * 2, velocities) for a in angles]
-    rows, said = decoded(topics.ENCODERS, *messages)
+    rows, remarks = decoded(topics.ENCODERS, *messages)
     np.testing.assert_allclose(rows[-20:], np.tile([1.0, 2.0], (20, 1)), rtol=1e-9)
-    assert "differences of positions" in said[0]
+    assert "differences of positions" in remarks[0]
 
 
 def test_joints_without_numbers_are_refused():

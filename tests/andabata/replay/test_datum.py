@@ -248,9 +248,9 @@ def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_pa
         setup = read_setup(bag, {}, {})
     first = GeoReference().to_geodetic(np.zeros((1, 3)))
     assert not setup.is_rough
-    assert setup.datum.source == "the first good fix, at the given start"
+    assert setup.datum.source == "the first good fix, at the start that is told"
     np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
-    assert setup.datum.measured is not None
+    assert setup.datum.sensed is not None
 
 
 def test_a_pose_in_odom_is_no_start(plain, tmp_path):

@@ -139,7 +139,7 @@ def test_transforms_that_come_late_are_waited_for(recorded, tmp_path):
 def test_transforms_that_never_come_are_said_and_gravity_holds_the_robot(recorded, tmp_path):
     error, said, graph = run(copy_bag(recorded, tmp_path / "x.bag", edit))
     assert "gravity points down in the IMU's frame" in str(error)
-    assert "imu: nothing tells where frame imu_link is" in " ".join(said)
+    assert "imu: the pose of frame imu_link is unknown" in " ".join(said)
     moving = [m for topic, m in graph.written if topic is topics.WHEELS and (m.left or m.right)]
     assert not moving  # It was never told to go.
 

@@ -19,7 +19,7 @@ YEAR = 2023.87
 """When our recordings say that they were made."""
 
 SENSES = {
-    t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX, topics.LASER)
+    t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX, topics.LASER_CLOUD)
 }
 
 
@@ -53,7 +53,7 @@ def moved(source: Path, target: Path, there: GeoReference) -> Path:
     """Copy a drive to another place: its fixes, and the field that its compass meets there."""
     here = GeoReference()
     with Bag(source) as bag:
-        truths = [m.content for m in bag.messages((topics.TRUTH.ros1,))]
+        truths = [m.content for m in bag.messages((topics.GROUND_TRUTH.ros1,))]
     stamps = np.array([header_ns(m) for m in truths])
     middle = np.array([pose_of(m.pose.pose).position for m in truths]).mean(axis=0) * [1, 1, 0]
     change = (there.flux - here.flux) * 1e-6
@@ -63,7 +63,7 @@ def moved(source: Path, target: Path, there: GeoReference) -> Path:
             fix = np.array([[message.latitude, message.longitude, message.altitude]])
             latitude, longitude, altitude = there.to_geodetic(here.to_map(fix) - middle)[0]
             return replace(message, latitude=latitude, longitude=longitude, altitude=altitude)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             nearest = truths[np.abs(stamps - header_ns(message)).argmin()]
             turn = Rotation.from_quat(pose_of(nearest.pose.pose).quaternion).inv()
             x, y, z = turn.apply(change)

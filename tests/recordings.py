@@ -7,7 +7,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as BagWriter
 
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import message_types
 
 STRING = "std_msgs/msg/String"
@@ -26,7 +26,7 @@ NAME_OF = {"none": CompressionType.NONE, "lz4": CompressionType.LZ4, "zstd": Com
 
 def note(ros, k):
     """Return the bytes of one message."""
-    message = Composer(ros).new(STRING, data=f"note {k}")
+    message = MessageBuilder(ros).new(STRING, data=f"note {k}")
     types = message_types(ros)
     encode = types.serialize_ros1 if ros == 1 else types.serialize_cdr
     return bytes(encode(message, STRING))

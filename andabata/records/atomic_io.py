@@ -24,12 +24,12 @@ def write(path: Path, data: bytes) -> None:
     Raises:
         OSError: If the folder is not there or cannot be written, or the disk is full.
     """
-    with atomic_file(path, len(data)) as file:
+    with open_file(path, len(data)) as file:
         file.write(data)
 
 
 @contextmanager
-def atomic_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
+def open_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
     """Give a file to write and to seek in that takes its name when the block ends without an error.
 
     Args:
@@ -80,7 +80,7 @@ def append_line(path: Path, text: str) -> None:
 
 
 @contextmanager
-def atomic_folder(path: Path) -> Iterator[Path]:
+def create_folder(path: Path) -> Iterator[Path]:
     """Give a folder to fill that takes its name when the block ends without an error.
 
     Args:

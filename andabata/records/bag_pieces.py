@@ -20,7 +20,7 @@ from andabata.records.sense_decoding import MessageDecoder, as_point_cloud2, typ
 from andabata.records.sense_units import History
 from andabata.records.topics import RosMessage, Topic
 
-_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.COMPASS: 0.3, topics.FIX: 3.0}
+_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
 """How much older than its record a sense may be before its clock is doubted [s]."""
 
 _LASER_LAG = 1.0
@@ -124,7 +124,7 @@ class Survey:
 
     def pieces(self, remarks: Remarks) -> tuple[list[Piece], int]:
         """Return the pieces of the recording, and how many parts were left out."""
-        heads = [name for name, topic in self._names.items() if topic is topics.HEAD]
+        heads = [name for name, topic in self._names.items() if topic is topics.HEAD_ANGLE]
         scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
         readings = [self._sense(name) for name in self._stamps if name not in heads]
         pieces, left_out = cut_pieces(readings, remarks)
@@ -147,7 +147,7 @@ class Survey:
         )
 
 
-_UNITED = (topics.IMU, topics.ENCODERS, topics.COMPASS)
+_UNITED = (topics.IMU, topics.ENCODERS, topics.MAG)
 
 
 def _settings(content: RosMessage) -> dict[str, Any]:

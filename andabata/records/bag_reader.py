@@ -117,7 +117,9 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
     if name is None:
         if all({t.ros1, t.ros2} & set(bag.topics) for t in SWEEPS):
             return None
-        names = [n for n in clouds if n in (topics.LASER.ros1, topics.LASER.ros2)] or clouds
+        names = [
+            n for n in clouds if n in (topics.LASER_CLOUD.ros1, topics.LASER_CLOUD.ros2)
+        ] or clouds
         if not names:
             return None
         if len(names) > 1:
@@ -198,7 +200,13 @@ def check_frames(bag: Bag, sensor_decoder: SensorDecoder, renamed: Renamed) -> N
             raise FrameError(f"{sense}: {error}; {option}") from error
 
 
-_TYPED = (topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS, topics.VIRTUAL, topics.WHEELS)
+_TYPED = (
+    topics.INITIAL_POSE,
+    topics.FILTERED_ODOMETRY,
+    topics.DIAGNOSTICS,
+    topics.VIRTUAL_SCAN,
+    topics.WHEEL_COMMAND,
+)
 """Topics that are read where they are there, besides what is sensed."""
 
 
@@ -259,7 +267,7 @@ def survey(bag: Bag, cloud: Topic | None, renamed: Renamed, decoder: MessageDeco
             f"{bag.path}: expected messages of {', '.join(silent)}, got none; --map names another "
             "topic that tells the same"
         )
-    for topic in (topics.IMU, topics.ENCODERS, topics.COMPASS):
+    for topic in (topics.IMU, topics.ENCODERS, topics.MAG):
         if not found.history.rows(topic):
             raise BagError(f"{bag.path}: {found.why_none(topic)}")
     return found
@@ -302,9 +310,9 @@ def read_setup(
     refused = refused_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
-        f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} to tell where the "
-        f"drive began, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to find "
-        f"out, got neither{f' ({reasons})' if reasons else ''}"
+        f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} to "
+        f"tell where the drive began, or {topics.IMU.ros1}, {topics.MAG.ros1} and "
+        f"{topics.FIX.ros1} to find out, got neither{f' ({reasons})' if reasons else ''}"
     )
 
 
@@ -313,12 +321,12 @@ def _read_told(bag: Bag, renamed: Renamed) -> Setup | None:
 
     A pose in a frame other than ``map`` tells no start: where that frame lies is known to nobody.
     """
-    names = _names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS), renamed)
+    names = _names((topics.INITIAL_POSE, topics.FILTERED_ODOMETRY, topics.DIAGNOSTICS), renamed)
     start: Pose | None = None
     epoch, words, settings, datum = 0, 0, None, None
     for message in bag.messages(tuple(names)):
         topic, content = names[message.topic], message.content
-        if topic in (topics.INITIAL, topics.FILTERED) and start is None:
+        if topic in (topics.INITIAL_POSE, topics.FILTERED_ODOMETRY) and start is None:
             if str(content.header.frame_id).strip("/").rpartition("/")[2] == "map":
                 start, epoch = pose_of(content.pose.pose), header_ns(content)
         elif topic is topics.DIAGNOSTICS:
@@ -372,7 +380,7 @@ def _setup_by_senses(
     """
     first = fixes[consistent_fixes(fixes)]
     last, fitting = fixes[:, 0].max(initial=-np.inf), set(first[:, 0].tolist())
-    names = _names((topics.IMU, topics.COMPASS, topics.FIX), renamed)
+    names = _names((topics.IMU, topics.MAG, topics.FIX), renamed)
     sensor_decoder = SensorDecoder(0, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
@@ -404,7 +412,7 @@ def _first_second(
     mounts: Mounts | None,
 ) -> SensorReadings:
     """Return what inertial unit and compass sensed in the first second of a drive."""
-    names = _names((topics.IMU, topics.COMPASS), renamed)
+    names = _names((topics.IMU, topics.MAG), renamed)
     sensor_decoder = SensorDecoder(epoch_ns, decoder=decoder, mounts=mounts)
     for message in bag.messages(tuple(names)):
         if message.stamp_ns > epoch_ns + NS:
@@ -425,7 +433,7 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, renamed: Renamed) -> I
         sensor_decoder: Empty, counting from the drive's begin.
         renamed: What its topics are called.
     """
-    names = _names((*sensor_decoder.wanted, topics.VIRTUAL, topics.WHEELS), renamed)
+    names = _names((*sensor_decoder.wanted, topics.VIRTUAL_SCAN, topics.WHEEL_COMMAND), renamed)
     ends = _period_ends(bag, sensor_decoder.epoch_ns, renamed)
     end = next(ends)
     for message in bag.messages(tuple(names)):

@@ -11,7 +11,7 @@ from typing import Any, Self, TextIO
 
 import numpy as np
 
-from andabata.records.atomic_io import atomic_file
+from andabata.records import atomic_io
 from andabata.records.topics import RosMessage
 
 LONGEST_BYTES = 64
@@ -75,7 +75,7 @@ class CsvTable:
         """
         self.notes = [f"{name} is written as {how}" for name, how in self._packed.items()]
         self._rows.seek(0)
-        with atomic_file(self.path) as file:
+        with atomic_io.open_file(self.path) as file:
             text = TextIOWrapper(file, encoding="utf-8", newline="")
             writer = csv.writer(text)
             writer.writerow(self._columns)

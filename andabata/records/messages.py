@@ -23,7 +23,7 @@ UNKNOWN_COVARIANCE = 0
 
 
 @dataclass(frozen=True)
-class Composer:
+class MessageBuilder:
     """Builds messages of ROS 1 or ROS 2.
 
     Attributes:

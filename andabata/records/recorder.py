@@ -14,7 +14,7 @@ from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import Step
 from andabata.records import topics
 from andabata.records.bags import MessageWriter
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
@@ -27,22 +27,22 @@ DATUM = "datum"
 _LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
 
 
-class Outbox:
+class MessageQueue:
     """Messages of a control period on their way out.
 
     Attributes:
-        compose: Makes them.
+        builder: Makes them.
     """
 
-    def __init__(self, writer: MessageWriter, compose: Composer) -> None:
+    def __init__(self, writer: MessageWriter, builder: MessageBuilder) -> None:
         """Begin empty."""
-        self._writer, self.compose = writer, compose
+        self._writer, self.builder = writer, builder
         self._waiting: list[tuple[int, int, Topic, RosMessage]] = []
 
     def add(self, seconds: float, topic: Topic, message: RosMessage) -> None:
         """Put a message in line; ``seconds`` is when the robot has it."""
         order = len(self._waiting)
-        self._waiting.append((self.compose.stamp_ns(seconds), order, topic, message))
+        self._waiting.append((self.builder.stamp_ns(seconds), order, topic, message))
 
     def flush(self) -> None:
         """Write what waits, oldest first."""
@@ -51,28 +51,28 @@ class Outbox:
         self._waiting.clear()
 
 
-def post_senses(outbox: Outbox, readings: SensorReadings) -> None:
+def queue_readings(queue: MessageQueue, readings: SensorReadings) -> None:
     """Put a period's senses in line: a sweep at its end, a fix when it arrives."""
-    compose, sweeps = outbox.compose, readings.sweeps
+    builder, sweeps = queue.builder, readings.sweeps
     if sweeps is not None:
         lasts = sweeps.beam_period * (sweeps.ranges.shape[1] - 1)
         for k, stamp in enumerate(sweeps.stamps):
-            outbox.add(float(stamp) + lasts, topics.SCAN, compose.sweep(sweeps, k))
-            outbox.add(float(stamp) + lasts, topics.HEAD, compose.head(sweeps, k))
+            queue.add(float(stamp) + lasts, topics.SCAN, builder.sweep(sweeps, k))
+            queue.add(float(stamp) + lasts, topics.HEAD_ANGLE, builder.head(sweeps, k))
     for frame in readings.frames:
-        outbox.add(readings.stamp, topics.LASER, compose.frame(frame))
+        queue.add(readings.stamp, topics.LASER_CLOUD, builder.frame(frame))
     for row in _rows(readings.encoders):
-        message = compose.wheels("Wheels_speed", float(row[0]), row[1], row[2])
-        outbox.add(float(row[0]), topics.ENCODERS, message)
+        message = builder.wheels("Wheels_speed", float(row[0]), row[1], row[2])
+        queue.add(float(row[0]), topics.ENCODERS, message)
     for row in _rows(readings.imu):
-        outbox.add(float(row[0]), topics.IMU, compose.imu(row))
+        queue.add(float(row[0]), topics.IMU, builder.imu(row))
     for row in _rows(readings.mag):
-        outbox.add(float(row[0]), topics.COMPASS, compose.field(row))
+        queue.add(float(row[0]), topics.MAG, builder.field(row))
     for row in _rows(readings.gnss):
-        outbox.add(readings.stamp, topics.FIX, compose.fix(row))
+        queue.add(readings.stamp, topics.FIX, builder.fix(row))
     if readings.truth is not None:
-        truth = compose.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
-        outbox.add(readings.stamp, topics.TRUTH, truth)
+        truth = builder.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
+        queue.add(readings.stamp, topics.GROUND_TRUTH, truth)
 
 
 class Recorder:
@@ -82,13 +82,13 @@ class Recorder:
     command at the end of its control period. Its own stamp is that of its instant.
 
     Attributes:
-        begun: Whether the begin is recorded.
-        facts: Values that are added to the diagnostics, by key.
+        has_begun: Whether the begin is recorded.
+        diagnostic_values: Values that are added to the diagnostics, by key.
     """
 
     def __init__(
         self,
-        outbox: Outbox,
+        queue: MessageQueue,
         localizer: Localizer,
         assembler: CloudAssembler | None,
         bearings: NDArray[np.float64],
@@ -97,19 +97,19 @@ class Recorder:
         """Begin a record.
 
         Args:
-            outbox: Where to.
+            queue: Where to.
             localizer: The navigator's.
             assembler: The perception's, None with the horizontal scanner.
             bearings: Of the virtual scan's sectors [rad].
             clouds: Whether to record the clouds, which are nearly all of the bytes.
         """
-        self._outbox, self._localizer, self._assembler = outbox, localizer, assembler
+        self._queue, self._localizer, self._assembler = queue, localizer, assembler
         self._bearings, self._clouds = bearings, clouds
         self._cloud: PointCloud | None = None
         self._goal: NDArray[np.float64] | None = None
         self._said = ""
-        self.begun = False
-        self.facts: dict[str, str] = {}
+        self.has_begun = False
+        self.diagnostic_values: dict[str, str] = {}
 
     def begin(self, pose: Pose, stamp: float, setup: dict[str, Any]) -> None:
         """Record where the robot believes to start, and the settings of the drive.
@@ -119,69 +119,69 @@ class Recorder:
             stamp: Its time [s].
             setup: Ready for JSON.
         """
-        outbox, compose, self.begun = self._outbox, self._outbox.compose, True
-        outbox.add(stamp, topics.INITIAL, compose.initial(stamp, pose))
-        outbox.add(stamp, topics.FILTERED, compose.odometry(stamp, pose))
+        queue, builder, self.has_begun = self._queue, self._queue.builder, True
+        queue.add(stamp, topics.INITIAL_POSE, builder.initial(stamp, pose))
+        queue.add(stamp, topics.FILTERED_ODOMETRY, builder.odometry(stamp, pose))
         values = {SETUP: json.dumps(setup, sort_keys=True)}
-        outbox.add(stamp, topics.DIAGNOSTICS, compose.diagnostics(stamp, 0, "begin", values))
-        outbox.flush()
+        queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
+        queue.flush()
 
-    def take(self, step: Step) -> None:
+    def record(self, step: Step) -> None:
         """Record one control step."""
-        post_senses(self._outbox, step.readings)
-        now, compose = step.readings.stamp, self._outbox.compose
+        queue_readings(self._queue, step.readings)
+        now, builder = step.readings.stamp, self._queue.builder
         if self._goal is None or not np.array_equal(self._goal, step.goal):
             self._goal = step.goal.copy()
-            self._outbox.add(now, topics.GOAL, compose.goal(now, step.goal))
-        self.move(step.readings)
-        self.believe(now)
+            self._queue.add(now, topics.GOAL, builder.goal(now, step.goal))
+        self.queue_transforms(step.readings)
+        self.queue_state(now)
         for stamp in (now - 0.05, now):
-            self.relate(stamp)
-        self.act(step)
-        self._outbox.flush()
+            self.queue_clouds(stamp)
+        self.queue_commands(step)
+        self._queue.flush()
 
-    def act(self, step: Step) -> None:
+    def queue_commands(self, step: Step) -> None:
         """Put in line what a step made of it: virtual scan, command and wheel speeds."""
-        now, compose = step.readings.stamp, self._outbox.compose
+        now, builder = step.readings.stamp, self._queue.builder
         if step.view is not None:
-            scan = compose.virtual_scan(now, step.view.scan, self._bearings)
-            self._outbox.add(now, topics.VIRTUAL, scan)
-        self._outbox.add(now, topics.TWIST, compose.twist(step.speed, step.steering))
-        wheels = compose.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
-        self._outbox.add(now, topics.WHEELS, wheels)
+            scan = builder.virtual_scan(now, step.view.scan, self._bearings)
+            self._queue.add(now, topics.VIRTUAL_SCAN, scan)
+        self._queue.add(now, topics.TWIST, builder.twist(step.speed, step.steering))
+        wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
+        self._queue.add(now, topics.WHEEL_COMMAND, wheels)
 
-    def move(self, readings: SensorReadings) -> None:
+    def queue_transforms(self, readings: SensorReadings) -> None:
         """Put in line the poses of some senses."""
-        outbox, localizer = self._outbox, self._localizer
+        queue, localizer = self._queue, self._localizer
         ticks = (
             _rows(readings.imu)[:, 0] if readings.imu is not None else np.array([readings.stamp])
         )
-        kind = topics.TF.type_name(outbox.compose.ros)
+        kind = topics.TF.type_name(queue.builder.ros)
         for stamp, row in zip(ticks, localizer.track.at(ticks), strict=True):
-            message = outbox.compose.transform(float(stamp), row, kind)
-            outbox.add(float(stamp), topics.TF, message)
+            message = queue.builder.transform(float(stamp), row, kind)
+            queue.add(float(stamp), topics.TF, message)
 
-    def believe(self, now: float) -> None:
+    def queue_state(self, now: float) -> None:
         """Put in line the pose in the map, and health, once a second or when it changes."""
-        outbox, compose, localizer = self._outbox, self._outbox.compose, self._localizer
+        queue, builder, localizer = self._queue, self._queue.builder, self._localizer
         covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
-        outbox.add(now, topics.FILTERED, compose.odometry(now, localizer.pose, covariance))
+        queue.add(now, topics.FILTERED_ODOMETRY, builder.odometry(now, localizer.pose, covariance))
         level, said = self._health(now)
         if round(now * 10) % 10 == 0 or said != self._said:
             self._said = said
-            outbox.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
+            queue.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
 
-    def relate(self, stamp: float) -> None:
+    def queue_clouds(self, stamp: float) -> None:
         """Put in line the cloud as seen from the pose at ``stamp`` [s]; a new one as it is too."""
-        outbox, compose, assembler = self._outbox, self._outbox.compose, self._assembler
+        queue, builder, assembler = self._queue, self._queue.builder, self._assembler
         if not self._clouds or assembler is None or assembler.cloud is None:
             return
         if assembler.cloud is not self._cloud:
             self._cloud = assembler.cloud
-            outbox.add(stamp, topics.CLOUD, compose.cloud(stamp, self._cloud))
+            queue.add(stamp, topics.CLOUD, builder.cloud(stamp, self._cloud))
         row = self._localizer.track.at(np.array([stamp]))[0]
         relative = assembler.relative(Pose(row[:3], row[3:]))
-        outbox.add(stamp, topics.RELATIVE, compose.cloud(stamp, relative))
+        queue.add(stamp, topics.RELATIVE_CLOUD, builder.cloud(stamp, relative))
 
     def _health(self, now: float) -> tuple[int, str]:
         """Return the level of the diagnostics and what is wrong, without its numbers."""
@@ -200,7 +200,7 @@ class Recorder:
     def _diagnosis(self, now: float, level: int) -> RosMessage:
         """Return health, complaints and counts in words."""
         localizer, assembler = self._localizer, self._assembler
-        values = dict(self.facts)
+        values = dict(self.diagnostic_values)
         said = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
             said += localizer.complaints
@@ -211,7 +211,7 @@ class Recorder:
             values["cloud"] = f"{age:.1f} s old, {assembler.refused} refused"
             if self._blind(now):
                 said.append("cloud: none" if np.isinf(age) else f"cloud: {age:.1f} s old")
-        return self._outbox.compose.diagnostics(now, level, "; ".join(said), values)
+        return self._queue.builder.diagnostics(now, level, "; ".join(said), values)
 
 
 def _rows(given: NDArray[np.float64] | None) -> NDArray[np.float64]:

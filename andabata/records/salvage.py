@@ -5,7 +5,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from andabata.records.atomic_io import atomic_file, atomic_folder
+from andabata.records import atomic_io
 from andabata.records.bags import BagError, readable
 from andabata.records.containers.compression import ZSTD_MAGIC
 from andabata.records.containers.container import Container, Damage
@@ -66,7 +66,7 @@ def salvage(source: Path, target: Path) -> Salvaged:
                 f"{source}: expected messages, got none that is whole: {damage[0].reason}"
             )
         if isinstance(container, Ros2Folder):
-            with atomic_folder(target) as folder:
+            with atomic_io.create_folder(target) as folder:
                 count = _copy_folder(container, folder, damage)
         else:
             _check_suffix(container, target)
@@ -94,7 +94,7 @@ def _copy_file(container: Container, target: Path, damage: list[Damage]) -> int:
             count = copy_sqlite(container, Path(folder) / target.name)
             (Path(folder) / target.name).replace(target)
         return count
-    with atomic_file(target) as out:
+    with atomic_io.open_file(target) as out:
         if isinstance(container, Rosbag1File):
             return copy_bag(container, out)
         if isinstance(container, McapFile):
@@ -125,7 +125,7 @@ def _copy_folder(container: Ros2Folder, folder: Path, damage: list[Damage]) -> i
     text = metadata_text(
         container.about, names, container.connections, container.counts, span or (0, 0), compression
     )
-    with atomic_file(folder / METADATA) as out:
+    with atomic_io.open_file(folder / METADATA) as out:
         out.write(text.encode())
     return count
 

@@ -47,8 +47,8 @@ _TWISTS = (
 ACCEPTED: Mapping[Topic, tuple[str, ...]] = {
     topics.IMU: (topics.IMU.kind,),
     topics.ENCODERS: (topics.ENCODERS.kind, _JOINTS, *_TWISTS),
-    topics.COMPASS: (
-        topics.COMPASS.kind,
+    topics.MAG: (
+        topics.MAG.kind,
         "geometry_msgs/msg/Vector3Stamped",
         "geometry_msgs/msg/Vector3",
     ),
@@ -58,7 +58,7 @@ ACCEPTED: Mapping[Topic, tuple[str, ...]] = {
 _NAMES = {
     topics.IMU: "imu",
     topics.ENCODERS: "wheels",
-    topics.COMPASS: "field",
+    topics.MAG: "field",
     topics.FIX: "fix",
 }
 """Readings that come as rows, by what ``SensorDecoder`` calls them."""
@@ -209,7 +209,7 @@ class MessageDecoder:
             return _times(row, slice(4, 7), force)
         if topic is topics.ENCODERS:
             return _times(row, slice(1, 3), units.wheels)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             return _times(row, slice(1, 4), units.magnetic_field)
         return row
 
@@ -339,7 +339,7 @@ def _wheels(message: RosMessage) -> list[float]:
 _READERS: dict[tuple[Topic, str], Callable[[Any], list[float]]] = {
     (topics.IMU, topics.IMU.kind): _imu,
     (topics.ENCODERS, topics.ENCODERS.kind): _wheels,
-    (topics.COMPASS, topics.COMPASS.kind): lambda m: _vector(m.magnetic_field, "the field"),
-    (topics.COMPASS, "geometry_msgs/msg/Vector3Stamped"): lambda m: _vector(m.vector, "the field"),
-    (topics.COMPASS, "geometry_msgs/msg/Vector3"): lambda m: _vector(m, "the field"),
+    (topics.MAG, topics.MAG.kind): lambda m: _vector(m.magnetic_field, "the field"),
+    (topics.MAG, "geometry_msgs/msg/Vector3Stamped"): lambda m: _vector(m.vector, "the field"),
+    (topics.MAG, "geometry_msgs/msg/Vector3"): lambda m: _vector(m, "the field"),
 }

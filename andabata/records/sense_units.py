@@ -112,7 +112,7 @@ class SenseUnits:
 
 _OF = {
     topics.IMU: ("acceleration", "angular_velocity"),
-    topics.COMPASS: ("magnetic_field",),
+    topics.MAG: ("magnetic_field",),
     topics.ENCODERS: ("wheels",),
 }
 
@@ -176,7 +176,7 @@ def judge_history(
     Raises:
         UnitError: If a unit can't be told, or a sense is stuck.
     """
-    imu, field_rows = history.array(topics.IMU), history.array(topics.COMPASS)
+    imu, field_rows = history.array(topics.IMU), history.array(topics.MAG)
     wheels = history.array(topics.ENCODERS)
     units = SenseUnits(**asked)
     if imu is not None and "acceleration" not in asked:
@@ -241,16 +241,16 @@ def _magnetic(vectors: Rows, earth: float, remarks: Remarks) -> float:
         plain = _EARTH[0] < norm * factor < _EARTH[1]
         if plain and not (name == "G" and (norm > _MOST_GAUSS or unit_vector)):
             if factor != 1.0:
-                remarks.note(topics.COMPASS.ros1, f"a field of {norm:.4g} is taken as {name}")
+                remarks.note(topics.MAG.ros1, f"a field of {norm:.4g} is taken as {name}")
             return factor
     if np.isfinite(norm) and uneven < _EVEN:
         remarks.note(
-            topics.COMPASS.ros1,
+            topics.MAG.ros1,
             f"a field of {norm:.4g} is in no known unit: only its direction is used",
         )
         return earth / norm
     raise UnitError(
-        topics.COMPASS,
+        topics.MAG,
         f"expected a field of 22 to 67 uT (or in T, nT, mT, G, mG, or a direction), got {norm:.4g} "
         f"with {100 * uneven:.0f} % of spread; calibrate the compass, or tell the factor: --unit "
         "magnetic_field=uT or a number",
@@ -265,7 +265,7 @@ def _refuse_stuck(turning: Turning, imu: Rows, compass: Rows | None, wheels: Row
     """
     for topic, rows, others in (
         (topics.IMU, imu[:, :4], (turning.compass, turning.wheels)),
-        (topics.COMPASS, compass, (turning.gyro, turning.wheels)),
+        (topics.MAG, compass, (turning.gyro, turning.wheels)),
         (topics.ENCODERS, wheels, (turning.gyro, turning.compass)),
     ):
         if rows is None or len(rows) < _STUCK_ROWS or (rows[1:, 1:] != rows[0, 1:]).any():

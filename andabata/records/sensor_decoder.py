@@ -28,10 +28,10 @@ from andabata.records.sense_decoding import (
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
-SENSES = (topics.ENCODERS, topics.IMU, topics.COMPASS)
+SENSES = (topics.ENCODERS, topics.IMU, topics.MAG)
 """Topics without which nothing is known of the robot's motion."""
 
-SWEEPS = (topics.SCAN, topics.HEAD)
+SWEEPS = (topics.SCAN, topics.HEAD_ANGLE)
 """Topics of the turning laser."""
 
 _PATIENCE = 0.5
@@ -42,7 +42,7 @@ _ROUNDS = 10
 
 _MOUNTED: dict[Topic, Sense] = {
     topics.IMU: "imu",
-    topics.COMPASS: "compass",
+    topics.MAG: "compass",
     topics.FIX: "gnss",
 }
 """Sensors whose rows depend on where they sit."""
@@ -80,7 +80,7 @@ class SensorDecoder:
         self.epoch_ns = epoch_ns
         self.mounts = mounts or Mounts()
         self._cloud = cloud
-        self._levelled = cloud is not None and topics.RELATIVE.ros1 == cloud.ros1
+        self._levelled = cloud is not None and topics.RELATIVE_CLOUD.ros1 == cloud.ros1
         self._pending: list[tuple[RosMessage, int]] = []
         self.goal: NDArray[np.float64] | None = None
         self.refused = 0
@@ -162,14 +162,14 @@ class SensorDecoder:
         elif topic is topics.SCAN:
             self.mounts.head(frame_of(content))  # Refuses a frame that is none of the robot's.
             self._scans.append((header_ns(content), content))
-        elif topic is topics.HEAD:
+        elif topic is topics.HEAD_ANGLE:
             self._heads[header_ns(content)] = content
         elif topic is topics.GOAL:
             point = content.pose.position
             self.goal = np.array([point.x, point.y])
-        elif topic is topics.VIRTUAL:
+        elif topic is topics.VIRTUAL_SCAN:
             self.ranges = np.asarray(content.ranges, dtype=np.float32)
-        elif topic is topics.WHEELS:
+        elif topic is topics.WHEEL_COMMAND:
             self.wheels = wheel_speeds_of(content)
         elif (name := row_name(topic)) is not None:
             when = header_ns(content) if hasattr(content, "header") else stamp_ns

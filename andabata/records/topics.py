@@ -43,45 +43,47 @@ class Topic:
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 
 SCAN = Topic("/2D_scan", "/scan_2d", "sensor_msgs/msg/LaserScan", 40.0)
-HEAD = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
+HEAD_ANGLE = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
 ENCODERS = Topic("/encoder_data", "/encoder_data", "andabata_msgs/msg/Wheels_speed", 100.0)
 IMU = Topic("/imu", "/imu/data", "sensor_msgs/msg/Imu", 100.0)
 CLOUD = Topic("/3D_cloud", "/points", POINT_CLOUD, 0.3)
-RELATIVE = Topic("/3D_relative_cloud", "/points_relative", POINT_CLOUD, 20.0)
+RELATIVE_CLOUD = Topic("/3D_relative_cloud", "/points_relative", POINT_CLOUD, 20.0)
 TF = Topic("/tf", "/tf", "tf2_msgs/msg/TFMessage", 100.0, "tf/msg/tfMessage")
 TF_STATIC = Topic("/tf_static", "/tf_static", "tf2_msgs/msg/TFMessage", None)
-COMPASS = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
+MAG = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
 FIX = Topic("/fix", "/fix", "sensor_msgs/msg/NavSatFix", 1.0)
-VIRTUAL = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/msg/LaserScan", 10.0)
+VIRTUAL_SCAN = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/msg/LaserScan", 10.0)
 TWIST = Topic("/cmd_vel", "/cmd_vel", "geometry_msgs/msg/Twist", 10.0)
-WHEELS = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
-FILTERED = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
+WHEEL_COMMAND = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
+FILTERED_ODOMETRY = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
-TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
+GROUND_TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
 
-INITIAL = Topic("/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None)
-LASER = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
+INITIAL_POSE = Topic(
+    "/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None
+)
+LASER_CLOUD = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
 """What a 3D laser sends, instead of the turning laser's sweeps and angles."""
 
 TOPICS = (
     SCAN,
-    HEAD,
+    HEAD_ANGLE,
     ENCODERS,
     IMU,
     CLOUD,
-    RELATIVE,
+    RELATIVE_CLOUD,
     TF,
-    COMPASS,
+    MAG,
     FIX,
-    VIRTUAL,
+    VIRTUAL_SCAN,
     TWIST,
-    WHEELS,
-    FILTERED,
+    WHEEL_COMMAND,
+    FILTERED_ODOMETRY,
     DIAGNOSTICS,
     GOAL,
-    TRUTH,
-    INITIAL,
+    GROUND_TRUTH,
+    INITIAL_POSE,
 )
 """All of them with the paper's laser; the first twelve are the paper's."""
 

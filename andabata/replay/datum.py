@@ -32,7 +32,7 @@ _PROBES = (
 )
 
 
-def given_site(
+def given_geo_reference(
     configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig],
 ) -> dict[str, float]:
     """Return the fields of the datum that the user's settings give, whatever they start from.
@@ -57,7 +57,7 @@ def use_datum(localizer: Localizer, datum: Datum) -> None:
         localizer.refer(datum.expected, datum.loose)
 
 
-def note_fixes(
+def add_fix_remarks(
     remarks: Remarks, localizer: Localizer, before: Mapping[str, int] | None = None
 ) -> None:
     """Count the fixes that a localizer has refused, or of which it has assumed something.

@@ -39,8 +39,8 @@ from andabata.records.sense_units import SenseUnits, factor_of, judge_history
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import SCAN
 from andabata.records.transform_tree import read_transforms
-from andabata.replay.datum import given_site, note_fixes, use_datum
-from andabata.replay.mounting_watcher import MountingWatcher
+from andabata.replay.datum import add_fix_remarks, given_geo_reference, use_datum
+from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.result import Comparison, Confidence, left_out
 
 
@@ -93,7 +93,7 @@ def replay_bag(
             SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
         )
         asked = _factors(units or {}, config.robot)
-        given = given_site(configure)
+        given = given_geo_reference(configure)
         flux = _field_strength(bag, given, names, config) * TESLA
         si = judge_history(found.history, config.robot, asked, remarks, flux)
         pieces, cut_out = found.pieces(remarks)
@@ -103,7 +103,7 @@ def replay_bag(
         driver = make_controller(name, None, config, models)
         navigator = Navigator(config.robot, localizer, perception, driver)
         assembler = assembler_of(perception)
-        watcher = MountingWatcher(mounts, assembler, config.robot.lidar_height)
+        watcher = MountingMonitor(mounts, assembler, config.robot.lidar_height)
         for piece in pieces:
             part = BagPiece(bag, piece)
             decoder = MessageDecoder(config.robot, si, remarks)
@@ -135,7 +135,7 @@ def replay_bag(
                 if on_second is not None and compared.periods % 10 == 0:
                     on_second()
             sure.end(localizer)
-            note_fixes(remarks, localizer, setup.refused)
+            add_fix_remarks(remarks, localizer, setup.refused)
             told[-1]["scans"] = compared.scans - before
             unplaced = assembler.refused if assembler else 0
             refused += sensor_decoder.refused + unplaced

@@ -146,11 +146,11 @@ def left_out(data: dict[str, Any], messages: Mapping[str, int], overlaps: int) -
     return found
 
 
-class UnscannedError(ValueError):
+class NoScanError(ValueError):
     """A replay without a single virtual scan."""
 
 
-def why_no_scan(data: dict[str, Any]) -> str:
+def no_scan_reason(data: dict[str, Any]) -> str:
     """Return why a replay made no scan, on one line."""
     reasons = [
         f"{sense}: {number} messages refused ({reason})"
@@ -165,7 +165,7 @@ def why_no_scan(data: dict[str, Any]) -> str:
     return f"expected at least one virtual scan, got none: {'; '.join(reasons)}"
 
 
-def text_of(data: dict[str, Any]) -> str:
+def summary_text(data: dict[str, Any]) -> str:
     """Return the result of a replay for people."""
     lines = [
         f"{data['periods']} control periods, {data['scans']} virtual scans: "

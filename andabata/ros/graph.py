@@ -105,7 +105,7 @@ class RosGraph(MessageWriter):
         )
 
     @property
-    def is_over(self) -> bool:
+    def is_shutdown(self) -> bool:
         """Whether someone has shut this node down."""
         return bool(self._rospy.is_shutdown())
 

@@ -17,16 +17,16 @@ from andabata.navigation.controller import Controller
 from andabata.navigation.navigator import STANDSTILL, Navigator, Step
 from andabata.navigation.perception import assembler_of
 from andabata.records import topics
-from andabata.records.messages import NS, Composer, pose_of, wheel_speeds_of
+from andabata.records.messages import NS, MessageBuilder, pose_of, wheel_speeds_of
 from andabata.records.mounts import GivenMounting, Mounts
-from andabata.records.recorder import DATUM, Outbox, Recorder, post_senses
+from andabata.records.recorder import DATUM, MessageQueue, Recorder, queue_readings
 from andabata.records.sense_decoding import MessageDecoder
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import Ros, RosMessage, Topic
-from andabata.replay.datum import note_fixes
-from andabata.replay.mounting_watcher import MountingWatcher
+from andabata.replay.datum import add_fix_remarks
+from andabata.replay.mounting_monitor import MountingMonitor
+from andabata.ros.datum_initializer import SILENCE, DatumInitializer, missing_senses
 from andabata.ros.graph import RosError, RosGraph
-from andabata.ros.live_datum import SILENCE, LiveDatum, missing_senses
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
@@ -79,7 +79,7 @@ class NavigatorNode:
             status: Tells the user where the map lies, once, and what is taken for granted.
         """
         self._graph, self._status = graph, status
-        self._where = LiveDatum(given or {}, status)
+        self._where = DatumInitializer(given or {}, status)
         self._lock = threading.Lock()
         decoder, mounts = MessageDecoder(config.robot), Mounts(mountings)
         self._sensor_decoder = SensorDecoder(0, cloud, decoder, mounts)
@@ -91,13 +91,13 @@ class NavigatorNode:
         self._bearings = config.grid.bearings
         self._steps: list[Step] = []
         self._navigator.watch(self._steps.append)
-        self._mountings = MountingWatcher(
+        self._mountings = MountingMonitor(
             self._sensor_decoder.mounts, self._assembler, config.robot.lidar_height
         )
         _rehearse(self._navigator, config)
         for topic in self._sensor_decoder.wanted:
             graph.subscribe(topic, self._hear)
-        graph.subscribe(topics.INITIAL, self._hear_start)
+        graph.subscribe(topics.INITIAL_POSE, self._hear_start)
         for topic in (topics.TF_STATIC, topics.TF):
             graph.subscribe(topic, self._hear_transforms)
         for topic in _SPOKEN:
@@ -161,9 +161,9 @@ class NavigatorNode:
         with self._lock:
             self._sensor_decoder.epoch_ns, self._told = epoch, None
         self._navigator.reset(pose, 0.0, rough)
-        self._outbox = Outbox(graph, Composer(1, epoch))
-        self._recorder = Recorder(self._outbox, self._localizer, self._assembler, self._bearings)
-        self._where.take(self._localizer, self._recorder.facts, DATUM)
+        self._queue = MessageQueue(graph, MessageBuilder(1, epoch))
+        self._recorder = Recorder(self._queue, self._localizer, self._assembler, self._bearings)
+        self._where.take(self._localizer, self._recorder.diagnostic_values, DATUM)
         found = {"commands": 0, "scans": 0, "moving": 0, "missed_ticks": 0}
         try:
             self._tick(epoch, seconds, on_second, found)
@@ -172,7 +172,7 @@ class NavigatorNode:
         localizer, datum = self._localizer, self._where.datum
         remarks = self._sensor_decoder.remarks
         self._mountings.remark(remarks)
-        note_fixes(remarks, localizer)
+        add_fix_remarks(remarks, localizer)
         return {
             **found,
             "health": str(localizer.health),
@@ -194,7 +194,7 @@ class NavigatorNode:
     ) -> None:
         """Listen every half period and decide every period, and count what came of it."""
         graph, tick = self._graph, 0
-        while not graph.is_over and (seconds is None or tick * _HALF < seconds * NS):
+        while not graph.is_shutdown and (seconds is None or tick * _HALF < seconds * NS):
             tick += 1
             missed = (graph.now_ns() - epoch) // _HALF - tick
             if missed > 0:  # Too slow, or put to sleep: go on now, in step.
@@ -212,10 +212,12 @@ class NavigatorNode:
 
     def _halt(self) -> None:
         """Tell the robot to stand still: nobody will tell it anything from now on."""
-        compose, now = self._outbox.compose, self._graph.now_ns()
-        seconds = (now - compose.epoch_ns) / NS
-        self._graph.write(topics.TWIST, now, compose.twist(0.0, 0.0))
-        self._graph.write(topics.WHEELS, now, compose.wheels("Wheels_cmd", seconds, 0.0, 0.0))
+        builder, now = self._queue.builder, self._graph.now_ns()
+        seconds = (now - builder.epoch_ns) / NS
+        self._graph.write(topics.TWIST, now, builder.twist(0.0, 0.0))
+        self._graph.write(
+            topics.WHEEL_COMMAND, now, builder.wheels("Wheels_cmd", seconds, 0.0, 0.0)
+        )
         time.sleep(_LAST_WORDS)
 
     def _wait_for_start(self) -> tuple[Pose, bool]:
@@ -227,7 +229,7 @@ class NavigatorNode:
         """
         graph, kept = self._graph, SensorReadings(0.0)
         begin = said = graph.now_ns()
-        while not graph.is_over:
+        while not graph.is_shutdown:
             graph.sleep_until(graph.now_ns() + _HALF)
             readings = self._sensed(0.0)
             if readings.imu is not None:
@@ -258,7 +260,7 @@ class NavigatorNode:
         Those that come later count from then on. What is missing by then is among the remarks.
         """
         graph, begin = self._graph, self._graph.now_ns()
-        while not graph.is_over and graph.now_ns() - begin < _FRAMES_PATIENCE * NS:
+        while not graph.is_shutdown and graph.now_ns() - begin < _FRAMES_PATIENCE * NS:
             graph.sleep_until(graph.now_ns() + _HALF)
             with self._lock:
                 if self._sensor_decoder.mounts.is_settled:
@@ -274,7 +276,7 @@ class NavigatorNode:
         if known.datum is not None:
             return readings
         if known.find(readings, graph.now_ns(), self._localizer.pose.position):
-            known.take(self._localizer, self._recorder.facts, DATUM)
+            known.take(self._localizer, self._recorder.diagnostic_values, DATUM)
         return known.usable(readings, now, self._localizer)
 
     def _listen(self, now: float) -> None:
@@ -285,9 +287,9 @@ class NavigatorNode:
             self._navigator.reset(told, now)
         readings = self._referred(self._sensed(now), now)
         self._navigator.listen(readings)
-        self._recorder.move(readings)
-        self._recorder.relate(now)
-        self._outbox.flush()
+        self._recorder.queue_transforms(readings)
+        self._recorder.queue_clouds(now)
+        self._queue.flush()
 
     def _decide(self, now: float) -> Step:
         """Publish the virtual scan and the commands of a period."""
@@ -299,9 +301,9 @@ class NavigatorNode:
         self._navigator.decide(SensorReadings(now))
         step = self._steps[0]
         self._mountings.watch(self._localizer.odometry)
-        self._recorder.act(step)
-        self._recorder.believe(now)
-        self._outbox.flush()
+        self._recorder.queue_commands(step)
+        self._recorder.queue_state(now)
+        self._queue.flush()
         return step
 
 
@@ -314,11 +316,11 @@ _TRANSFORMS = 30.0
 _SPOKEN = (
     topics.TF,
     topics.CLOUD,
-    topics.RELATIVE,
-    topics.VIRTUAL,
+    topics.RELATIVE_CLOUD,
+    topics.VIRTUAL_SCAN,
     topics.TWIST,
-    topics.WHEELS,
-    topics.FILTERED,
+    topics.WHEEL_COMMAND,
+    topics.FILTERED_ODOMETRY,
     topics.DIAGNOSTICS,
 )
 
@@ -336,8 +338,8 @@ class RobotNode:
         """
         self._graph, self._scene, self._config = graph, scene, config
         self._wheels = (STANDSTILL, 0)
-        graph.subscribe(topics.WHEELS, self._obey)
-        self._start = graph.advertise(topics.INITIAL, latch=True)
+        graph.subscribe(topics.WHEEL_COMMAND, self._obey)
+        self._start = graph.advertise(topics.INITIAL_POSE, latch=True)
         self._goal = graph.advertise(topics.GOAL, latch=True)
 
     def _obey(self, _: Topic, message: RosMessage) -> None:
@@ -369,22 +371,22 @@ class RobotNode:
         world, rays = self._scene.world, self._scene.rays
         simulator = Simulator(world, rays, config.robot, config.plant, config.sensing, rng)
         readings = simulator.reset(task.start)
-        compose = Composer(1, graph.now_ns() + NS // 10)
-        outbox = Outbox(_Paced(graph), compose)
+        builder = MessageBuilder(1, graph.now_ns() + NS // 10)
+        queue = MessageQueue(_Paced(graph), builder)
         monitor = EpisodeMonitor(world, terminations)
         outcomes: list[str] = []
         for goal in task.goals:
             state = _true(readings)
             monitor.begin(state, np.array(goal))
-            self._goal.publish(self._goal.data_class(compose.goal(readings.stamp, np.array(goal))))
+            self._goal.publish(self._goal.data_class(builder.goal(readings.stamp, np.array(goal))))
             if not outcomes:
-                told = compose.initial(readings.stamp, state.pose)
+                told = builder.initial(readings.stamp, state.pose)
                 self._start.publish(self._start.data_class(told))
             outcome: Outcome | None = None
-            while outcome is None and not graph.is_over:
+            while outcome is None and not graph.is_shutdown:
                 readings = simulator.step(self._commanded())
-                post_senses(outbox, readings)
-                outbox.flush()
+                queue_readings(queue, readings)
+                queue.flush()
                 outcome = monitor.watch(_true(readings))
                 if on_second is not None and round(readings.stamp * 10) % 10 == 0:
                     on_second()
@@ -392,7 +394,7 @@ class RobotNode:
             if outcome is not Outcome.GOAL:
                 break
         simulator.close()
-        behind = (graph.now_ns() - compose.stamp_ns(readings.stamp)) / NS
+        behind = (graph.now_ns() - builder.stamp_ns(readings.stamp)) / NS
         return {"outcomes": outcomes, "simulated_s": readings.stamp, "behind_s": behind}
 
     def _commanded(self) -> WheelSpeeds:

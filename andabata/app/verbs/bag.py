@@ -127,7 +127,7 @@ def replay(
     from andabata.machine.robot import RobotModel
     from andabata.models import Models
     from andabata.replay.replay import replay_bag
-    from andabata.replay.result import UnscannedError, text_of, why_no_scan
+    from andabata.replay.result import NoScanError, no_scan_reason, summary_text
 
     overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
 
@@ -157,9 +157,9 @@ def replay(
         console.status(f"note: cells are made of {data['laser']}")
     for note in datum_notes(data):
         console.status(f"note: {note}")
-    console.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
+    console.result(data, f"{summary_text(data)}\n{mountings_in_words(data['frames'])}")
     if not data["scans"]:
-        raise UnscannedError(why_no_scan(data))
+        raise NoScanError(no_scan_reason(data))
     if data["left_out"]:
         raise typer.Exit(3)
 

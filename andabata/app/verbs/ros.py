@@ -73,7 +73,7 @@ def navigator(
     from andabata.machine.pose import Pose
     from andabata.models import Models
     from andabata.records.topics import POINT_CLOUD, Topic
-    from andabata.replay.datum import given_site
+    from andabata.replay.datum import given_geo_reference
     from andabata.ros.graph import RosGraph
     from andabata.ros.nodes import NavigatorNode
 
@@ -103,7 +103,7 @@ def navigator(
             driver,
             laser,
             mountings,
-            given_site(configure),
+            given_geo_reference(configure),
             console.status,
         )
         if target is not None:

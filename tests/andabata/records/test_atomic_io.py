@@ -6,7 +6,6 @@ import os
 import pytest
 
 from andabata.records import atomic_io
-from andabata.records.atomic_io import append_line, atomic_file, atomic_folder
 
 
 def test_a_file_is_written_and_replaced(tmp_path):
@@ -49,18 +48,18 @@ def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
     path, synced = tmp_path / "lines.txt", []
     atomic_io.write(path, b"one\n")
     monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.read_bytes()))
-    append_line(path, "zwölf")
+    atomic_io.append_line(path, "zwölf")
     assert synced == ["one\nzwölf\n".encode()]
 
 
 def test_a_line_goes_to_no_file_that_is_not_there(tmp_path):
     with pytest.raises(FileNotFoundError):
-        append_line(tmp_path / "missing.txt", "one")
+        atomic_io.append_line(tmp_path / "missing.txt", "one")
 
 
 def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
     path = tmp_path / "file.bin"
-    with atomic_file(path) as file:
+    with atomic_io.open_file(path) as file:
         file.write(b"one two")
         file.seek(0)
         file.write(b"ONE")
@@ -68,7 +67,7 @@ def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
     assert path.read_bytes() == b"ONE two"
 
     def interrupted():
-        with atomic_file(path) as file:
+        with atomic_io.open_file(path) as file:
             file.write(b"three")
             raise KeyboardInterrupt
 
@@ -82,17 +81,17 @@ def test_a_folder_takes_its_name_when_it_is_whole(tmp_path):
     path = tmp_path / "folder"
 
     def interrupted():
-        with atomic_folder(path) as folder:
+        with atomic_io.create_folder(path) as folder:
             (folder / "a").write_bytes(b"a")
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert list(tmp_path.iterdir()) == []
-    with atomic_folder(path) as folder:
+    with atomic_io.create_folder(path) as folder:
         (folder / "a").write_bytes(b"a")
         assert not path.exists()
     assert [entry.name for entry in path.iterdir()] == ["a"]
     assert list(tmp_path.iterdir()) == [path]
-    with pytest.raises(FileNotFoundError), atomic_folder(tmp_path / "no" / "folder"):
+    with pytest.raises(FileNotFoundError), atomic_io.create_folder(tmp_path / "no" / "folder"):
         pass

@@ -12,13 +12,13 @@ from andabata.app.cli import main
 from andabata.records.bags import BagError
 from andabata.records.csv_table import LONGEST_ARRAY, LONGEST_BYTES, LONGEST_LIST
 from andabata.records.export import export_bag, file_names, read_bag_cloud
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import stamp, write_bag
 from traversability.cloud import PointCloud
 from traversability.formats import ply
 
-COMPOSE, TYPES = Composer(1), message_types(1)
+BUILDER, TYPES = MessageBuilder(1), message_types(1)
 
 
 def write(path, rows):
@@ -44,10 +44,10 @@ def transforms(*children):
     kind = "tf2_msgs/msg/TFMessage"
     parts = []
     for k, child in enumerate(children):
-        (one,) = COMPOSE.transform(k, np.array([k, 0.5, 0, 0, 0, 0, 1.0]), kind).transforms
+        (one,) = BUILDER.transform(k, np.array([k, 0.5, 0, 0, 0, 0, 1.0]), kind).transforms
         one.child_frame_id = child
         parts.append(one)
-    return ("/tf", kind, COMPOSE.new(kind, transforms=parts))
+    return ("/tf", kind, BUILDER.new(kind, transforms=parts))
 
 
 def test_arrays_that_grow_keep_all_their_columns(tmp_path):
@@ -63,8 +63,8 @@ def test_arrays_that_grow_keep_all_their_columns(tmp_path):
 
 
 def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
-    imu = COMPOSE.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
-    count = COMPOSE.new("std_msgs/msg/UInt64", data=2**64 - 1)
+    imu = BUILDER.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
+    count = BUILDER.new("std_msgs/msg/UInt64", data=2**64 - 1)
     rows = [("/imu", "sensor_msgs/msg/Imu", imu), ("/count", "std_msgs/msg/UInt64", count)]
     export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "imu.csv")
@@ -77,7 +77,7 @@ def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
 def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
     text = 'a, "b"\nc\r\nß'
     kind = "std_msgs/msg/String"
-    rows = [("/notes", kind, COMPOSE.new(kind, data=text))]
+    rows = [("/notes", kind, BUILDER.new(kind, data=text))]
     export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "notes.csv")
     assert row["data"] == text
@@ -85,9 +85,9 @@ def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
 
 def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
     pixels = np.arange(LONGEST_BYTES + 1, dtype=np.uint8)
-    image = COMPOSE.new(
+    image = BUILDER.new(
         "sensor_msgs/msg/Image",
-        header=COMPOSE.header(0, "camera"),
+        header=BUILDER.header(0, "camera"),
         height=1,
         width=len(pixels),
         encoding="mono8",
@@ -95,13 +95,13 @@ def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
         step=len(pixels),
         data=pixels,
     )
-    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    layout = BUILDER.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     kind = "std_msgs/msg/Float32MultiArray"
     long = np.linspace(0, 1, LONGEST_ARRAY + 1, dtype=np.float32)
     children = [f"frame_{k}" for k in range(LONGEST_LIST + 1)]
     rows = [
         ("/image", "sensor_msgs/msg/Image", image),
-        ("/long", kind, COMPOSE.new(kind, layout=layout, data=long)),
+        ("/long", kind, BUILDER.new(kind, layout=layout, data=long)),
         transforms(*children),
     ]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
@@ -121,9 +121,9 @@ def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
 
 
 def test_short_arrays_of_bytes_get_a_column_each(tmp_path):
-    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    layout = BUILDER.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     kind = "std_msgs/msg/UInt8MultiArray"
-    message = COMPOSE.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
+    message = BUILDER.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
     export_bag(write(tmp_path / "x.bag", [("/b", kind, message)]), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "b.csv")
     assert [int(row[f"data.{k}"]) for k in range(LONGEST_BYTES)] == list(range(LONGEST_BYTES))
@@ -146,15 +146,15 @@ def test_no_two_topics_share_a_file():
 
 def test_topics_whose_names_collide_are_both_written(tmp_path):
     kind = "std_msgs/msg/String"
-    rows = [(topic, kind, COMPOSE.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
+    rows = [(topic, kind, BUILDER.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     assert {rows_of(path)[0]["data"] for path in found.files} == {"/a/b", "/a_b"}
 
 
 def test_two_types_of_one_topic_have_files_of_their_own(tmp_path):
     rows = [
-        ("/x", "std_msgs/msg/String", COMPOSE.new("std_msgs/msg/String", data="a")),
-        ("/x", "std_msgs/msg/Int8", COMPOSE.new("std_msgs/msg/Int8", data=3)),
+        ("/x", "std_msgs/msg/String", BUILDER.new("std_msgs/msg/String", data="a")),
+        ("/x", "std_msgs/msg/Int8", BUILDER.new("std_msgs/msg/Int8", data=3)),
     ]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     assert sorted(rows_of(path)[0]["data"] for path in found.files) == ["3", "a"]
@@ -180,13 +180,13 @@ def cloud(big=False, count=5, bad=False):
         data[:, offset : offset + dtype.itemsize] = values.view(np.uint8).reshape(
             count, dtype.itemsize
         )
-    return columns, COMPOSE.new(
+    return columns, BUILDER.new(
         POINT_CLOUD,
-        header=COMPOSE.header(0, "velodyne"),
+        header=BUILDER.header(0, "velodyne"),
         height=1,
         width=count + 3 * bad,
         fields=[
-            COMPOSE.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=k, count=1)
+            BUILDER.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=k, count=1)
             for n, k, o in fields
         ],
         is_bigendian=big,
@@ -228,7 +228,7 @@ def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):
 def unreadable(path):
     """A topic without definition and one message that is cut short, beside whole ones."""
     kind = "std_msgs/msg/String"
-    data = bytes(TYPES.serialize_ros1(COMPOSE.new(kind, data="hello"), kind))
+    data = bytes(TYPES.serialize_ros1(BUILDER.new(kind, data="hello"), kind))
     with Writer(path) as writer:
         good = writer.add_connection("/good", kind, typestore=TYPES)
         bad = writer.add_connection("/bad", "my_msgs/msg/X", msgdef="", md5sum="0" * 32)
@@ -278,7 +278,7 @@ def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
 def test_clouds_are_counted_from_both_ends(tmp_path):
     rows = []
     for k in range(4):
-        message = COMPOSE.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))
+        message = BUILDER.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))
         if k == 2:  # Its bytes end too early.
             message = bytes(TYPES.serialize_ros1(message, POINT_CLOUD))[:-5]
         rows.append(("/points", POINT_CLOUD, message))

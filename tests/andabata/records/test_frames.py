@@ -9,22 +9,22 @@ from andabata.app.usage import UsageError
 from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
 from andabata.records.frames import FrameError, is_base, is_world, local, prefix, rotation_by_name
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.mounts import BARE, GivenMounting, Mounts, PendingTransformError
 from andabata.records.topics import Topic
 from andabata.records.transform_tree import Transform, TransformTree, read_transforms
 from tests.edited_bags import stamped, transforms, turn
 from traversability.cloud import PointCloud
 
-COMPOSE = Composer(1)
+BUILDER = MessageBuilder(1)
 NONE = (0, 0, 0)
 
 
 def tree_of(*placed, moving=()):
     """Return a tree of static transforms, and of moving ones with their stamps [s]."""
     tree = TransformTree()
-    tree.add([stamped(COMPOSE, each) for each in placed], static=True)
-    tree.add([stamped(COMPOSE, each, round(at * NS)) for at, each in moving], static=False)
+    tree.add([stamped(BUILDER, each) for each in placed], static=True)
+    tree.add([stamped(BUILDER, each, round(at * NS)) for at, each in moving], static=False)
     return tree
 
 
@@ -132,7 +132,7 @@ def test_a_frame_that_begins_to_move_is_noticed():
     tree = tree_of(moving=[(0.0, ("base_link", "head", NONE, NONE))])
     mounts = Mounts(tree=tree)
     assert mounts.mount("laser", "head").moving is None
-    tree.add([stamped(COMPOSE, ("base_link", "head", NONE, (0, 0, 9)), NS)], static=False)
+    tree.add([stamped(BUILDER, ("base_link", "head", NONE, (0, 0, 9)), NS)], static=False)
     assert mounts.mount("laser", "head").moving == ("head", "base_link")
 
 
@@ -184,21 +184,21 @@ def test_the_world_is_no_second_parent_of_the_base():
     ],
 )
 def test_rotations_that_are_none_are_refused_by_name(quaternion, words):
-    bad = stamped(COMPOSE, ("base_link", "laser", NONE, NONE), quaternion=quaternion)
+    bad = stamped(BUILDER, ("base_link", "laser", NONE, NONE), quaternion=quaternion)
     tree = TransformTree()
     tree.add([bad], static=True)
     with pytest.raises(FrameError, match=f"from laser to base_link: expected.*{words}"):
         tree.base_of(tree.find("laser"))
     with pytest.raises(FrameError, match=words):
         Mounts(tree=tree).mount("laser", "laser")
-    tree.add([stamped(COMPOSE, ("base_link", "laser", (1, 0, 0), NONE))], static=True)
+    tree.add([stamped(BUILDER, ("base_link", "laser", (1, 0, 0), NONE))], static=True)
     assert place(tree, "laser").translation[0] == 1  # A good one of another publisher holds.
 
 
 def test_rounded_rotations_are_taken():
     tree = TransformTree()
     tree.add(
-        [stamped(COMPOSE, ("base_link", "imu", NONE, NONE), quaternion=(0, 0, 0.707, 0.707))],
+        [stamped(BUILDER, ("base_link", "imu", NONE, NONE), quaternion=(0, 0, 0.707, 0.707))],
         static=True,
     )
     found = place(tree, "imu").rotation
@@ -362,7 +362,7 @@ def test_transforms_that_come_late_hold_from_then_on():
     mounts = Mounts(tree=tree)
     assert mounts.row("imu", "imu_link", [0, 0, 1, 0, 0, 9.8])[2] == 1
     assert "nothing tells where frame imu_link is" in mounts.remarks[0]
-    tree.add([stamped(COMPOSE, ("base_link", "imu_link", NONE, (180, 0, 0)))], static=True)
+    tree.add([stamped(BUILDER, ("base_link", "imu_link", NONE, (180, 0, 0)))], static=True)
     assert mounts.row("imu", "imu_link", [0, 0, 1, 0, 0, -9.8])[2] == -1
     assert mounts.remarks == []
 
@@ -375,7 +375,7 @@ def test_senses_settle_when_no_transform_is_missing():
     mounts.row("imu", "base_link", [0] * 6)
     mounts.row("compass", "base_link", [0] * 3)
     assert not mounts.is_settled
-    tree.add([stamped(COMPOSE, ("base_link", "velodyne", NONE, NONE))], static=True)
+    tree.add([stamped(BUILDER, ("base_link", "velodyne", NONE, NONE))], static=True)
     assert mounts.is_settled
 
 
@@ -396,7 +396,7 @@ def test_the_turning_lasers_head_sits_where_the_tree_says():
 
 def test_a_recordings_transforms_are_read_from_every_topic_of_theirs(tmp_path):
     """Namespaced topics, several publishers, and a ROS 2 recording."""
-    path, compose = tmp_path / "x.mcap", Composer(2)
+    path, builder = tmp_path / "x.mcap", MessageBuilder(2)
     writer = open_writer(path)
     for k, (name, placed) in enumerate(
         [
@@ -406,8 +406,8 @@ def test_a_recordings_transforms_are_read_from_every_topic_of_theirs(tmp_path):
         ]
     ):
         topic = Topic(name, name, topics.TF_STATIC.kind, None)
-        message = transforms(compose, topics.TF_STATIC.kind, placed)
-        writer.write(topic, compose.stamp_ns(k), message)
+        message = transforms(builder, topics.TF_STATIC.kind, placed)
+        writer.write(topic, builder.stamp_ns(k), message)
     writer.close()
     with Bag(path) as bag:
         tree = read_transforms(bag)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
 from andabata.records.topics import POINT_CLOUD
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
-COMPOSE = Composer(2)
-SECONDS = COMPOSE.epoch_ns / 1e9
+BUILDER = MessageBuilder(2)
+SECONDS = BUILDER.epoch_ns / 1e9
 
 
 def message(columns, frame="lidar", counts=None, **changes):
@@ -20,7 +20,7 @@ def message(columns, frame="lidar", counts=None, **changes):
     for name, column in columns.items():
         rows[name] = column
     fields = [
-        COMPOSE.new(
+        BUILDER.new(
             "sensor_msgs/msg/PointField",
             name=name,
             offset=rows.dtype.fields[name][1],
@@ -30,7 +30,7 @@ def message(columns, frame="lidar", counts=None, **changes):
         for name in columns
     ]
     parts = {
-        "header": COMPOSE.header(0.0, frame),
+        "header": BUILDER.header(0.0, frame),
         "height": 1,
         "width": len(rows),
         "fields": fields,
@@ -40,7 +40,7 @@ def message(columns, frame="lidar", counts=None, **changes):
         "data": np.frombuffer(rows.tobytes(), dtype=np.uint8),
         "is_dense": True,
     }
-    return COMPOSE.new(POINT_CLOUD, **(parts | changes))
+    return BUILDER.new(POINT_CLOUD, **(parts | changes))
 
 
 def xyz(points):

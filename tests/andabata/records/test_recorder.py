@@ -13,7 +13,7 @@ from andabata.records import topics
 from andabata.records.bag_reader import Setup, read_setup
 from andabata.records.bags import Bag, BagError, open_writer
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer, fix_of
+from andabata.records.messages import MessageBuilder, fix_of
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
 from andabata.records.topics import TOPICS
 from traversability.cloud import PointCloud
@@ -180,8 +180,8 @@ def test_the_manifest_tells_a_flipped_bit(recorded):
 
 def test_a_recording_without_our_topics_says_what_is_missing(capsys, tmp_path):
     path = tmp_path / "other.bag"
-    writer, compose = open_writer(path), Composer(1)
-    writer.write(topics.TWIST, compose.stamp_ns(0.0), compose.twist(0.3, 0.1))
+    writer, builder = open_writer(path), MessageBuilder(1)
+    writer.write(topics.TWIST, builder.stamp_ns(0.0), builder.twist(0.3, 0.1))
     writer.close()
     assert main(["bag", "replay", str(path)]) == 1
     error = capsys.readouterr().err
@@ -195,7 +195,7 @@ def test_a_recording_without_our_topics_says_what_is_missing(capsys, tmp_path):
 
 def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
     """Return a PointCloud2 with its own layout."""
-    compose, order = Composer(2), ">" if big else "<"
+    builder, order = MessageBuilder(2), ">" if big else "<"
     number = {"f4": 7, "f8": 8, "i2": 3}[dtype]
     width = len(points) // rows
     data = bytearray()
@@ -208,12 +208,12 @@ def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
         if (k + 1) % width == 0:
             data += b"\xee" * pad
     fields = [
-        compose.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
+        builder.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
         for n, o in zip("xyz", offsets, strict=True)
     ]
-    return compose.new(
+    return builder.new(
         "sensor_msgs/msg/PointCloud2",
-        header=compose.header(0.0, "velodyne"),
+        header=builder.header(0.0, "velodyne"),
         height=rows,
         width=width,
         fields=fields,
@@ -262,9 +262,9 @@ def test_a_cloud_goes_there_and_back(tmp_path):
     points = np.random.default_rng(0).normal(size=(500, 3)).astype(np.float32)
     for suffix, ros in (("bag", 1), ("mcap", 2)):
         path = tmp_path / f"one.{suffix}"
-        writer, compose = open_writer(path), Composer(ros)
-        message = compose.cloud(1.0, PointCloud(points, "base_footprint"))
-        writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+        writer, builder = open_writer(path), MessageBuilder(ros)
+        message = builder.cloud(1.0, PointCloud(points, "base_footprint"))
+        writer.write(topics.CLOUD, builder.stamp_ns(1.0), message)
         writer.close()
         cloud = read_bag_cloud(path, None)
         np.testing.assert_array_equal(cloud.points, points)
@@ -273,11 +273,11 @@ def test_a_cloud_goes_there_and_back(tmp_path):
 
 def test_a_receiver_without_a_fix_says_so_there_and_back():
     row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
-    message = Composer(1).fix(row)
+    message = MessageBuilder(1).fix(row)
     assert message.status.status == -1
     np.testing.assert_array_equal(fix_of(message), row[1:])
     known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
-    np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])
+    np.testing.assert_allclose(fix_of(MessageBuilder(2).fix(known)), known[1:])
 
 
 @pytest.mark.parametrize(
@@ -293,7 +293,7 @@ def test_a_receiver_without_a_fix_says_so_there_and_back():
     ],
 )
 def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
-    fix = Composer(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
+    fix = MessageBuilder(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
     covariance = np.diag([east, north, 9.0]).ravel()
     fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
     np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])

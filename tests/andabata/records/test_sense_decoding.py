@@ -25,7 +25,7 @@ from tests import made_bag
 from tests.made_bag import new
 
 ROBOT = RobotModel()
-TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.COMPASS}
+TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.MAG}
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def units_of(rows, asked=None, **scales):
         if topic is topics.IMU:
             found[:3] *= scales.get("gyro", 1.0)
             found[3:] *= scales.get("force", 1.0)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             found *= scales.get("field", 1.0)
         if topic is topics.ENCODERS:
             found *= scales.get("wheels", 1.0)
@@ -264,7 +264,7 @@ def test_joints_with_neither_are_refused():
 def test_a_field_may_be_a_vector():
     vectors = new("geometry_msgs/msg/Vector3Stamped", header=header(), vector=vector(1, 2, 3))
     for message in (vectors, vector(1, 2, 3)):
-        assert decoded(topics.COMPASS, message)[0] == [[1.0, 2.0, 3.0]]
+        assert decoded(topics.MAG, message)[0] == [[1.0, 2.0, 3.0]]
 
 
 def test_an_imu_that_lacks_something_says_so(rows):
@@ -283,10 +283,10 @@ def test_an_imu_that_lacks_something_says_so(rows):
 def test_another_type_is_refused_by_naming_both(rows):
     imu = next(row.content for row in rows if row.topic == "/imu")
     sensor_decoder = SensorDecoder(0)
-    for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
+    for topic in (topics.MAG, topics.GOAL, topics.SCAN, topics.FIX):
         sensor_decoder.add(topic, imu, 1)
     assert sensor_decoder.refused == 4
-    for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
+    for topic in (topics.MAG, topics.GOAL, topics.SCAN, topics.FIX):
         (reason,) = sensor_decoder.remarks.refused_by_reason()[topic.ros1]
         assert topic.kind in reason
         assert "sensor_msgs/msg/Imu" in reason

@@ -13,7 +13,7 @@ from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bag_reader import read_setup
 from andabata.records.bags import Bag, open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM
 from tests.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
 
@@ -235,12 +235,12 @@ def test_later_nonsense_is_refused_by_reason(replay, plain, tmp_path):
 def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_path):
     """Somebody's /initialpose at (100, -50): the datum is laid so that the first fix is there."""
     path = tmp_path / "told.bag"
-    writer, compose = open_writer(path), Composer(1)
+    writer, builder = open_writer(path), MessageBuilder(1)
     pose = Pose.from_euler(np.array([100.0, -50.0, 2.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         begin = next(bag.messages((topics.IMU.ros1,))).stamp_ns
-        told = replace(compose, epoch_ns=begin).initial(0.0, pose)
-        writer.write(topics.INITIAL, begin, told)
+        told = replace(builder, epoch_ns=begin).initial(0.0, pose)
+        writer.write(topics.INITIAL_POSE, begin, told)
         for message in bag.messages():
             writer.write(SENSES[message.topic], message.stamp_ns, message.content)
     writer.close()
@@ -261,9 +261,11 @@ def test_a_pose_in_odom_is_no_start(plain, tmp_path):
     with Bag(plain) as bag:
         for k, message in enumerate(bag.messages()):
             if k % 200 == 0:
-                told = replace(Composer(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
+                told = replace(MessageBuilder(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
                 header = replace(told.header, frame_id="odom")
-                writer.write(topics.FILTERED, message.stamp_ns, replace(told, header=header))
+                writer.write(
+                    topics.FILTERED_ODOMETRY, message.stamp_ns, replace(told, header=header)
+                )
             writer.write(SENSES[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag, Bag(plain) as other:
@@ -277,11 +279,13 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
     with Bag(plain) as bag:
         for k, message in enumerate(bag.messages()):
             if k % 200 == 0:
-                compose = replace(Composer(1), epoch_ns=message.stamp_ns)
+                builder = replace(MessageBuilder(1), epoch_ns=message.stamp_ns)
                 values = {DATUM: json.dumps(datum.as_dict())} if k else {}
-                said = compose.diagnostics(0.0, 0, "ok", values)
+                said = builder.diagnostics(0.0, 0, "ok", values)
                 writer.write(topics.DIAGNOSTICS, message.stamp_ns, said)
-                writer.write(topics.FILTERED, message.stamp_ns, compose.odometry(0.0, pose))
+                writer.write(
+                    topics.FILTERED_ODOMETRY, message.stamp_ns, builder.odometry(0.0, pose)
+                )
             writer.write(SENSES[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.replay.result import Comparison
 from tests.edited_bags import (
     copy_bag,
@@ -20,7 +20,7 @@ from tests.edited_bags import (
 )
 
 HEIGHT = 0.72
-COMPOSE = Composer(1)
+BUILDER = MessageBuilder(1)
 CLOUD, IMU, FIELD = "/laser_cloud", "/imu", "/mag_orientation"
 
 
@@ -136,7 +136,7 @@ def test_a_turning_head_is_followed_by_tf(same):
     rate = 1.0
 
     def yaw(stamps):
-        return rate * ((stamps - COMPOSE.epoch_ns) / NS)
+        return rate * ((stamps - BUILDER.epoch_ns) / NS)
 
     def move(points, stamps):
         lifted = points + np.array([0, 0, HEIGHT - 0.5])
@@ -144,7 +144,7 @@ def test_a_turning_head_is_followed_by_tf(same):
 
     def head(stamp):
         degrees = (0, 0, float(np.rad2deg(yaw(stamp))))
-        return [stamped(COMPOSE, ("base_link", "head", (0, 0, 0.5), degrees), stamp)]
+        return [stamped(BUILDER, ("base_link", "head", (0, 0, 0.5), degrees), stamp)]
 
     data = same(
         edit=lambda topic, message: (
@@ -217,8 +217,8 @@ def test_senses_that_sit_nobody_knows_where_are_refused_by_name(replay):
     assert "--mounting laser=" in error
 
     def turning(stamp):
-        degrees = (0, 0, (stamp - COMPOSE.epoch_ns) / NS * 10)
-        return [stamped(COMPOSE, ("base_link", "head", (0, 0, 0), degrees), stamp)]
+        degrees = (0, 0, (stamp - BUILDER.epoch_ns) / NS * 10)
+        return [stamped(BUILDER, ("base_link", "head", (0, 0, 0), degrees), stamp)]
 
     code, error, _ = replay(
         edit=lambda topic, message: reframed(message, "head") if topic == IMU else message,
@@ -253,7 +253,7 @@ def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):
         if stamp > begin[0] + 4 * NS:
             return []
         place = ("base_link", "head", (0, 0, 0.72 + (stamp - begin[0]) / NS / 1e3), (0, 0, 0))
-        return [stamped(COMPOSE, place, stamp)]
+        return [stamped(BUILDER, place, stamp)]
 
     def edit(topic, message):
         return reframed(message, "head") if topic == CLOUD else message

@@ -9,7 +9,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.records.bags import Bag, open_writer
-from andabata.records.messages import Composer, header_ns
+from andabata.records.messages import MessageBuilder, header_ns
 from andabata.records.topics import TOPICS, TWIST
 from andabata.ros.graph import PACKAGES
 from tests.ros_graph import Graph, has_tools, result, running, stop, stopped
@@ -210,9 +210,9 @@ def test_mcap_files_are_read_by_the_reference_reader(tmp_path):
     from mcap.reader import make_reader
 
     path = tmp_path / "x.mcap"
-    writer, compose = open_writer(path), Composer(2)
+    writer, builder = open_writer(path), MessageBuilder(2)
     for k in range(20):
-        writer.write(TWIST, compose.stamp_ns(k / 10), compose.twist(0.3, 0.1))
+        writer.write(TWIST, builder.stamp_ns(k / 10), builder.twist(0.3, 0.1))
     writer.close()
     with path.open("rb") as file:
         found = list(make_reader(file, validate_crcs=True).iter_messages())

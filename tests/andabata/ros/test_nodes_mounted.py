@@ -33,7 +33,7 @@ class PlayedGraph:
         self._takers, self.written = {}, []
 
     @property
-    def is_over(self):
+    def is_shutdown(self):
         return not self._messages
 
     def now_ns(self):
@@ -103,7 +103,7 @@ def run(path, seconds=3.0):
         config,
         shipped_forest(),
         StraightController(),
-        topics.LASER,
+        topics.LASER_CLOUD,
         status=said.append,
     )
     start = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
@@ -140,7 +140,9 @@ def test_transforms_that_never_come_are_said_and_gravity_holds_the_robot(recorde
     error, said, graph = run(copy_bag(recorded, tmp_path / "x.bag", edit))
     assert "gravity points down in the IMU's frame" in str(error)
     assert "imu: nothing tells where frame imu_link is" in " ".join(said)
-    moving = [m for topic, m in graph.written if topic is topics.WHEELS and (m.left or m.right)]
+    moving = [
+        m for topic, m in graph.written if topic is topics.WHEEL_COMMAND and (m.left or m.right)
+    ]
     assert not moving  # It was never told to go.
 
 

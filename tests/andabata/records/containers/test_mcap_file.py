@@ -6,7 +6,7 @@ from mcap.writer import IndexType, Writer
 
 from andabata.records.bags import Bag, BagError
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import mcap_records, note, stamp, write_mcap
 from traversability.cloud import PointCloud
@@ -63,9 +63,9 @@ def test_an_unfinished_file_is_read_and_says_so(tmp_path):
 
 
 def test_a_bag_turned_into_mcap_gives_its_clouds(tmp_path):
-    compose, types = Composer(1), message_types(1)
+    builder, types = MessageBuilder(1), message_types(1)
     points = np.random.default_rng(0).uniform(-8, 8, (50, 3)).astype(np.float32)
-    message = compose.cloud(0.0, PointCloud(points, "base_link"))
+    message = builder.cloud(0.0, PointCloud(points, "base_link"))
     path = tmp_path / "ros1.mcap"
     with path.open("wb") as file:
         writer = Writer(file)

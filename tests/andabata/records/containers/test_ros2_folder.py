@@ -121,7 +121,7 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
     from andabata.app.cli import main
     from andabata.records import topics
     from andabata.records.bags import open_writer
-    from andabata.records.messages import Composer
+    from andabata.records.messages import MessageBuilder
     from traversability.cloud import PointCloud
 
     monkeypatch.chdir(tmp_path)
@@ -130,9 +130,9 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
     suffix = {"x.bag.active": ".bag", "x.mcap.zstd": ".mcap"}.get(name, ".db3")
     ros = 1 if suffix == ".bag" else 2
     made = tmp_path / f"made{suffix}"
-    writer, compose = open_writer(made), Composer(ros)
-    cloud = compose.cloud(0.0, PointCloud(points, "velodyne"))
-    writer.write(topics.CLOUD, compose.stamp_ns(0.0), cloud)
+    writer, builder = open_writer(made), MessageBuilder(ros)
+    cloud = builder.cloud(0.0, PointCloud(points, "velodyne"))
+    writer.write(topics.CLOUD, builder.stamp_ns(0.0), cloud)
     writer.close()
     path = tmp_path / name
     if name == "x.mcap.zstd":

@@ -32,7 +32,7 @@ _MOST_FIXES = 30
 """Number of fixes that are kept for that."""
 
 
-class LiveDatum:
+class DatumInitializer:
     """Takes the datum from what is given or from the first fixes that fit each other.
 
     Attributes:
@@ -127,7 +127,7 @@ def missing_senses(kept: SensorReadings) -> str:
     """Return what a start by the senses still lacks, in words."""
     found = [
         topic.ros1
-        for topic, rows in ((topics.IMU, kept.imu), (topics.COMPASS, kept.mag))
+        for topic, rows in ((topics.IMU, kept.imu), (topics.MAG, kept.mag))
         if rows is None
     ]
     fixes = np.empty((0, 5)) if kept.gnss is None else kept.gnss

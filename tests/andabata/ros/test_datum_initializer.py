@@ -16,8 +16,8 @@ from andabata.machine.simulator import Simulator
 from andabata.models import Models
 from andabata.navigation.navigator import STANDSTILL
 from andabata.records import topics
-from andabata.records.messages import NS, Composer
-from andabata.records.recorder import DATUM, Outbox, post_senses
+from andabata.records.messages import NS, MessageBuilder
+from andabata.records.recorder import DATUM, MessageQueue, queue_readings
 from andabata.ros.graph import RosError
 from andabata.ros.nodes import NavigatorNode
 from tests.moved_drives import place
@@ -69,7 +69,7 @@ class PlayedGraph(Heard):
         pass
 
     @property
-    def is_over(self):
+    def is_shutdown(self):
         return self._now >= self._end
 
 
@@ -81,11 +81,11 @@ def standing():
     rng = np.random.default_rng(1)
     simulator = Simulator(world, RayScene(world), config.robot, "kinematic", config.sensing, rng)
     heard = Heard()
-    outbox = Outbox(heard, Composer(1, EPOCH))
+    queue = MessageQueue(heard, MessageBuilder(1, EPOCH))
     simulator.reset(Start(-8.0, 0.0, 0.3))
     for _ in range(160):
-        post_senses(outbox, replace(simulator.step(STANDSTILL, blind=True), sweeps=None))
-        outbox.flush()
+        queue_readings(queue, replace(simulator.step(STANDSTILL, blind=True), sweeps=None))
+        queue.flush()
     simulator.close()
     return heard.messages
 
@@ -130,8 +130,8 @@ def test_the_first_fixes_are_the_datum_and_are_said_once(standing, models):
 
 
 def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
-    start = Composer(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
-    messages = [(EPOCH + 1, topics.INITIAL, start), *standing]
+    start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
+    messages = [(EPOCH + 1, topics.INITIAL_POSE, start), *standing]
     _, node, _ = navigate(messages, models)
     data = node.run(seconds=8.0)
     assert data["datum"]["source"] == "the first good fix, at the start that is told"
@@ -146,9 +146,11 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
 
 
 def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
-    start = Composer(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
+    start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
     readings = [entry for entry in standing if entry[1] is not topics.FIX]
-    _, node, said = navigate([(EPOCH + 1, topics.INITIAL, start), *readings], models, seconds=16.0)
+    _, node, said = navigate(
+        [(EPOCH + 1, topics.INITIAL_POSE, start), *readings], models, seconds=16.0
+    )
     data = node.run(seconds=11.5)
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100

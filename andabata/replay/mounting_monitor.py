@@ -11,7 +11,7 @@ from andabata.records.mounts import Mounts
 from andabata.records.remarks import Remarks
 
 
-class MountingWatcher:
+class MountingMonitor:
     """Checks gravity, and the ground of the first clouds, as they come."""
 
     def __init__(self, mounts: Mounts, assembler: CloudAssembler | None, height: float) -> None:

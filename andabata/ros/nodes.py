@@ -171,7 +171,7 @@ class NavigatorNode:
             self._halt()
         localizer, datum = self._localizer, self._where.datum
         remarks = self._sensor_decoder.remarks
-        self._mountings.remark(remarks)
+        self._mountings.add_remarks(remarks)
         add_fix_remarks(remarks, localizer)
         return {
             **found,
@@ -300,7 +300,7 @@ class NavigatorNode:
         self._steps.clear()
         self._navigator.decide(SensorReadings(now))
         step = self._steps[0]
-        self._mountings.watch(self._localizer.odometry)
+        self._mountings.check(self._localizer.odometry)
         self._recorder.queue_commands(step)
         self._recorder.queue_state(now)
         self._queue.flush()

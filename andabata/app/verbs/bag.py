@@ -126,6 +126,7 @@ def replay(
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
     from andabata.models import Models
+    from andabata.replay.options import ReplayOptions
     from andabata.replay.replay import replay_bag
     from andabata.replay.result import NoScanError, no_scan_reason, summary_text
 
@@ -137,20 +138,12 @@ def replay(
 
     mountings = read_mountings(mounting or ())
     names = pairs(renamed or (), "--map")
-    told = units(unit or ())
+    given_units = units(unit or ())
     console = Console(quiet, as_json)
     with console.progress("recorded seconds", None) as step:
-        data = replay_bag(
-            file,
-            controller,
-            Models.load(forest, ground_classifier, policy),
-            lambda: step(1),
-            cloud,
-            configure,
-            names,
-            mountings,
-            told,
-        )
+        models = Models.load(forest, ground_classifier, policy)
+        options = ReplayOptions(controller, models, cloud, configure, names, mountings, given_units)
+        data = replay_bag(file, options, lambda: step(1))
     if data["same_models"] is False:
         console.status("note: other models drove; scans and commands may differ")
     if data["laser"] != "/2D_scan":

@@ -75,7 +75,7 @@ def navigator(
     from andabata.records.topics import POINT_CLOUD, Topic
     from andabata.replay.datum import given_geo_reference
     from andabata.ros.graph import RosGraph
-    from andabata.ros.nodes import NavigatorNode
+    from andabata.ros.navigator_node import NavigatorNode
 
     (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
     pose = None
@@ -142,7 +142,7 @@ def robot(
     from andabata.app.settings import resolve, with_parts
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.ros.graph import RosGraph
-    from andabata.ros.nodes import RobotNode
+    from andabata.ros.robot_node import RobotNode
     from andabata.tasks.episode_monitor import TerminationConfig
     from worlds.scenes import SceneShelf
     from worlds.splits import evaluation_world

@@ -19,7 +19,7 @@ from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import DATUM, MessageQueue, queue_readings
 from andabata.ros.graph import RosError
-from andabata.ros.nodes import NavigatorNode
+from andabata.ros.navigator_node import NavigatorNode
 from tests.moved_drives import place
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
@@ -155,7 +155,7 @@ def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100
     assert abs(wrap(node._localizer.pose.yaw - 0.3)) < 0.05
-    assert "no place yet: expected 3 good fixes" in said[0]
+    assert "no datum yet: expected 3 good fixes" in said[0]
 
 
 def test_a_given_datum_far_away_is_refused(standing, models):
@@ -169,7 +169,7 @@ def test_a_navigator_that_waits_says_for_what(standing, models):
     _, node, said = navigate(nowhere, models)
     with pytest.raises(RosError, match="end of the graph"):
         node.run()
-    assert "3 good fixes of /fix that fit each other, got 0 of" in said[0]
+    assert "3 good fixes of /fix that agree with each other, got 0 of" in said[0]
     assert "refused at latitude 0, longitude 0" in said[0]
 
 

@@ -14,7 +14,7 @@ from andabata.records import topics
 from andabata.records.bags import Bag
 from andabata.records.frames import FrameError
 from andabata.records.messages import NS
-from andabata.ros.nodes import NavigatorNode
+from andabata.ros.navigator_node import NavigatorNode
 from tests.edited_bags import copy_bag, moved_cloud, turn, turned_imu
 
 CLOUD, IMU = "/laser_cloud", "/imu"
@@ -115,7 +115,7 @@ def run(path, seconds=3.0):
 
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch):
-    monkeypatch.setattr("andabata.ros.nodes._LAST_WORDS", 0.0)
+    monkeypatch.setattr("andabata.ros.navigator_node._FLUSH_TIME", 0.0)
 
 
 def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):

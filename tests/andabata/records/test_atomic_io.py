@@ -38,7 +38,7 @@ def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, mon
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(OSError, match="expected room for 3 bytes, got none") as caught:
+    with pytest.raises(OSError, match="expected disk space for 3 bytes, got none") as caught:
         atomic_io.write(path, b"two")
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
     assert path.read_bytes() == b"one"

@@ -331,8 +331,8 @@ class Bag:
         damage = self._opened.damage
         if damage:
             more = f" (and {len(damage) - 1} more)" if len(damage) > 1 else ""
-            place = f" at byte {damage[0].place:,}" if damage[0].size else ""
-            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{place}{more}"))
+            offset = f" at byte {damage[0].offset:,}" if damage[0].size else ""
+            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{offset}{more}"))
         return found
 
     def messages(self, topics: tuple[str, ...] | None = None) -> Iterator[Message]:

@@ -11,7 +11,7 @@ from andabata.records.containers.compression import ZSTD_MAGIC
 from andabata.records.containers.container import Container, Damage
 from andabata.records.containers.mcap_copy import copy_mcap
 from andabata.records.containers.mcap_file import McapFile
-from andabata.records.containers.opening import UnpackedFile, open_container
+from andabata.records.containers.opening import DecompressedFile, open_container
 from andabata.records.containers.ros2_folder import Ros2Folder
 from andabata.records.containers.ros2_metadata import METADATA, metadata_text
 from andabata.records.containers.rosbag1_copy import copy_bag
@@ -82,7 +82,7 @@ def _check_suffix(container: Container, target: Path) -> None:
     Raises:
         BagError: If it does not.
     """
-    file = container.container if isinstance(container, UnpackedFile) else container
+    file = container.container if isinstance(container, DecompressedFile) else container
     kinds = {Rosbag1File: ".bag", McapFile: ".mcap", SqliteFile: ".db3"}
     suffix = next(name for kind, name in kinds.items() if isinstance(file, kind))
     if target.suffix != suffix:
@@ -103,7 +103,7 @@ def _copy_file(container: Container, target: Path, damage: list[Damage]) -> int:
     Returns:
         Number of messages copied.
     """
-    if isinstance(container, UnpackedFile):
+    if isinstance(container, DecompressedFile):
         return _copy_file(container.container, target, damage)
     if isinstance(container, SqliteFile):
         # sqlite3 opens files by path only, and may write a journal beside them.
@@ -149,7 +149,12 @@ def _copy_folder(container: Ros2Folder, folder: Path, damage: list[Damage]) -> i
         if not compression and message.data.startswith(ZSTD_MAGIC):
             compression = "MESSAGE"
     text = metadata_text(
-        container.about, names, container.connections, container.counts, span or (0, 0), compression
+        container.metadata,
+        names,
+        container.connections,
+        container.counts,
+        span or (0, 0),
+        compression,
     )
     with atomic_io.open_file(folder / METADATA) as out:
         out.write(text.encode())
@@ -168,7 +173,8 @@ def _compress(source: Path, target: Path) -> None:
 def _damage_text(damage: list[Damage]) -> str:
     """Return a description of the damage, on one line."""
     parts = [
-        f"{each.reason} at byte {each.place:,}" if each.size else each.reason for each in damage[:3]
+        f"{each.reason} at byte {each.offset:,}" if each.size else each.reason
+        for each in damage[:3]
     ]
     if len(damage) > 3:
         parts.append(f"{len(damage) - 3} more")

@@ -175,7 +175,7 @@ def test_a_summary_that_tells_other_counts_is_said(tmp_path):
     path.write_bytes(data)
     with Bag(path) as bag:
         assert bag.topics["/notes"][1] == 10
-        assert "/notes: the index tells of 104 messages, the file holds 10" in bag.notes[0]
+        assert "/notes: the index counts 104 messages, the file holds 10" in bag.notes[0]
 
 
 def test_a_damaged_summary_costs_no_message(tmp_path):

@@ -78,7 +78,7 @@ def test_metadata_that_tells_other_counts_is_said(tmp_path):
         "  - {topic_metadata: {name: /notes}, message_count: 12}\n"
     )
     with Bag(folder) as bag:
-        assert "tells of 12 messages, the file holds 10" in bag.notes[0]
+        assert "counts 12 messages, the file holds 10" in bag.notes[0]
     (folder / "metadata.yaml").write_text("{rosbag2_bagfile")
     with Bag(folder) as bag:
         assert "damaged" in bag.notes[0]

@@ -1,4 +1,4 @@
-"""Our own recordings, copied as somebody else's robot would have made them."""
+"""Copies of our recordings, edited as another robot would have made them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

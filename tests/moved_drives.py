@@ -1,4 +1,4 @@
-"""A recorded drive moved to another place on Earth, as somebody else's robot, for tests."""
+"""Recorded drives moved to another place on Earth, as of another robot."""
 
 from collections.abc import Callable
 from contextlib import contextmanager

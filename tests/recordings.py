@@ -1,4 +1,4 @@
-"""Small recordings as other people's recorders make them, by our own code."""
+"""Small recordings as other recorders write them."""
 
 import sqlite3
 import struct
@@ -33,6 +33,7 @@ def note(ros, k):
 
 
 def stamp(k):
+    """Return the k-th stamp [ns]."""
     return 1_700_000_000_000_000_000 + k * 1_000_000_001
 
 

@@ -1,4 +1,4 @@
-"""A ROS 1 master on loopback, the reference tools, and our verbs, for tests and benchmarks."""
+"""ROS 1 master on loopback, the reference tools, and our commands, for tests and benchmarks."""
 
 import json
 import os

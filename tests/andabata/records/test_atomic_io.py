@@ -1,4 +1,4 @@
-"""Files are whole or not there."""
+"""Files and folders are whole or absent, and lines are on the disk."""
 
 import errno
 import os
@@ -9,6 +9,7 @@ from andabata.records import atomic_io
 
 
 def test_a_file_is_written_and_replaced(tmp_path):
+    """A second write replaces the file and leaves no temporary file."""
     path = tmp_path / "file.bin"
     atomic_io.write(path, b"one")
     atomic_io.write(path, b"two")
@@ -17,6 +18,7 @@ def test_a_file_is_written_and_replaced(tmp_path):
 
 
 def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    """A failed write keeps the old contents and leaves no temporary file."""
     path = tmp_path / "file.bin"
     atomic_io.write(path, b"one")
 
@@ -30,7 +32,8 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     assert [entry.name for entry in tmp_path.iterdir()] == ["file.bin"]
 
 
-def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, monkeypatch):
+def test_a_full_disk_is_reported_with_file_and_size(tmp_path, monkeypatch):
+    """The error of a full disk names the file and the bytes needed, and the old file stays."""
     path = tmp_path / "file.bin"
     atomic_io.write(path, b"one")
 
@@ -44,7 +47,8 @@ def test_a_full_disk_is_said_with_the_file_that_it_had_no_room_for(tmp_path, mon
     assert path.read_bytes() == b"one"
 
 
-def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
+def test_an_appended_line_is_synced_to_the_disk(tmp_path, monkeypatch):
+    """A line is appended whole, in UTF-8, before the one fsync."""
     path, synced = tmp_path / "lines.txt", []
     atomic_io.write(path, b"one\n")
     monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.read_bytes()))
@@ -52,12 +56,14 @@ def test_a_line_is_on_the_disk_when_it_counts(tmp_path, monkeypatch):
     assert synced == ["one\nzwölf\n".encode()]
 
 
-def test_a_line_goes_to_no_file_that_is_not_there(tmp_path):
+def test_a_line_is_not_appended_to_a_missing_file(tmp_path):
+    """Appending creates no file."""
     with pytest.raises(FileNotFoundError):
         atomic_io.append_line(tmp_path / "missing.txt", "one")
 
 
 def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
+    """A file has its name after the block, and the old contents after an interrupted one."""
     path = tmp_path / "file.bin"
     with atomic_io.open_file(path) as file:
         file.write(b"one two")
@@ -78,6 +84,7 @@ def test_a_file_takes_its_name_when_it_is_whole(tmp_path):
 
 
 def test_a_folder_takes_its_name_when_it_is_whole(tmp_path):
+    """A folder has its name after the block, and does not exist after an interrupted one."""
     path = tmp_path / "folder"
 
     def interrupted():

@@ -1,4 +1,4 @@
-"""What is exported is all that was recorded, and nothing is written by halves."""
+"""An export holds all that was recorded, and is written completely or not at all."""
 
 import base64
 import csv
@@ -36,11 +36,13 @@ def write(path, rows):
 
 
 def rows_of(path):
+    """Return the rows of a CSV file."""
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
 
 def transforms(*children):
+    """Return topic, type and message of transforms to some child frames."""
     kind = "tf2_msgs/msg/TFMessage"
     parts = []
     for k, child in enumerate(children):
@@ -51,6 +53,7 @@ def transforms(*children):
 
 
 def test_arrays_that_grow_keep_all_their_columns(tmp_path):
+    """A longer array adds columns; shorter ones leave them empty."""
     path = write(tmp_path / "x.bag", [transforms("a"), transforms("a", "b", "c"), transforms()])
     export_bag(path, tmp_path / "out")
     rows = rows_of(tmp_path / "out" / "tf.csv")
@@ -62,7 +65,8 @@ def test_arrays_that_grow_keep_all_their_columns(tmp_path):
     assert names.index("transforms.1.child_frame_id") > names.index("transforms.0.child_frame_id")
 
 
-def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
+def test_integers_and_special_floats_are_kept(tmp_path):
+    """64-bit integers, NaN and infinities are written exactly."""
     imu = BUILDER.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
     count = BUILDER.new("std_msgs/msg/UInt64", data=2**64 - 1)
     rows = [("/imu", "sensor_msgs/msg/Imu", imu), ("/count", "std_msgs/msg/UInt64", count)]
@@ -74,7 +78,8 @@ def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
     assert row == {"recorded_ns": str(stamp(1)), "data": str(2**64 - 1)}
 
 
-def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
+def test_strings_with_commas_quotes_and_lines_come_back(tmp_path):
+    """Strings survive the quoting of CSV."""
     text = 'a, "b"\nc\r\nß'
     kind = "std_msgs/msg/String"
     rows = [("/notes", kind, BUILDER.new(kind, data=text))]
@@ -83,7 +88,8 @@ def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
     assert row["data"] == text
 
 
-def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
+def test_images_long_arrays_and_long_lists_get_one_column_each(tmp_path):
+    """Long arrays are one column of base64 or JSON, and a note names it."""
     pixels = np.arange(LONGEST_BYTES + 1, dtype=np.uint8)
     image = BUILDER.new(
         "sensor_msgs/msg/Image",
@@ -121,6 +127,7 @@ def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
 
 
 def test_short_arrays_of_bytes_get_a_column_each(tmp_path):
+    """The longest short array of bytes still has a column per byte."""
     layout = BUILDER.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     kind = "std_msgs/msg/UInt8MultiArray"
     message = BUILDER.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
@@ -130,6 +137,7 @@ def test_short_arrays_of_bytes_get_a_column_each(tmp_path):
 
 
 def test_no_two_topics_share_a_file():
+    """File names are unique even without regard to case, and contain no path."""
     streams = [
         ("/a/b", "x"),
         ("/a_b", "x"),
@@ -145,6 +153,7 @@ def test_no_two_topics_share_a_file():
 
 
 def test_topics_whose_names_collide_are_both_written(tmp_path):
+    """Two topics with the same file name both get a file."""
     kind = "std_msgs/msg/String"
     rows = [(topic, kind, BUILDER.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
@@ -152,6 +161,7 @@ def test_topics_whose_names_collide_are_both_written(tmp_path):
 
 
 def test_two_types_of_one_topic_have_files_of_their_own(tmp_path):
+    """Each message type of a topic has its own file."""
     rows = [
         ("/x", "std_msgs/msg/String", BUILDER.new("std_msgs/msg/String", data="a")),
         ("/x", "std_msgs/msg/Int8", BUILDER.new("std_msgs/msg/Int8", data=3)),
@@ -199,6 +209,7 @@ def cloud(big=False, count=5, bad=False):
 
 @pytest.mark.parametrize("big", [False, True])
 def test_clouds_keep_every_field_of_every_point(tmp_path, big):
+    """A PLY file holds all fields of all points, from either byte order."""
     columns, message = cloud(big)
     (path,) = export_bag(
         write(tmp_path / "x.bag", [("/points", POINT_CLOUD, message)]), tmp_path / "out"
@@ -212,6 +223,7 @@ def test_clouds_keep_every_field_of_every_point(tmp_path, big):
 
 
 def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):
+    """An empty cloud gives a file; a damaged one is counted as left out."""
     rows = [
         ("/points", POINT_CLOUD, cloud(count=0)[1]),
         ("/points", POINT_CLOUD, cloud(bad=True)[1]),
@@ -238,7 +250,8 @@ def unreadable(path):
     return path
 
 
-def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path, capsys):
+def test_unreadable_messages_are_reported_and_the_rest_is_written(tmp_path, capsys):
+    """Exit code 3 and counts by topic report unreadable messages; readable ones are exported."""
     path = unreadable(tmp_path / "x.bag")
     words = ["bag", "export", str(path), "--out", str(tmp_path / "out")]
     assert main(words) == 3
@@ -255,6 +268,7 @@ def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path, capsys):
 
 
 def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
+    """An interrupted export changes nothing in the folder."""
     path = write_bag(tmp_path / "x.bag")
     out = tmp_path / "out"
     out.mkdir()
@@ -276,6 +290,7 @@ def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
 
 
 def test_clouds_are_counted_from_both_ends(tmp_path):
+    """Numbers from 0 and from -1 count readable clouds; others are an error."""
     rows = []
     for k in range(4):
         message = BUILDER.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))

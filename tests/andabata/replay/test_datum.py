@@ -1,4 +1,4 @@
-"""Recordings from anywhere on Earth: the datum, the field there, and fixes that lie."""
+"""Recordings from anywhere on Earth: datum, magnetic field, and wrong fixes."""
 
 import json
 from dataclasses import replace
@@ -70,6 +70,7 @@ def replay(capsys, monkeypatch):
 def test_a_drive_makes_the_same_ranges_wherever_on_earth(
     replay, recorded, plain_scans, tmp_path, name
 ):
+    """A drive that is moved to another place gives the same virtual scans."""
     there = PLACES[name]
     code, data, others = replay(moved(recorded, tmp_path / "moved.bag", there))
     assert code == 0
@@ -92,9 +93,11 @@ def edited_fixes(plain, path, edit):
     return copied(plain, path, change)
 
 
-def test_fixes_alone_moved_give_the_same_ranges_and_the_compass_is_said(
+def test_moved_fixes_alone_give_the_same_ranges_and_a_compass_remark(
     replay, plain, plain_scans, tmp_path
 ):
+    """With fixes of another place the scans stay, and the deviating field is reported."""
+
     def to_canada(_, fix):
         east = -80.54 + (fix.longitude + 4.478) * 1.105
         return replace(fix, latitude=fix.latitude + 6.755, longitude=east)
@@ -109,6 +112,7 @@ def test_fixes_alone_moved_give_the_same_ranges_and_the_compass_is_said(
 
 
 def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, plain):
+    """A given datum far from the fixes is an error that names both places."""
     code, error, _ = replay(plain, "--datum", "43.47,-80.54")
     assert code == 1
     assert "latitude 43.47000, longitude -80.54000 (given)" in error
@@ -132,6 +136,7 @@ def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, 
     ],
 )
 def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
+    """A given datum becomes the origin, by option or by settings."""
     code, data, scans = replay(plain, *words, "--set", "sensing.geo_reference.declination_deg=4")
     assert code == 0
     assert data["datum"]["source"] == "given"
@@ -142,7 +147,8 @@ def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
     assert differing(plain_scans, scans) == 0
 
 
-def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
+def test_an_incomplete_or_invalid_datum_is_a_usage_error(replay, plain):
+    """Half a datum and invalid texts are refused."""
     code, error, _ = replay(plain, "--set", "sensing.geo_reference.latitude_deg=36.71")
     assert code == 1
     assert "longitude_deg" in error
@@ -165,7 +171,8 @@ def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
         ({"position_covariance": 1e9 * np.eye(3).ravel()}, "a standard deviation beyond 1000 m"),
     ],
 )
-def test_bad_fixes_at_the_begin_are_no_datum_and_are_said(plain, tmp_path, change, reason):
+def test_bad_fixes_at_the_begin_are_no_datum_and_are_counted(plain, tmp_path, change, reason):
+    """Implausible first fixes are refused by reason, and a later one is the datum."""
     path = edited_fixes(
         plain, tmp_path / "x.bag", lambda k, fix: replace(fix, **change) if k < 3 else fix
     )
@@ -179,6 +186,8 @@ def test_bad_fixes_at_the_begin_are_no_datum_and_are_said(plain, tmp_path, chang
 
 
 def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
+    """Messages without a fix before the first good one are skipped silently."""
+
     def late(k, fix):
         return replace(fix, status=replace(fix.status, status=-1), latitude=0.0) if k < 3 else fix
 
@@ -188,7 +197,8 @@ def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
     assert not setup.refused
 
 
-def test_a_recording_of_bad_fixes_says_why_it_has_no_start(replay, plain, tmp_path):
+def test_a_recording_of_bad_fixes_alone_is_an_error_with_reasons(replay, plain, tmp_path):
+    """Without any good fix the error names why the fixes were refused."""
     nowhere = edited_fixes(
         plain, tmp_path / "x.bag", lambda _, fix: replace(fix, latitude=0.0, longitude=0.0)
     )
@@ -206,9 +216,10 @@ def test_a_recording_of_bad_fixes_says_why_it_has_no_start(replay, plain, tmp_pa
         {"position_covariance_type": 0},
     ],
 )
-def test_what_a_receiver_does_not_know_is_assumed_and_said(
+def test_unknown_altitude_and_variance_are_assumed_and_reported(
     replay, plain, plain_scans, tmp_path, change
 ):
+    """Fixes without altitude or variance are used, and each assumption is counted."""
     path = edited_fixes(plain, tmp_path / "x.bag", lambda _, fix: replace(fix, **change))
     code, data, scans = replay(path)
     assert code == 0
@@ -220,7 +231,8 @@ def test_what_a_receiver_does_not_know_is_assumed_and_said(
     assert differing(plain_scans, scans) == 0
 
 
-def test_later_nonsense_is_refused_by_reason(replay, plain, tmp_path):
+def test_later_bad_fixes_are_refused_by_reason(replay, plain, tmp_path):
+    """Bad fixes after the start are refused, counted, and give exit code 3."""
     path = edited_fixes(
         plain,
         tmp_path / "x.bag",
@@ -273,6 +285,7 @@ def test_a_pose_in_odom_is_no_start(plain, tmp_path):
 
 
 def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_path):
+    """The datum in a live navigator's diagnostics is the datum of its recording."""
     path, datum = tmp_path / "live.bag", Datum(PLACES["Hobart"], "the first good fix", "x", True)
     writer = open_writer(path)
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.3)
@@ -294,7 +307,8 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
     assert not setup.rough
 
 
-def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):
+def test_our_own_recording_keeps_the_datum_of_its_settings(replay, recorded):
+    """A recording of ours replays with the datum of its settings."""
     code, data, _ = replay(recorded)
     assert code == 0
     assert data["datum"] == {
@@ -308,4 +322,5 @@ def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):
 
 
 def place_of(datum):
+    """Return latitude and longitude of a datum [deg]."""
     return datum.reference.latitude_deg, datum.reference.longitude_deg

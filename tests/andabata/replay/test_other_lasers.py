@@ -1,4 +1,4 @@
-"""Recordings with 3D lasers: ours to the bit, and others' in whatever layout their drivers send."""
+"""Recordings with 3D lasers: ours bit by bit, others in their drivers' layouts."""
 
 import json
 from dataclasses import replace
@@ -35,13 +35,15 @@ def recorded(tmp_path_factory):
 
 
 def run(capsys, *words):
+    """Run a command; return the exit code and its JSON."""
     capsys.readouterr()
     code = main([*words, "--json", "--quiet"])
     out, err = capsys.readouterr()
     return (code, json.loads(out)) if out else (code, err)
 
 
-def test_a_recording_with_a_3d_laser_replays_to_the_bit(capsys, recorded):
+def test_a_recording_with_a_3d_laser_replays_exactly(capsys, recorded):
+    """A replay of a drive with a 3D laser reproduces all scans and commands."""
     code, info = run(capsys, "bag", "info", str(recorded))
     found = {row["topic"]: row for row in info["topics"]}
     assert found["/laser_cloud"]["rate_hz"] == pytest.approx(10.0, rel=0.02)
@@ -111,6 +113,7 @@ def foreign(recorded):
 
 
 def test_a_bag_of_another_robot_is_replayed(capsys, foreign):
+    """A bag with other topics, types and layouts gives the same scans."""
     code, data = run(capsys, "bag", "replay", str(foreign), "--controller", "reactive")
     assert code == 0
     assert data["laser"] == "/ouster/points"
@@ -160,6 +163,7 @@ def test_a_bag_of_a_husky_has_names_of_its_own(capsys, foreign):
 
 
 def joints(builder, wheels):
+    """Return wheel speeds as joint states."""
     names = [f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right")]
     return builder.new(
         "sensor_msgs/msg/JointState",
@@ -172,6 +176,7 @@ def joints(builder, wheels):
 
 
 def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
+    """A cloud in another driver's layout holds the same points and stamps."""
     with Bag(recorded) as ours, Bag(foreign) as theirs:
         first = next(ours.messages((topics.LASER_CLOUD.ros1,))).content
         second = next(theirs.messages((OUSTER.ros1,))).content
@@ -193,6 +198,7 @@ def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
     ],
 )
 def test_the_times_of_points_are_read_as_drivers_write_them(name, kind, values, expected):
+    """Every driver's unit and field of point times is read."""
     formats = {6: "<u4", 7: "<f4", 8: "<f8"}
     rows = np.zeros(2, dtype=[("xyz", "<f4", 3), ("own", formats[kind])])
     rows["xyz"], rows["own"] = 1.0, values
@@ -225,7 +231,8 @@ def moving_track():
     return track
 
 
-def test_points_land_where_their_beams_do():
+def test_points_and_beams_are_placed_alike():
+    """A cloud of sweeps is placed where its beams are."""
     config, rng = LidarConfig(span_deg=(-15, 15), beams=16, sweep_hz=1000.0, head_rate=60.0), 0
     stamps = np.arange(100, 300) / 1000
     sweeps = Sweeps(
@@ -270,12 +277,14 @@ def test_beams_of_a_mounted_head_leave_from_where_it_sits(frame):
 
 
 def still_track():
+    """Return the track of a robot at rest."""
     track = PoseTrack(1)
     track.append(0.0, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
     return track
 
 
-def test_frames_differ_as_their_mounting_says():
+def test_points_are_placed_by_their_frame():
+    """Each frame adds its own part of the mounting; others are an error."""
     track, stamps = moving_track(), np.full(1, 0.5)
     point = np.array([[2.0, 1.0, 0.5]], dtype=np.float32)
     pose = Pose(*np.split(track.at(stamps)[0], [3]))
@@ -295,11 +304,13 @@ def test_frames_differ_as_their_mounting_says():
 
 
 def frame(stamp, count=50):
+    """Return a cloud of random points with one stamp [s]."""
     points = np.random.default_rng(0).uniform(1, 5, (count, 3)).astype(np.float32)
     return PointCloud(points, "sensor", np.full(count, stamp))
 
 
-def test_frames_are_gathered_for_the_span():
+def test_frames_are_accumulated_over_the_span():
+    """A cloud consists of the frames of one span; without a span, of the last one."""
     track = moving_track()
     assembler = CloudAssembler(CloudAssemblyConfig(span=0.19, max_range=20), 0.7)
     assembler.add_frame(frame(0.1), track)
@@ -317,6 +328,7 @@ def test_frames_are_gathered_for_the_span():
 
 
 def test_a_frame_of_another_time_is_refused():
+    """Frames beyond the track's time are refused and counted."""
     track = moving_track()
     assembler = CloudAssembler(CloudAssemblyConfig(), 0.7)
     for stamp in (-5.0, 9.0, np.nan):
@@ -325,7 +337,8 @@ def test_a_frame_of_another_time_is_refused():
     assert assembler.refused == 3
 
 
-def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
+def test_a_sweep_waits_for_its_angle_and_keeps_its_order():
+    """Sweeps come out in order, each once its head angle is known."""
     builder, sensor_decoder = MessageBuilder(1), SensorDecoder(1_700_000_000 * 10**9)
     config = LidarConfig(beams=11)
     stamps = np.arange(4) / 40
@@ -345,7 +358,8 @@ def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
     assert sensor_decoder.readings(0.3).sweeps is None
 
 
-def test_a_message_that_cannot_be_is_counted():
+def test_an_inconsistent_message_is_counted():
+    """A cloud with a wrong size is refused and counted."""
     sensor_decoder = SensorDecoder(0, OUSTER)
     message = spelt_otherwise(MessageBuilder(1).frame(frame(0.1)))
     sensor_decoder.add(OUSTER, replace(message, width=1 << 20))

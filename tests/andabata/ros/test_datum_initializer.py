@@ -1,4 +1,4 @@
-"""A live navigator's datum, in a graph of simulated time that plays a recording."""
+"""A live navigator's datum, on a simulated graph that plays a recording."""
 
 import json
 from dataclasses import replace
@@ -92,6 +92,7 @@ def standing():
 
 @pytest.fixture(scope="module")
 def models():
+    """Shipped models."""
     return Models()
 
 
@@ -113,7 +114,8 @@ def fixed(messages, change):
     ]
 
 
-def test_the_first_fixes_are_the_datum_and_are_said_once(standing, models):
+def test_the_first_consistent_fix_is_the_datum_and_is_reported_once(standing, models):
+    """A bad first fix is skipped; the datum is reported once and published."""
     bad = fixed(
         standing,
         lambda k, fix: replace(fix, latitude=0.0, longitude=0.0) if k == 0 else fix,
@@ -129,7 +131,8 @@ def test_the_first_fixes_are_the_datum_and_are_said_once(standing, models):
     assert data["health"] == "ok"
 
 
-def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
+def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models):
+    """With a given start the datum is laid such that the fixes fall on it."""
     start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
     messages = [(EPOCH + 1, topics.INITIAL_POSE, start), *standing]
     _, node, _ = navigate(messages, models)
@@ -145,7 +148,8 @@ def test_a_told_start_keeps_its_place_once_the_fixes_fit(standing, models):
     assert data["counts"]["compass"][0] > 200
 
 
-def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
+def test_without_any_fix_the_compass_keeps_the_given_heading(standing, models):
+    """Without fixes for long the compass is referred to the given heading."""
     start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
     readings = [entry for entry in standing if entry[1] is not topics.FIX]
     _, node, said = navigate(
@@ -159,12 +163,14 @@ def test_without_any_fix_the_compass_keeps_the_told_heading(standing, models):
 
 
 def test_a_given_datum_far_away_is_refused(standing, models):
+    """A given datum far from the fixes raises a DatumError."""
     _, node, _ = navigate(standing, models, {"latitude_deg": 36.7, "longitude_deg": -4.4})
     with pytest.raises(DatumError, match="km away; give --datum"):
         node.run(seconds=4.0)
 
 
-def test_a_navigator_that_waits_says_for_what(standing, models):
+def test_a_waiting_navigator_reports_what_it_lacks(standing, models):
+    """The status names the missing fixes and why others were refused."""
     nowhere = fixed(standing, lambda _, fix: replace(fix, latitude=0.0, longitude=0.0))
     _, node, said = navigate(nowhere, models)
     with pytest.raises(RosError, match="end of the graph"):
@@ -174,6 +180,7 @@ def test_a_navigator_that_waits_says_for_what(standing, models):
 
 
 def test_fixes_without_altitude_start_a_navigator(standing, models):
+    """A start needs no altitude, and the assumption is remarked."""
     flat = fixed(standing, lambda _, fix: replace(fix, altitude=float("nan")))
     _, node, _ = navigate(flat, models)
     data = node.run(seconds=4.0)
@@ -183,4 +190,5 @@ def test_fixes_without_altitude_start_a_navigator(standing, models):
 
 
 def pose_at(x, y):
+    """Return a pose at x, y [m]."""
     return Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, 0.3)

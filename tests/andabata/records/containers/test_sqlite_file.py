@@ -11,12 +11,14 @@ EVERY = [f"note {k}" for k in range(10)]
 
 
 def notes_of(path, damaged=False):
+    """Return the texts of all messages of a recording."""
     with Bag(path, damaged) as bag:
         return [message.content.data for message in bag.messages()]
 
 
 @pytest.mark.parametrize("definitions", [False, True])
 def test_a_bare_file_is_read(tmp_path, definitions):
+    """A file without its folder is read, with or without definitions."""
     path = write_db3(tmp_path / "x.db3", definitions=definitions)
     with Bag(path) as bag:
         assert bag.topics == {"/notes": ("std_msgs/msg/String", 10)}
@@ -26,7 +28,8 @@ def test_a_bare_file_is_read(tmp_path, definitions):
     ]
 
 
-def test_a_type_that_no_distribution_has_costs_its_topic_alone(tmp_path):
+def test_an_unknown_type_makes_its_topic_unreadable_alone(tmp_path):
+    """A type without a definition makes its topic unreadable and no other."""
     path = write_db3(tmp_path / "x.db3")
     base = sqlite3.connect(path)
     base.execute("INSERT INTO topics VALUES(2, '/odd', 'my_msgs/msg/Odd', 'cdr', '')")
@@ -39,7 +42,8 @@ def test_a_type_that_no_distribution_has_costs_its_topic_alone(tmp_path):
         assert len(list(bag.messages())) == 10
 
 
-def test_what_a_killed_recorder_left_in_its_journal_is_read(tmp_path):
+def test_the_journal_of_a_killed_recorder_is_read(tmp_path):
+    """Rows in the write-ahead log are read."""
     path = write_db3(tmp_path / "x.db3", 5)
     base = sqlite3.connect(path)
     base.execute("PRAGMA journal_mode=WAL")
@@ -52,6 +56,7 @@ def test_what_a_killed_recorder_left_in_its_journal_is_read(tmp_path):
 
 
 def test_messages_in_damaged_pages_are_left_out(tmp_path):
+    """Messages around a damaged page are read; without `damaged` it is an error."""
     path = write_db3(tmp_path / "x.db3", 2000)
     data = bytearray(path.read_bytes())
     middle = len(data) // 3 // 4096 * 4096
@@ -64,7 +69,8 @@ def test_messages_in_damaged_pages_are_left_out(tmp_path):
     assert (found[0], found[-1]) == ("note 0", "note 1999")
 
 
-def test_a_database_of_something_else_is_said(tmp_path):
+def test_a_database_of_something_else_is_an_error(tmp_path):
+    """A database without the tables of a recording is an error that names its tables."""
     path = tmp_path / "x.db3"
     base = sqlite3.connect(path)
     base.execute("CREATE TABLE bookmarks(name TEXT)")

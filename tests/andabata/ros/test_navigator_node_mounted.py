@@ -1,4 +1,4 @@
-"""A live robot's senses are turned by the graph's transforms, on a graph that plays a recording."""
+"""A live robot's readings are turned by the graph's transforms, on a simulated graph."""
 
 from types import SimpleNamespace
 
@@ -115,10 +115,12 @@ def run(path, seconds=3.0):
 
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch):
+    """Do not wait for the last messages to leave."""
     monkeypatch.setattr("andabata.ros.navigator_node._FLUSH_TIME", 0.0)
 
 
 def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):
+    """Static transforms of two messages give both mountings."""
     found, said, _ = run(copy_bag(recorded, tmp_path / "x.bag", edit, STATIC))
     assert found["scans"] > 20
     assert found["refused"] == 0
@@ -130,13 +132,15 @@ def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):
 
 
 def test_transforms_that_come_late_are_waited_for(recorded, tmp_path):
+    """Transforms within the timeout are used, without a status line."""
     late = copy_bag(recorded, tmp_path / "x.bag", edit, STATIC, static_after=1.5)
     found, said, _ = run(late)
     assert found["frames"]["imu"]["source"] == "tf_static"
     assert said == []
 
 
-def test_transforms_that_never_come_are_said_and_gravity_holds_the_robot(recorded, tmp_path):
+def test_missing_transforms_are_reported_and_gravity_stops_the_robot(recorded, tmp_path):
+    """A missing transform is reported, and wrong gravity ends the run before any motion."""
     error, said, graph = run(copy_bag(recorded, tmp_path / "x.bag", edit))
     assert "gravity points down in the IMU's frame" in str(error)
     assert "imu: nothing tells where frame imu_link is" in " ".join(said)
@@ -146,7 +150,8 @@ def test_transforms_that_never_come_are_said_and_gravity_holds_the_robot(recorde
     assert not moving  # It was never told to go.
 
 
-def test_our_own_frames_are_waited_for_by_nobody(recorded, tmp_path):
+def test_our_own_frames_need_no_transforms(recorded, tmp_path):
+    """A robot with our frames starts without waiting for transforms."""
     found, said, graph = run(copy_bag(recorded, tmp_path / "x.bag"), 2.0)
     assert found["frames"]["laser"]["source"] == "assumed"
     assert said == []

@@ -25,12 +25,14 @@ QUICK = ["--set", "plant=kinematic"]
 
 @pytest.fixture
 def graph(tmp_path):
+    """Running master."""
     with running(tmp_path) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory):
+    """Short recorded drive."""
     path = tmp_path_factory.mktemp("live") / "drive.bag"
     words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
     options = ["--out", str(path.parent / "out"), "--time-limit", "14", "--record", str(path)]
@@ -40,6 +42,7 @@ def bag(tmp_path_factory):
 
 @needs_ros
 def test_a_simulated_robot_is_driven_through_the_graph(graph):
+    """Robot and navigator drive through a master at the paper's rates."""
     graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
     graph.wait_for("/initialpose", "Publishers:")
     recorded = graph.folder / "live.bag"
@@ -68,6 +71,7 @@ def test_a_simulated_robot_is_driven_through_the_graph(graph):
 
 @needs_ros
 def test_a_played_bag_gives_the_recorded_scans_again(graph, bag):
+    """A navigator fed by `rosbag play` makes the recorded virtual scans."""
     graph.tool("rosparam", "set", "/use_sim_time", "true")
     node = graph.andabata("navigator", "--controller", "reactive")
     graph.wait_for("/imu", "Subscribers:")
@@ -100,6 +104,7 @@ def virtual_scans(path):
 
 
 def nearest(scans, stamp):
+    """Return the stamp of the nearest scan [s]."""
     return min(scans, key=lambda other: abs(other - stamp))
 
 
@@ -111,7 +116,8 @@ def agreement(ranges, others):
 
 
 @needs_ros
-def test_a_robot_that_falls_silent_is_held_and_said(graph):
+def test_a_robot_without_readings_is_stopped_and_reported(graph):
+    """Without inertial readings the robot is stopped, and the diagnostics report it, in time."""
     robot = graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
     graph.wait_for("/initialpose", "Publishers:")
     recorded = graph.folder / "live.bag"
@@ -143,6 +149,7 @@ def test_a_robot_that_falls_silent_is_held_and_said(graph):
 
 @needs_ros
 def test_a_navigator_that_is_stopped_stops_the_robot(graph):
+    """The last command of an interrupted navigator is a standstill."""
     graph.andabata("robot", "--world", "natural-test", "--seconds", "60", *QUICK)
     graph.wait_for("/initialpose", "Publishers:")
     node = graph.andabata("navigator", "--controller", "straight")
@@ -160,7 +167,8 @@ def test_a_navigator_that_is_stopped_stops_the_robot(graph):
 
 
 @needs_ros
-def test_senses_of_another_clock_are_refused(graph, bag):
+def test_readings_of_another_clock_are_refused(graph, bag):
+    """Stamps of another clock are an error that names use_sim_time."""
     node = graph.andabata("navigator")
     graph.wait_for("/imu", "Subscribers:")
     graph.start("rosbag", "play", "--quiet", bag, "--topics", *SENSES)
@@ -172,6 +180,7 @@ def test_senses_of_another_clock_are_refused(graph, bag):
 
 @needs_ros
 def test_the_reference_tools_read_our_bags(bag, tmp_path):
+    """rosbag reads our bags, and the types' checksums are ROS's."""
     graph = Graph(tmp_path)
     info = graph.tool("rosbag", "info", "-y", bag)
     assert all(f"topic: {topic.ros1}\n" in info for topic in TOPICS)
@@ -186,20 +195,23 @@ def test_the_reference_tools_read_our_bags(bag, tmp_path):
 
 
 @needs_ros
-def test_without_a_master_it_says_so(tmp_path):
+def test_a_missing_master_is_reported(tmp_path):
+    """Without a master the error names roscore."""
     graph = Graph(tmp_path)
     node = graph.andabata("navigator")
     assert node.wait(60) == 1
     assert "roscore" in node.output.with_suffix(".err").read_text()
 
 
-def test_without_ros_it_says_what_to_install(monkeypatch, capsys):
+def test_missing_ros_packages_are_reported(monkeypatch, capsys):
+    """Without rospy the error names the package."""
     monkeypatch.setitem(sys.modules, "rospy", None)
     assert main(["ros", "navigator"]) == 1
     assert "python3-rospy" in capsys.readouterr().err
 
 
-def test_wrong_places_are_a_usage_error(capsys):
+def test_invalid_positions_are_a_usage_error(capsys):
+    """Wrong starts, goals and controllers are usage errors."""
     assert main(["ros", "navigator", "--start", "1,2"]) == 2
     assert main(["ros", "navigator", "--goal", "1,nan"]) == 2
     assert main(["ros", "navigator", "--controller", "oracle"]) == 2
@@ -207,6 +219,7 @@ def test_wrong_places_are_a_usage_error(capsys):
 
 
 def test_mcap_files_are_read_by_the_reference_reader(tmp_path):
+    """The mcap package reads our files with their checksums."""
     from mcap.reader import make_reader
 
     path = tmp_path / "x.mcap"

@@ -17,7 +17,7 @@ from andabata.records.topics import RosMessage
 KEPT = {
     t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX, topics.LASER_CLOUD)
 }
-"""Sensors of a robot that knows nothing of ours: no commands, no start, no settings."""
+"""Topics of another robot's sensors: no commands, no start, no settings."""
 
 Placed = tuple[str, str, Sequence[float], Sequence[float]]
 """Parent, child, x, y, z [m], roll, pitch, yaw [deg]."""
@@ -67,15 +67,16 @@ def copy_bag(
     moving: Callable[[int], Sequence[RosMessage]] | None = None,
     static_after: float = 0.0,
 ) -> Path:
-    """Copy the senses of a recording, each message edited, with transforms.
+    """Copy the sensors' messages of a recording, edited, with transforms.
 
     Args:
         source: Our recording.
         target: New ROS 1 bag.
-        edit: Given topic and message, returns the message to write.
-        static: For /tf_static, each by a message of its own.
-        moving: Given a stamp [ns], returns transforms for /tf then; asked with each inertial row.
-        static_after: How long after the begin the static ones come [s].
+        edit: Function of topic and message that returns the message to write.
+        static: Transforms for /tf_static, each in a message of its own.
+        moving: Function of a stamp [ns] that returns transforms for /tf; called for each inertial
+            message.
+        static_after: Time from the begin to the static transforms [s].
     """
     target.unlink(missing_ok=True)
     writer, builder, sent = open_writer(target), MessageBuilder(1), False
@@ -108,9 +109,9 @@ def moved_cloud(
     """Return one of our laser's clouds with other points.
 
     Args:
-        message: With fields x, y, z and t.
-        move: Given points, shape (n, 3), and their stamps [ns], returns points.
-        frame: The new frame.
+        message: Cloud with the fields x, y, z and t.
+        move: Function of points, shape (n, 3), and their stamps [ns] that returns points.
+        frame: Name of the new frame.
     """
     rows = message.data.view([("xyz", "<f4", 3), ("t", "<u4")]).copy()
     stamp = message.header.stamp

@@ -1,7 +1,7 @@
-"""Recordings of a robot that never was: a winding drive between walls, told by formulas.
+"""Recordings computed from formulas: a winding drive between walls.
 
-Messages are made in order, may be edited one by one, and are written as a ROS 1 bag. What another
-robot would have recorded differs from them in just what a test changes.
+Messages are made in order, may be edited one by one, and are written as a ROS 1 bag. So another
+robot's recording differs from them only in what a test changes.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ NAMES = {
 
 @dataclass
 class Row:
-    """A message on its way into a bag: its topic, its type, and when it is recorded [ns]."""
+    """Message for a bag: topic, type, time of recording [ns], content."""
 
     topic: str
     kind: str

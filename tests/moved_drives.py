@@ -16,9 +16,9 @@ from andabata.records.messages import header_ns, pose_of
 from andabata.replay.result import Comparison
 
 YEAR = 2023.87
-"""When our recordings say that they were made."""
+"""Year of our recordings' stamps."""
 
-SENSES = {
+SENSORS = {
     t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX, topics.LASER_CLOUD)
 }
 
@@ -37,11 +37,17 @@ def place(latitude, longitude, altitude):
 
 
 def copied(source: Path, target: Path, edit: Callable = lambda topic, message: message) -> Path:
-    """Copy the senses of a recording as somebody else's; ``edit`` returns None to leave one out."""
+    """Copy the sensors' messages of a recording.
+
+    Args:
+        source: Our recording.
+        target: New ROS 1 bag.
+        edit: Function of topic and message that returns the message to write, None for none.
+    """
     writer = open_writer(target)
     with Bag(source) as bag:
-        for message in bag.messages(tuple(SENSES)):
-            topic = SENSES[message.topic]
+        for message in bag.messages(tuple(SENSORS)):
+            topic = SENSORS[message.topic]
             content = edit(topic, message.content)
             if content is not None:
                 writer.write(topic, message.stamp_ns, content)
@@ -50,7 +56,7 @@ def copied(source: Path, target: Path, edit: Callable = lambda topic, message: m
 
 
 def moved(source: Path, target: Path, there: GeoReference) -> Path:
-    """Copy a drive to another place: its fixes, and the field that its compass meets there."""
+    """Copy a drive to another place: its fixes, and the magnetic field there."""
     here = GeoReference()
     with Bag(source) as bag:
         truths = [m.content for m in bag.messages((topics.GROUND_TRUTH.ros1,))]

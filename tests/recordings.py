@@ -38,7 +38,7 @@ def stamp(k):
 
 
 def write_bag(path, count=10, publishers=2, compression=None, chunk=1 << 20):
-    """Two latched publishers on one topic, as of /tf_static in nearly every bag."""
+    """Write a bag with two latched publishers of one topic, as /tf_static mostly has."""
     writer = BagWriter(path)
     if compression:
         writer.set_compression(getattr(BagWriter.CompressionFormat, compression.upper()))
@@ -56,7 +56,7 @@ def write_bag(path, count=10, publishers=2, compression=None, chunk=1 << 20):
 
 
 def write_mcap(path, count=10, compression="zstd", chunk=1 << 20, finish=True, ros=2, **options):
-    """Two channels of one topic, an attachment and a metadata record."""
+    """Write two channels of one topic, an attachment and a metadata record."""
     with path.open("wb") as file:
         packed = NAME_OF[compression]
         writer = McapWriter(file, chunk_size=chunk, compression=packed, **options)
@@ -78,33 +78,33 @@ def write_mcap(path, count=10, compression="zstd", chunk=1 << 20, finish=True, r
 
 
 def write_db3(path, count=10, definitions=False, data=lambda k: note(2, k), first=0):
-    """A sqlite3 file with the tables of ROS 2 Foxy to Humble, or with definitions as of Iron."""
-    base = sqlite3.connect(path)
-    base.execute(
+    """Write a sqlite3 file with the tables of Foxy to Humble, or with definitions as of Iron."""
+    database = sqlite3.connect(path)
+    database.execute(
         "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
         "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)"
     )
-    base.execute(
+    database.execute(
         "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, "
         "timestamp INTEGER NOT NULL, data BLOB NOT NULL)"
     )
-    base.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
-    base.execute("INSERT INTO topics VALUES(1, '/notes', ?, 'cdr', ?)", (STRING, QOS))
+    database.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+    database.execute("INSERT INTO topics VALUES(1, '/notes', ?, 'cdr', ?)", (STRING, QOS))
     if definitions:
-        base.execute(
+        database.execute(
             "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, "
             "encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL, "
             "type_description_hash TEXT NOT NULL)"
         )
-        base.execute(
+        database.execute(
             "INSERT INTO message_definitions VALUES(1, ?, 'ros2msg', 'string data', '')", (STRING,)
         )
     for k in range(first, first + count):
-        base.execute(
+        database.execute(
             "INSERT INTO messages(topic_id, timestamp, data) VALUES(1, ?, ?)", (stamp(k), data(k))
         )
-    base.commit()
-    base.close()
+    database.commit()
+    database.close()
     return path
 
 

@@ -16,12 +16,12 @@ _TOOLS = ("rosmaster", "rosbag", "rostopic", "rosparam")
 
 
 def has_tools() -> bool:
-    """Return whether ROS 1's tools are installed where Debian puts them."""
+    """Return True if ROS 1's tools are installed as Debian does."""
     return all(shutil.which(tool, path="/usr/bin") for tool in _TOOLS)
 
 
-def heed_interrupts() -> None:
-    """Let Ctrl-C reach a process even where a shell has started us deaf to it."""
+def restore_interrupts() -> None:
+    """Restore the default of SIGINT, which a shell ignores in background processes."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -52,14 +52,14 @@ class Graph:
                 stdout=out,
                 stderr=err,
                 start_new_session=True,
-                preexec_fn=heed_interrupts,
+                preexec_fn=restore_interrupts,
             )
         process.output = name.with_suffix(".out")
         self.processes.append(process)
         return process
 
     def andabata(self, *words: object) -> "subprocess.Popen[bytes]":
-        """Start one of our verbs."""
+        """Start one of our commands."""
         return self.start(sys.executable, "-m", "andabata", "ros", *words, "--json", "--quiet")
 
     def tool(self, *words: object, seconds: float = 60.0) -> str:
@@ -103,7 +103,7 @@ def stopped(recorder: "subprocess.Popen[bytes]", path: Path) -> Path:
 
 
 def result(process: "subprocess.Popen[bytes]", seconds: float) -> dict[str, object]:
-    """Return what one of our verbs prints at its end."""
+    """Return the JSON that one of our commands prints at its end."""
     assert process.wait(seconds) == 0, process.output.with_suffix(".err").read_text()
     return json.loads(process.output.read_text())
 

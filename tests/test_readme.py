@@ -32,7 +32,7 @@ from tests.documents import (
     spans,
     verbs,
 )
-from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
+from tests.ros_graph import Graph, has_tools, restore_interrupts, stop
 from traversability.cartesian.classifier import SquareConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
@@ -175,7 +175,7 @@ class Sheet:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            preexec_fn=heed_interrupts,
+            preexec_fn=restore_interrupts,
         )
 
     def run(self, line: str) -> None:

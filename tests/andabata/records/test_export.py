@@ -262,7 +262,7 @@ def test_unreadable_messages_are_reported_and_the_rest_is_written(tmp_path, caps
     data = json.loads(capsys.readouterr().out)
     assert {row["topic"]: row["messages"] for row in data["left_out"]} == {"/bad": 4, "/good": 1}
     assert len(rows_of(tmp_path / "out" / "good.csv")) == 3
-    # What nobody asked for is not missed.
+    # Unreadable topics that were not chosen are not reported.
     assert main([*words, "--topic", "/bad"]) == 3
     assert main(["bag", "export", str(write_bag(tmp_path / "y.bag")), "--out", str(tmp_path)]) == 0
 

@@ -176,7 +176,7 @@ def test_behind_a_damaged_chunk_of_mcap_everything_is_kept(tmp_path, compression
     assert found.lost
     assert found.lost_messages == 400 - found.messages
     assert 250 < found.messages < 400
-    # The channels' own records were in the damaged chunk; the summary tells them.
+    # The channels' own records were in the damaged chunk; the summary has copies.
     kept = by_mcap(tmp_path / "kept.mcap")
     assert kept[1].message_count == len(kept[2]) == found.messages
     assert kept[2] == whole[2][-found.messages :]

@@ -66,9 +66,9 @@ def test_damage_is_reported_with_the_next_step(tmp_path, capsys):
     data[begin:end] = b"\xff" * (end - begin)
     path.write_bytes(data)
     assert main(["bag", "info", str(path)]) == 3
-    told = capsys.readouterr()
+    shown = capsys.readouterr()
     found = summarise(path)
     lost = found.left_out[0].messages
     assert lost == 10 - found.topics[0].messages > 0
-    assert f"damage: {lost} messages left out" in told.out
-    assert "bag salvage x.bag --out NEW" in told.err
+    assert f"damage: {lost} messages left out" in shown.out
+    assert "bag salvage x.bag --out NEW" in shown.err

@@ -15,7 +15,7 @@ from andabata.records.bag_reader import read_setup
 from andabata.records.bags import Bag, open_writer
 from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM
-from tests.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
+from tests.moved_drives import SENSORS, YEAR, copied, differing, moved, place, watched
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
 REPLAY = ["bag", "replay", "--controller", "reactive"]
@@ -40,7 +40,7 @@ def recorded(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def plain(recorded):
-    """Its senses, as somebody else's robot would have recorded them."""
+    """Its sensors' messages alone, as another robot would have recorded them."""
     return copied(recorded, recorded.with_name("plain.bag"))
 
 
@@ -179,7 +179,7 @@ def test_bad_fixes_at_the_begin_are_no_datum_and_are_counted(plain, tmp_path, ch
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     assert GeoReference().distance(*place_of(setup.datum)) < 30
-    # The second of them says itself that it is none.
+    # The second of them has the status of a missing fix.
     assert [n for text, n in setup.refused.items() if reason in text] == [2]
     assert np.hypot(*setup.start.position[:2]) < 5
     assert setup.rough
@@ -244,17 +244,17 @@ def test_later_bad_fixes_are_refused_by_reason(replay, plain, tmp_path):
     assert data["counts"]["gnss"][2] == 2
 
 
-def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_path):
-    """Somebody's /initialpose at (100, -50): the datum is laid so that the first fix is there."""
-    path = tmp_path / "told.bag"
+def test_a_given_start_keeps_its_position_in_the_map(plain, recorded, tmp_path):
+    """With an /initialpose at (100, -50) the datum is laid such that the first fix is there."""
+    path = tmp_path / "given.bag"
     writer, builder = open_writer(path), MessageBuilder(1)
     pose = Pose.from_euler(np.array([100.0, -50.0, 2.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         begin = next(bag.messages((topics.IMU.ros1,))).stamp_ns
-        told = replace(builder, epoch_ns=begin).initial(0.0, pose)
-        writer.write(topics.INITIAL_POSE, begin, told)
+        initial = replace(builder, epoch_ns=begin).initial(0.0, pose)
+        writer.write(topics.INITIAL_POSE, begin, initial)
         for message in bag.messages():
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
@@ -266,19 +266,19 @@ def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_pa
 
 
 def test_a_pose_in_odom_is_no_start(plain, tmp_path):
-    """robot_localization's /odometry/filtered stands in odom, which lies anywhere."""
+    """An /odometry/filtered in ``odom``, as robot_localization's, gives no start."""
     path = tmp_path / "odom.bag"
     writer = open_writer(path)
     pose = Pose.from_euler(np.array([5e5, 4e6, 0.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         for k, message in enumerate(bag.messages()):
             if k % 200 == 0:
-                told = replace(MessageBuilder(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
-                header = replace(told.header, frame_id="odom")
+                odometry = replace(MessageBuilder(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
+                header = replace(odometry.header, frame_id="odom")
                 writer.write(
-                    topics.FILTERED_ODOMETRY, message.stamp_ns, replace(told, header=header)
+                    topics.FILTERED_ODOMETRY, message.stamp_ns, replace(odometry, header=header)
                 )
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag, Bag(plain) as other:
         assert read_setup(bag, {}, {}).datum == read_setup(other, {}, {}).datum
@@ -294,12 +294,12 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
             if k % 200 == 0:
                 builder = replace(MessageBuilder(1), epoch_ns=message.stamp_ns)
                 values = {DATUM: json.dumps(datum.as_dict())} if k else {}
-                said = builder.diagnostics(0.0, 0, "ok", values)
-                writer.write(topics.DIAGNOSTICS, message.stamp_ns, said)
+                diagnostics = builder.diagnostics(0.0, 0, "ok", values)
+                writer.write(topics.DIAGNOSTICS, message.stamp_ns, diagnostics)
                 writer.write(
                     topics.FILTERED_ODOMETRY, message.stamp_ns, builder.odometry(0.0, pose)
                 )
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})

@@ -252,8 +252,8 @@ def test_without_a_scan_the_exit_code_is_1(replay):
     assert code == 1
     assert data["scans"] == 0
     assert data["refused"] > 30
-    said = " ".join(data["remark_texts"])
-    assert "fixed to the world" in said
+    texts = " ".join(data["remark_texts"])
+    assert "fixed to the world" in texts
 
 
 def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):

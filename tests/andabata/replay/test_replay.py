@@ -35,7 +35,7 @@ def replay_json(capsys, path, *words):
 
 
 def outcome(data):
-    """Return what a replay makes, without what is said of it."""
+    """Return what a replay makes, without its remarks."""
     return {
         k: data[k] for k in ("periods", "scans", "health", "counts", "unknown_share", "refused")
     }
@@ -73,8 +73,8 @@ def test_other_units_and_clocks_give_the_same_result(capsys, rows, tmp_path):
     code, data, _ = replay_json(capsys, write(tmp_path / "units.bag", map(scaled, rows)))
     assert code == 0
     assert outcome(data) == outcome(plain)
-    said = " ".join(data["remark_texts"])
-    assert all(f"taken as {unit}" in said for unit in ("g", "deg/s", "G", "m/s"))
+    texts = " ".join(data["remark_texts"])
+    assert all(f"taken as {unit}" in texts for unit in ("g", "deg/s", "G", "m/s"))
 
     simulated = [restamped(row, stamp_of(row) - EPOCH + 50 * NS) for row in rows]
     code, data, _ = replay_json(capsys, write(tmp_path / "sim.bag", simulated))
@@ -196,9 +196,9 @@ def test_of_two_names_one_is_read_and_another_type_under_a_spare_name_is_left_ou
     more += [replace(row, topic="/odometry/filtered") for row in rows if row.topic == "/imu"]
     code, data, _ = replay_json(capsys, write(tmp_path / "two.bag", [*rows, *more]))
     assert code == 0
-    said = " ".join(data["remark_texts"])
-    assert "/imu/data: /imu is read instead" in said
-    assert "/odometry/filtered: expected nav_msgs/msg/Odometry" in said
+    texts = " ".join(data["remark_texts"])
+    assert "/imu/data: /imu is read instead" in texts
+    assert "/odometry/filtered: expected nav_msgs/msg/Odometry" in texts
     assert data["counts"]["imu"][0] < 800
 
 

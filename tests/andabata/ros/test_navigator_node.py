@@ -19,7 +19,7 @@ needs_ros = pytest.mark.skipif(
     not has_tools(),
     reason=f"ROS 1's tools are not installed (on Debian: apt-get install {PACKAGES})",
 )
-SENSES = ("/2D_scan", "/head_angle", "/encoder_data", "/imu", "/mag_orientation", "/fix")
+SENSORS = ("/2D_scan", "/head_angle", "/encoder_data", "/imu", "/mag_orientation", "/fix")
 QUICK = ["--set", "plant=kinematic"]
 
 
@@ -79,7 +79,7 @@ def test_a_played_bag_gives_the_recorded_scans_again(graph, bag):
     graph.start("rosbag", "record", "-O", live, "/2D_virtual_scan", "/cmd_vel")
     recorder = graph.processes[-1]
     graph.wait_for("/cmd_vel", "Subscribers:")
-    topics = (*SENSES, "/goal", "/initialpose")
+    topics = (*SENSORS, "/goal", "/initialpose")
     play = graph.start(
         "rosbag", "play", "--quiet", "--clock", "--delay=2", bag, "--topics", *topics
     )
@@ -130,7 +130,7 @@ def test_a_robot_without_readings_is_stopped_and_reported(graph):
     robot.kill()
     result(node, 60)
     stopped(recorder, recorded)
-    last, held, said = 0.0, None, None
+    last, stopped_at, reported = 0.0, None, None
     with Bag(recorded) as live:
         for message in live.messages():
             stamp = message.stamp_ns / 1e9
@@ -138,13 +138,13 @@ def test_a_robot_without_readings_is_stopped_and_reported(graph):
                 last = stamp
             elif message.topic == "/wheel_speed_cmd":
                 moving = message.content.left != 0 or message.content.right != 0
-                held = None if moving else held or stamp
+                stopped_at = None if moving else stopped_at or stamp
             elif "imu: silent" in message.content.status[0].message:
-                said = said or stamp
-    assert held is not None
-    assert held - last < 0.2 + 0.2 + 0.15
-    assert said is not None
-    assert said - last < 0.5
+                reported = reported or stamp
+    assert stopped_at is not None
+    assert stopped_at - last < 0.2 + 0.2 + 0.15
+    assert reported is not None
+    assert reported - last < 0.5
 
 
 @needs_ros
@@ -171,7 +171,7 @@ def test_readings_of_another_clock_are_refused(graph, bag):
     """Stamps of another clock are an error that names use_sim_time."""
     node = graph.andabata("navigator")
     graph.wait_for("/imu", "Subscribers:")
-    graph.start("rosbag", "play", "--quiet", bag, "--topics", *SENSES)
+    graph.start("rosbag", "play", "--quiet", bag, "--topics", *SENSORS)
     assert node.wait(30) == 1
     error = node.output.with_suffix(".err").read_text()
     assert "use_sim_time" in error
@@ -186,10 +186,10 @@ def test_the_reference_tools_read_our_bags(bag, tmp_path):
     assert all(f"topic: {topic.ros1}\n" in info for topic in TOPICS)
     checked = graph.start("rosbag", "check", bag)
     checked.wait(60)
-    said = checked.output.read_text() + checked.output.with_suffix(".err").read_text()
+    output = checked.output.read_text() + checked.output.with_suffix(".err").read_text()
     # It compares definitions with their comments, which rosbags leaves out: every standard type is
     # listed, and none has another checksum. Our own types are nowhere but in the bag.
-    pairs = re.findall(r"From: (\S+) \[(\w+)\]\s+To: +(\S+)(?: \[(\w+)\])?", said)
+    pairs = re.findall(r"From: (\S+) \[(\w+)\]\s+To: +(\S+)(?: \[(\w+)\])?", output)
     assert len(pairs) > 5
     assert [p for p in pairs if p[1] != p[3] and not p[0].startswith("andabata_msgs/")] == []
 

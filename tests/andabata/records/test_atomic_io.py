@@ -102,3 +102,45 @@ def test_a_folder_takes_its_name_when_it_is_whole(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(FileNotFoundError), atomic_io.create_folder(tmp_path / "no" / "folder"):
         pass
+
+
+def test_a_file_is_on_the_disk_before_it_takes_its_name(tmp_path, monkeypatch):
+    """The bytes are synced under the temporary name, and the folder after the rename."""
+    path, synced = tmp_path / "file.bin", []
+    monkeypatch.setattr(os, "fsync", lambda descriptor: synced.append(path.exists()))
+    atomic_io.write(path, b"one")
+    assert synced == [False, True]
+    assert path.stat().st_mode & 0o777 == 0o644
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_every_kind_of_full_disk_asks_for_space(tmp_path, number):
+    """Full disks, used-up quotas and size limits give the same next step."""
+
+    def fail():
+        with atomic_io.open_file(tmp_path / "file.bin"):
+            raise OSError(number, "no")
+
+    with pytest.raises(OSError, match="expected disk space for the file, got none; free some"):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_other_errors_keep_their_message(tmp_path):
+    """An error that is not about space is raised unchanged."""
+
+    def fail():
+        with atomic_io.open_file(tmp_path / "file.bin"):
+            raise OSError(errno.EIO, "broken")
+
+    with pytest.raises(OSError, match="broken"):
+        fail()
+
+
+def test_files_and_folders_need_their_parent(tmp_path):
+    """A missing parent is an error that names it, and it is not created."""
+    parent = tmp_path / "no"
+    with pytest.raises(FileNotFoundError, match="expected an existing folder") as caught:
+        atomic_io.write(parent / "file.bin", b"one")
+    assert caught.value.filename == str(parent)
+    assert list(tmp_path.iterdir()) == []

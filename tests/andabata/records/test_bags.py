@@ -3,8 +3,9 @@
 import pytest
 from rosbags.rosbag1 import Writer
 
-from andabata.records.bags import Bag, BagError
-from andabata.records.topics import message_types
+from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.messages import MessageBuilder
+from andabata.records.topics import TWIST, message_types
 from tests.recordings import STRING, note, stamp, write_bag
 
 DEFINITIONS = {
@@ -88,3 +89,18 @@ def test_a_missing_or_closed_bag_is_an_error(tmp_path):
         Bag(tmp_path / "none.bag")
     with pytest.raises(BagError, match="with statement"):
         list(Bag(write_bag(tmp_path / "x.bag")).messages())
+
+
+def test_mcap_files_are_read_by_the_reference_reader(tmp_path):
+    """The mcap package reads our files with their checksums."""
+    from mcap.reader import make_reader
+
+    path = tmp_path / "x.mcap"
+    writer, builder = open_writer(path), MessageBuilder(2)
+    for k in range(20):
+        writer.write(TWIST, builder.stamp_ns(k / 10), builder.twist(0.3, 0.1))
+    writer.close()
+    with path.open("rb") as file:
+        found = list(make_reader(file, validate_crcs=True).iter_messages())
+    assert len(found) == 20
+    assert found[0][0].name == "geometry_msgs/msg/Twist"

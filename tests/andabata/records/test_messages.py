@@ -1,5 +1,7 @@
 """Messages hold what they are built from, in the axes and units of their types."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.records.messages import (
     NS,
     MessageBuilder,
+    fix_of,
     header_ns,
     pose_of,
     sweep_angles,
@@ -106,3 +109,33 @@ def test_the_vertical_variance_of_a_fix_is_four_times_the_horizontal_one():
     fix = BUILDER.fix(np.array([0.0, 36.7, -4.4, 60.0, 0.5]))
     np.testing.assert_array_equal(fix.position_covariance.reshape(3, 3), np.diag([0.5, 0.5, 2.0]))
     assert (fix.position_covariance_type, fix.status.status) == (2, 0)
+
+
+def test_a_missing_fix_survives_writing_and_reading():
+    """A row without a fix has status -1 and comes back; a known one comes back, too."""
+    row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
+    message = MessageBuilder(1).fix(row)
+    assert message.status.status == -1
+    np.testing.assert_array_equal(fix_of(message), row[1:])
+    known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
+    np.testing.assert_allclose(fix_of(MessageBuilder(2).fix(known)), known[1:])
+
+
+@pytest.mark.parametrize(
+    ("kind", "east", "north", "expected"),
+    [
+        (2, 1.0, 4.0, 4.0),
+        (2, 4.0, 1.0, 4.0),
+        (0, 1.0, 1.0, np.nan),
+        (2, 0.0, 0.0, np.nan),
+        (1, np.nan, np.nan, np.nan),
+        (2, np.inf, 1.0, np.nan),
+        (2, -1.0, 2.0, -1.0),
+    ],
+)
+def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
+    """The variance is the larger of two; NaN for every form of unknown; negative if stated so."""
+    fix = MessageBuilder(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
+    covariance = np.diag([east, north, 9.0]).ravel()
+    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
+    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])

@@ -9,13 +9,16 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.records import topics
 from andabata.records.bag_reader import Setup, read_setup
 from andabata.records.bags import Bag, BagError, open_writer
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import MessageBuilder, fix_of
+from andabata.records.messages import MessageBuilder, header_ns
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
+from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import TOPICS
+from tests.played_graph import MemoryWriter
 from traversability.cloud import PointCloud
 from worlds.scenes import SceneShelf
 from worlds.splits import evaluation_world
@@ -288,31 +291,30 @@ def test_a_cloud_survives_writing_and_reading(tmp_path):
         assert cloud.frame == "base_footprint"
 
 
-def test_a_missing_fix_survives_writing_and_reading():
-    """A row without a fix has status -1 and comes back; a known one comes back, too."""
-    row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
-    message = MessageBuilder(1).fix(row)
-    assert message.status.status == -1
-    np.testing.assert_array_equal(fix_of(message), row[1:])
-    known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
-    np.testing.assert_allclose(fix_of(MessageBuilder(2).fix(known)), known[1:])
+def test_messages_leave_by_time_and_then_by_arrival():
+    """A queue writes its messages once, sorted by stamp; equal stamps keep their order."""
+    writer, builder = MemoryWriter(), MessageBuilder(1, 0)
+    queue = MessageQueue(writer, builder)
+    for seconds, name in ((0.2, "a"), (0.1, "b"), (0.2, "c"), (0.1, "d")):
+        queue.add(seconds, topics.TWIST, name)
+    queue.flush()
+    queue.flush()
+    assert [name for _, _, name in writer.messages] == ["b", "d", "a", "c"]
+    assert [stamp for stamp, _, _ in writer.messages] == [10**8, 10**8, 2 * 10**8, 2 * 10**8]
 
 
-@pytest.mark.parametrize(
-    ("kind", "east", "north", "expected"),
-    [
-        (2, 1.0, 4.0, 4.0),
-        (2, 4.0, 1.0, 4.0),
-        (0, 1.0, 1.0, np.nan),
-        (2, 0.0, 0.0, np.nan),
-        (1, np.nan, np.nan, np.nan),
-        (2, np.inf, 1.0, np.nan),
-        (2, -1.0, 2.0, -1.0),
-    ],
-)
-def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
-    """The variance is the larger of two; NaN for every form of unknown; negative if stated so."""
-    fix = MessageBuilder(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
-    covariance = np.diag([east, north, 9.0]).ravel()
-    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
-    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])
+def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
+    """A sweep is recorded after its last beam, with its own stamp in the header."""
+    writer, builder = MemoryWriter(), MessageBuilder(1, 0)
+    queue = MessageQueue(writer, builder)
+    elevations = np.zeros(11, dtype=np.float32)
+    sweeps = Sweeps(np.array([1.0]), np.zeros(1), 1.0, 0.001, elevations, np.ones((1, 11), "f4"))
+    fix = np.array([[1.05, 36.7, -4.4, 60.0, 0.5]])
+    queue_readings(queue, SensorReadings(1.1, sweeps, gnss=fix))
+    queue.flush()
+    assert [(stamp, topic) for stamp, topic, _ in writer.messages] == [
+        (1_010_000_000, topics.SCAN),
+        (1_010_000_000, topics.HEAD_ANGLE),
+        (1_100_000_000, topics.FIX),
+    ]
+    assert [header_ns(m) for _, _, m in writer.messages] == [10**9, 10**9, 1_050_000_000]

@@ -2,11 +2,13 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.assembly.simulated_robot import with_geo_reference
 from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
@@ -15,6 +17,8 @@ from andabata.records.bag_reader import read_setup
 from andabata.records.bags import Bag, open_writer
 from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM
+from andabata.records.remarks import Remarks
+from andabata.replay.datum import add_fix_remarks, given_geo_reference, position_fields
 from tests.moved_drives import SENSORS, YEAR, copied, differing, moved, place, watched
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -324,3 +328,34 @@ def test_our_own_recording_keeps_the_datum_of_its_settings(replay, recorded):
 def place_of(datum):
     """Return latitude and longitude of a datum [deg]."""
     return datum.reference.latitude_deg, datum.reference.longitude_deg
+
+
+def test_the_fields_that_settings_fix_are_given():
+    """Settings that change nothing give no field; those that fix one give it alone."""
+
+    def fix_declination(base):
+        site = base.sensing.geo_reference.model_copy(update={"declination_deg": 4.0})
+        return with_geo_reference(base, site)
+
+    assert given_geo_reference(lambda base: base) == {}
+    assert given_geo_reference(fix_declination) == {"declination_deg": 4.0}
+    full = given_geo_reference(lambda base: with_geo_reference(base, PLACES["Hobart"]))
+    assert full == PLACES["Hobart"].model_dump()
+
+
+def test_the_position_of_a_datum_is_what_later_pieces_use():
+    """Position fields are latitude, longitude and, if known, altitude; no magnetic ones."""
+    hobart = PLACES["Hobart"]
+    position = {"latitude_deg": -42.88, "longitude_deg": 147.33, "altitude": 50.0}
+    assert position_fields(Datum(hobart, "x", "x")) == position
+    flat = hobart.model_copy(update={"altitude": None})
+    assert set(position_fields(Datum(flat, "x", "x"))) == {"latitude_deg", "longitude_deg"}
+
+
+def test_fixes_refused_before_and_after_the_start_add_up():
+    """Refusals are summed by reason; assumptions are counted, and not as refusals."""
+    remarks = Remarks()
+    localizer = SimpleNamespace(refused={"too far": 2}, assumed={"no altitude": 5})
+    add_fix_remarks(remarks, localizer, {"too far": 1, "zeros": 4})
+    assert remarks.refused_by_reason() == {"/fix": {"too far": 3, "zeros": 4}}
+    assert {remark["text"]: remark["count"] for remark in remarks.as_dicts()}["no altitude"] == 5

@@ -79,7 +79,7 @@ def replay(
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
     from andabata.replay.replay import replay_bag
-    from andabata.replay.result import UnscannedError, why_no_scan
+    from andabata.replay.result import NoScanError, no_scan_reason
 
     def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
@@ -103,7 +103,7 @@ def replay(
         console.status(f"note: {note}")
     console.result(data, replay_text(data))
     if not data["scans"]:
-        raise UnscannedError(why_no_scan(data))
+        raise NoScanError(no_scan_reason(data))
     if data["left_out"]:
         raise typer.Exit(3)
 

@@ -15,7 +15,8 @@ from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import RosGraph
-from andabata.ros.nodes import NavigatorNode, RobotNode
+from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world

@@ -109,12 +109,12 @@ class Recording:
         recorder = Recorder(outbox, simulated_robot.localizer, assembler, bearings, self.clouds)
 
         def record(result: StepResult) -> None:
-            if simulated_robot.navigator.start is not None and not recorder.begun:
+            if simulated_robot.navigator.start is not None and not recorder.has_begun:
                 recorder.begin(
                     *simulated_robot.navigator.start,
                     setup | {"geofence": simulated_robot.navigator.geofence},
                 )
-            recorder.take(result)
+            recorder.record(result)
 
         simulated_robot.navigator.observers.append(record)
         return writer

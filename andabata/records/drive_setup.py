@@ -118,9 +118,10 @@ def read_setup(
     refused = rejected_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
-        f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} with the start pose "
-        f"of the drive, or {topics.IMU.ros1}, {topics.MAG.ros1} and {topics.FIX.ros1} to "
-        f"estimate it, got neither{f' ({reasons})' if reasons else ''}; --map gives their names"
+        f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} "
+        f"with the start pose of the drive, or {topics.IMU.ros1}, {topics.MAG.ros1} and "
+        f"{topics.FIX.ros1} to estimate it, got neither"
+        f"{f' ({reasons})' if reasons else ''}; --map gives their names"
     )
 
 
@@ -132,7 +133,9 @@ def _read_recorded(bag: Bag, remapping: Remapping) -> DriveSetup | None:
     Raises:
         BagError: If an older version recorded the settings.
     """
-    names = topic_names((topics.INITIAL_POSE, topics.FILTERED_ODOMETRY, topics.DIAGNOSTICS), remapping)
+    names = topic_names(
+        (topics.INITIAL_POSE, topics.FILTERED_ODOMETRY, topics.DIAGNOSTICS), remapping
+    )
     start: Pose | None = None
     epoch, diagnostics, datum = 0, 0, None
     settings: dict[str, Any] = {}

@@ -11,7 +11,7 @@ from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.records import topics
 from andabata.records.bags import MessageWriter
 from andabata.records.messages import MessageBuilder
@@ -146,7 +146,7 @@ class Recorder:
         queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
         queue.flush()
 
-    def record(self, step: Step) -> None:
+    def record(self, step: StepResult) -> None:
         """Record one control step."""
         queue_readings(self._queue, step.readings)
         now, builder = step.readings.stamp, self._queue.builder
@@ -160,13 +160,13 @@ class Recorder:
         self.queue_commands(step)
         self._queue.flush()
 
-    def queue_commands(self, step: Step) -> None:
+    def queue_commands(self, step: StepResult) -> None:
         """Queue the outcome of a step: virtual scan, twist and wheel speeds."""
         now, builder = step.readings.stamp, self._queue.builder
-        if step.view is not None:
-            scan = builder.virtual_scan(now, step.view.scan, self._bearings)
+        if step.scan is not None:
+            scan = builder.virtual_scan(now, step.scan, self._bearings)
             self._queue.add(now, topics.VIRTUAL_SCAN, scan)
-        self._queue.add(now, topics.TWIST, builder.twist(step.speed, step.steering))
+        self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
         wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._queue.add(now, topics.WHEEL_COMMAND, wheels)
 

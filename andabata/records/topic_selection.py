@@ -58,7 +58,9 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
     if name is None:
         if all({t.ros1, t.ros2} & set(bag.topics) for t in SWEEPS):
             return None
-        names = [n for n in clouds if n in (topics.LASER_CLOUD.ros1, topics.LASER_CLOUD.ros2)] or clouds
+        names = [
+            n for n in clouds if n in (topics.LASER_CLOUD.ros1, topics.LASER_CLOUD.ros2)
+        ] or clouds
         if not names:
             return None
         if len(names) > 1:

@@ -9,9 +9,10 @@ from andabata.localization.localizer import Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import decimal_year
-from andabata.records.bag_reader import Renamed, Setup, read_first_fixes
 from andabata.records.bags import Bag
+from andabata.records.drive_setup import DriveSetup, read_first_fixes
 from andabata.records.remarks import Remarks
+from andabata.records.topic_selection import Remapping
 from andabata.records.topics import FIX
 
 _POSITION = frozenset({"latitude_deg", "longitude_deg", "altitude"})
@@ -62,10 +63,10 @@ def given_geo_reference(
 
 def recorded_datum(
     bag: Bag,
-    setup: Setup,
+    setup: DriveSetup,
     config: SimulatedRobotConfig,
     given: Mapping[str, float],
-    topics: Renamed,
+    topics: Remapping,
 ) -> Datum:
     """Return the datum of a recording that names it in its settings.
 
@@ -91,7 +92,7 @@ def recorded_datum(
 
 
 def magnetic_flux_density(
-    bag: Bag, given: Mapping[str, float], topics: Renamed, config: SimulatedRobotConfig
+    bag: Bag, given: Mapping[str, float], topics: Remapping, config: SimulatedRobotConfig
 ) -> float:
     """Return the flux density of the magnetic field at the place of a recording [uT].
 

@@ -159,8 +159,7 @@ def warm_up(navigator: Navigator, config: SimulatedRobotConfig) -> None:
     """
     navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
     readings = _artificial_readings(config)
-    navigator.listen(readings)
-    navigator.decide(readings)
+    navigator.step(readings)
 
 
 def _artificial_readings(config: SimulatedRobotConfig) -> SensorReadings:

@@ -80,7 +80,7 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
     [
         (["world", "show", "moon"], 2, "expected one of forest, hill, hollow, lake, maze"),
         (["evaluate", "--world", "moon"], 2, "--world: expected one of forest"),
-        (["evaluate", "--controllers", "learned,psychic"], 2, "got 'psychic'"),
+        (["evaluate", "--controllers", "policy,psychic"], 2, "got 'psychic'"),
         (["evaluate", "--seed", "10000"], 2, "Invalid value for '--seed'"),
         (["evaluate", "--set", "seed=10000"], 2, "seed: input should be less than 10000"),
         (["evaluate", "--trials", "10001"], 2, "Invalid value for '--trials'"),

@@ -11,14 +11,14 @@ from andabata.app.mountings import (
 )
 from andabata.app.settings import SettingsError
 from andabata.app.usage import UsageError
-from andabata.records.mounts import BARE
+from andabata.records.sensor_pose import UNNAMED
 from tests.edited_bags import turn
 
 
 def test_six_numbers_are_a_pose_and_five_leave_the_height_open():
     """Without Z the height stays None; angles are roll, pitch and yaw in degrees."""
     found = read_mountings(["imu=1,2,3,0,0,90", "0.1,-0.2,0,0,0"])
-    imu, bare = found["imu"], found[BARE]
+    imu, bare = found["imu"], found[UNNAMED]
     assert (imu.x, imu.y, imu.z) == (1.0, 2.0, 3.0)
     np.testing.assert_allclose(imu.rotation.apply([1, 0, 0]), [0, 1, 0], atol=1e-12)
     assert (bare.x, bare.y, bare.z) == (0.1, -0.2, None)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from andabata.app.scan_files import CloudSource, exit_code, scan_file
 from andabata.app.scanning import ScanConfig
 from andabata.models import shipped_forest
-from andabata.records.mounts import GivenMounting
+from andabata.records.sensor_pose import GivenMounting
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
 from traversability.files import cloud_to_bytes

@@ -54,7 +54,7 @@ def test_a_scan_without_obstacle_or_cells_says_so():
 def test_a_drive_has_a_line_for_each_goal():
     """Each attempt is a line, and each file that was written."""
     attempt = {"goal": 1, "outcome": "goal", "time_s": 2.0, "distance_m": 3.0, "trespass_m": 0.5}
-    data = {"legs": [attempt], "picture": "d.png"}
+    data = {"attempts": [attempt], "picture": "d.png"}
     lines = [
         "title",
         "goal 1: goal after 2.0 s and 3.0 m, 0.5 m on forbidden ground",
@@ -145,10 +145,14 @@ def test_a_training_run_gives_exploring_and_validation():
 
 
 def test_a_policy_shows_its_border():
-    """Ranges in, yaw rates out, and the run that made it."""
-    data = {"sectors": 32, "max_range_m": 10.0, "limit_rad_s": 0.5, "dead_zone_rad_s": 0.15}
+    """Observations in, actions out, and the run that made it."""
+    ranges = {"name": "ranges", "shape": [32], "low": 0.0, "high": 10.0, "unit": "m"}
+    actions = {"names": ["angular"], "low": [-0.5], "high": [0.5], "units": ["rad/s"]}
+    data = {"architecture": "mlp", "parameters": 9, "observations": [ranges], "actions": actions}
     info = {"stage": "Natural", "seed": 3, "commit": "abc"}
-    text = policy_text(data | {"info": info})
-    assert "32 sectors to 10.0 m" in text
-    assert "up to 0.5 rad/s out, none under 0.15 rad/s" in text
-    assert "stage Natural with seed 3 at commit abc" in text
+    assert policy_text(data | {"info": info}).splitlines() == [
+        "mlp with 9 parameters",
+        "observations: ranges (32,) [0, 10] m",
+        "actions: angular [-0.5, 0.5] rad/s",
+        "trained to stage Natural with seed 3 at commit abc; --json has every setting",
+    ]

@@ -76,15 +76,15 @@ def best_scores(config: ForestConfig, train: CellSamples, test: CellSamples) -> 
     best: Row = {"balanced accuracy": None, "F1": 0.0, "recall within 5 m": None}
     for threshold in np.arange(0.05, 0.7, 0.02):
         called = probability >= threshold
-        hits = (called & test.red).sum()
-        f1 = 2 * hits / (called.sum() + test.red.sum())
+        hits = (called & test.blocked).sum()
+        f1 = 2 * hits / (called.sum() + test.blocked.sum())
         if f1 > best["F1"]:
-            specificity = (~called & ~test.red).sum() / (~test.red).sum()
+            specificity = (~called & ~test.blocked).sum() / (~test.blocked).sum()
             best = {
-                "balanced accuracy": float((hits / test.red.sum() + specificity) / 2),
+                "balanced accuracy": float((hits / test.blocked.sum() + specificity) / 2),
                 "F1": float(f1),
                 "recall within 5 m": float(
-                    (called & test.red & near).sum() / (test.red & near).sum()
+                    (called & test.blocked & near).sum() / (test.blocked & near).sum()
                 ),
             }
     return best
@@ -99,7 +99,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     train_folder, test_folder = options.clouds, options.test_clouds or options.clouds
     train = split_samples(train_folder, read_manifest(train_folder), "train", GRID)
     test = split_samples(test_folder, read_manifest(test_folder), "validation", GRID)
-    sys.stdout.write(f"{len(train.red)} training cells, {len(test.red)} test cells\n\n")
+    sys.stdout.write(f"{len(train.blocked)} training cells, {len(test.blocked)} test cells\n\n")
     rows = [
         {"forest": name} | best_scores(config, train, test)
         for name, config in track(VARIANTS.items(), "forests", console=Console(stderr=True))

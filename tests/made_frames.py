@@ -1,10 +1,10 @@
 """Trees of frames for tests."""
 
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.transform_tree import TransformTree
 from tests.edited_bags import stamped
 
-COMPOSE = Composer(1)
+COMPOSE = MessageBuilder(1)
 NONE = (0, 0, 0)
 
 

@@ -13,9 +13,10 @@ from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
-from andabata.replay.datum import given_site
+from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import RosGraph
-from andabata.ros.nodes import NavigatorNode, RobotNode
+from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
@@ -61,7 +62,7 @@ def run_navigator(
             steering,
             Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None,
             mountings or {},
-            given_site(configure),
+            given_geo_reference(configure),
             console.status,
         )
         if goal is not None:

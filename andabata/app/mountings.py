@@ -66,7 +66,7 @@ def with_height(settings: Sequence[str] | None, height: float | None) -> list[st
 
 
 def mountings_in_words(frames: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the mountings of ``Mounts.as_dict`` as text, a line for each sensor."""
+    """Return the mountings of ``Extrinsics.as_dict`` as text, a line for each sensor."""
     lines = []
     for sensor, mount in frames.items():
         place = "moves"

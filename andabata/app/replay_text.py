@@ -5,7 +5,7 @@ from typing import Any
 
 from andabata.app.datum import datum_notes
 from andabata.app.mountings import mountings_in_words
-from andabata.replay.result import text_of
+from andabata.replay.result import summary_text
 
 Data = Mapping[str, Any]
 
@@ -22,7 +22,7 @@ def replay_notes(data: Data) -> list[str]:
 
 def replay_text(data: Data) -> str:
     """Return the result of a replay and the mountings of its sensors as text."""
-    return f"{text_of(dict(data))}\n{mountings_in_words(data['frames'])}"
+    return f"{summary_text(dict(data))}\n{mountings_in_words(data['frames'])}"
 
 
 def navigation_text(data: Data) -> str:

@@ -34,7 +34,7 @@ VECTOR = "geometry_msgs/msg/Vector3"
 ALTERNATIVES: Mapping[Topic, tuple[str, ...]] = {
     topics.IMU: (topics.IMU.kind,),
     topics.ENCODERS: (topics.ENCODERS.kind, JOINT_STATE, *TWISTS),
-    topics.COMPASS: (topics.COMPASS.kind, VECTOR_STAMPED, VECTOR),
+    topics.MAG: (topics.MAG.kind, VECTOR_STAMPED, VECTOR),
 }
 """Types of the readings whose unit is inferred, ours first."""
 

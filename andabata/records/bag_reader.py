@@ -55,7 +55,9 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
         sensor_decoder: Decoder without messages, counting from the drive's start.
         remapping: Names that the recording uses.
     """
-    names = topic_names((*sensor_decoder.wanted, topics.VIRTUAL, topics.WHEELS), remapping)
+    names = topic_names(
+        (*sensor_decoder.wanted, topics.VIRTUAL_SCAN, topics.WHEEL_COMMAND), remapping
+    )
     ends = _period_ends(bag, sensor_decoder.epoch_ns, remapping)
     end = next(ends)
     for message in bag.messages(tuple(names)):

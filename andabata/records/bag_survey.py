@@ -23,7 +23,7 @@ from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 
-_MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.COMPASS: 0.3, topics.FIX: 3.0}
+_MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
 """Longest time by which a reading may be older than its record, before its clock is doubted [s]."""
 
 _LASER_MAX_LAG = 1.0
@@ -135,7 +135,7 @@ class BagSurvey:
         Args:
             remarks: Destination of remarks.
         """
-        heads = [name for name, topic in self._names.items() if topic is topics.HEAD]
+        heads = [name for name, topic in self._names.items() if topic is topics.HEAD_ANGLE]
         scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
         readings = [self._topic_stamps(name) for name in self._stamps if name not in heads]
         pieces, left_out = cut_pieces(readings, remarks)
@@ -184,7 +184,7 @@ def survey_bag(
             f"{bag.path}: expected messages of {', '.join(silent)}, got none; --map names another "
             "topic with the same readings"
         )
-    for topic in (topics.IMU, topics.ENCODERS, topics.COMPASS):
+    for topic in (topics.IMU, topics.ENCODERS, topics.MAG):
         if not found.history.count(topic):
             raise BagError(f"{bag.path}: {found.reason_without_rows(topic)}")
     return found

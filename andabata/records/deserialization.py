@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from andabata.records.containers.compression import ZSTD_MAGIC, unpack_prefix
+from andabata.records.containers.compression import ZSTD_MAGIC, decompress_prefix
 from andabata.records.containers.container import Connection
 from andabata.records.topics import Ros, RosMessage, message_types
 
@@ -130,7 +130,7 @@ def _unusable(error: Exception) -> str:
 def _decode_cdr(store: "Typestore", kind: str, data: bytes) -> RosMessage:
     """Return a message of ROS 2, decompressed if the recorder compressed each message."""
     if data.startswith(ZSTD_MAGIC):
-        data = unpack_prefix("zstd", data)
+        data = decompress_prefix("zstd", data)
     return store.deserialize_cdr(data, kind)
 
 

@@ -118,9 +118,10 @@ def read_setup(
     refused = rejected_fixes(fixes)
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
-        f"{bag.path}: expected {topics.INITIAL.ros1} or {topics.FILTERED.ros1} with the start pose "
-        f"of the drive, or {topics.IMU.ros1}, {topics.COMPASS.ros1} and {topics.FIX.ros1} to "
-        f"estimate it, got neither{f' ({reasons})' if reasons else ''}; --map gives their names"
+        f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} "
+        f"with the start pose of the drive, or {topics.IMU.ros1}, {topics.MAG.ros1} and "
+        f"{topics.FIX.ros1} to estimate it, got neither"
+        f"{f' ({reasons})' if reasons else ''}; --map gives their names"
     )
 
 
@@ -132,13 +133,15 @@ def _read_recorded(bag: Bag, remapping: Remapping) -> DriveSetup | None:
     Raises:
         BagError: If an older version recorded the settings.
     """
-    names = topic_names((topics.INITIAL, topics.FILTERED, topics.DIAGNOSTICS), remapping)
+    names = topic_names(
+        (topics.INITIAL_POSE, topics.FILTERED_ODOMETRY, topics.DIAGNOSTICS), remapping
+    )
     start: Pose | None = None
     epoch, diagnostics, datum = 0, 0, None
     settings: dict[str, Any] = {}
     for message in bag.messages(tuple(names)):
         topic, content = names[message.topic], message.content
-        if topic in (topics.INITIAL, topics.FILTERED) and start is None:
+        if topic in (topics.INITIAL_POSE, topics.FILTERED_ODOMETRY) and start is None:
             if local_name(str(content.header.frame_id)) == "map":
                 start, epoch = pose_of(content.pose.pose), header_ns(content)
         elif topic is topics.DIAGNOSTICS:
@@ -198,7 +201,7 @@ def _estimate_setup(
     """
     first = fixes[consistent_fixes(fixes)]
     last, fitting = fixes[:, 0].max(initial=-np.inf), set(first[:, 0].tolist())
-    names = topic_names((topics.IMU, topics.COMPASS, topics.FIX), remapping)
+    names = topic_names((topics.IMU, topics.MAG, topics.FIX), remapping)
     sensor_decoder = SensorDecoder(0, decoder=decoder, extrinsics=extrinsics)
     for message in bag.messages(tuple(names)):
         topic = names[message.topic]
@@ -230,7 +233,7 @@ def _first_second(
     extrinsics: Extrinsics | None,
 ) -> SensorReadings:
     """Return the readings of IMU and compass in the first second of a drive."""
-    names = topic_names((topics.IMU, topics.COMPASS), remapping)
+    names = topic_names((topics.IMU, topics.MAG), remapping)
     sensor_decoder = SensorDecoder(epoch_ns, decoder=decoder, extrinsics=extrinsics)
     for message in bag.messages(tuple(names)):
         if message.stamp_ns > epoch_ns + NS:

@@ -134,7 +134,7 @@ class MessageDecoder:
             return _times(row, _FORCE, units.acceleration)
         if topic is topics.ENCODERS:
             return _times(row, _WHEELS, units.wheels)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             return _times(row, _FIELD, units.magnetic_field)
         return row
 
@@ -217,7 +217,7 @@ def _wheels(message: RosMessage) -> list[float]:
 _READERS: dict[tuple[Topic, str], Callable[[Any], list[float]]] = {
     (topics.IMU, topics.IMU.kind): _imu,
     (topics.ENCODERS, topics.ENCODERS.kind): _wheels,
-    (topics.COMPASS, topics.COMPASS.kind): lambda m: _vector(m.magnetic_field, "the field"),
-    (topics.COMPASS, VECTOR_STAMPED): lambda m: _vector(m.vector, "the field"),
-    (topics.COMPASS, VECTOR): lambda m: _vector(m, "the field"),
+    (topics.MAG, topics.MAG.kind): lambda m: _vector(m.magnetic_field, "the field"),
+    (topics.MAG, VECTOR_STAMPED): lambda m: _vector(m.vector, "the field"),
+    (topics.MAG, VECTOR): lambda m: _vector(m, "the field"),
 }

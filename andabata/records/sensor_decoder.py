@@ -17,10 +17,10 @@ from andabata.records.topics import RosMessage, Topic
 from andabata.records.unusable_message import UnusableMessageError
 from traversability.cloud import PointCloud
 
-MOTION = (topics.ENCODERS, topics.IMU, topics.COMPASS)
+MOTION = (topics.ENCODERS, topics.IMU, topics.MAG)
 """Topics without which the robot's motion is unknown."""
 
-SWEEPS = (topics.SCAN, topics.HEAD)
+SWEEPS = (topics.SCAN, topics.HEAD_ANGLE)
 """Topics of the rotating laser."""
 
 _MOST_TRIES = 10
@@ -28,12 +28,12 @@ _MOST_TRIES = 10
 
 _SENSORS: dict[Topic, Sensor] = {
     topics.IMU: "imu",
-    topics.COMPASS: "compass",
+    topics.MAG: "compass",
     topics.FIX: "gnss",
 }
 """Sensors whose rows depend on their pose on the robot."""
 
-_ROWS = (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX)
+_ROWS = (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX)
 """Topics whose readings are rows of numbers."""
 
 
@@ -69,7 +69,7 @@ class SensorDecoder:
         self.epoch_ns = epoch_ns
         self.extrinsics = extrinsics or Extrinsics()
         self._cloud = cloud
-        self._is_levelled = cloud is not None and topics.RELATIVE.ros1 == cloud.ros1
+        self._is_levelled = cloud is not None and topics.RELATIVE_CLOUD.ros1 == cloud.ros1
         self._pending: list[tuple[RosMessage, int]] = []
         self.goal: NDArray[np.float64] | None = None
         self.refused = 0
@@ -151,14 +151,14 @@ class SensorDecoder:
         elif topic is topics.SCAN:
             self.extrinsics.head_pose(frame_of(content))  # Refuses a frame of the world.
             self._sweeps.add_scan(content)
-        elif topic is topics.HEAD:
+        elif topic is topics.HEAD_ANGLE:
             self._sweeps.add_head(content)
         elif topic is topics.GOAL:
             point = content.pose.position
             self.goal = np.array([point.x, point.y])
-        elif topic is topics.VIRTUAL:
+        elif topic is topics.VIRTUAL_SCAN:
             self.ranges = np.asarray(content.ranges, dtype=np.float32)
-        elif topic is topics.WHEELS:
+        elif topic is topics.WHEEL_COMMAND:
             self.wheels = wheel_speeds_of(content)
         elif topic in self._rows:
             self._add_rows(topic, content, stamp_ns)
@@ -224,7 +224,7 @@ class SensorDecoder:
             frames=tuple(self._frames),
             encoders=rows[topics.ENCODERS],
             imu=rows[topics.IMU],
-            mag=rows[topics.COMPASS],
+            mag=rows[topics.MAG],
             gnss=rows[topics.FIX],
             antenna=self.extrinsics.antenna,
         )

@@ -17,11 +17,11 @@ LEFT_OUT = "(left out)"
 """Name of a topic that is not read: no recording has it."""
 
 _OPTIONAL = (
-    topics.INITIAL,
-    topics.FILTERED,
+    topics.INITIAL_POSE,
+    topics.FILTERED_ODOMETRY,
     topics.DIAGNOSTICS,
-    topics.VIRTUAL,
-    topics.WHEELS,
+    topics.VIRTUAL_SCAN,
+    topics.WHEEL_COMMAND,
 )
 """Topics that are read where they are recorded, besides the sensors'."""
 
@@ -58,7 +58,9 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
     if name is None:
         if all({t.ros1, t.ros2} & set(bag.topics) for t in SWEEPS):
             return None
-        names = [n for n in clouds if n in (topics.LASER.ros1, topics.LASER.ros2)] or clouds
+        names = [
+            n for n in clouds if n in (topics.LASER_CLOUD.ros1, topics.LASER_CLOUD.ros2)
+        ] or clouds
         if not names:
             return None
         if len(names) > 1:

@@ -90,7 +90,7 @@ def infer_units(
     Raises:
         UnitError: If a unit cannot be inferred, or a sensor is stuck.
     """
-    imu, compass = history.array(topics.IMU), history.array(topics.COMPASS)
+    imu, compass = history.array(topics.IMU), history.array(topics.MAG)
     wheels = history.array(topics.ENCODERS)
     units = UnitFactors(**given)
     if imu is not None and "acceleration" not in given:
@@ -159,16 +159,16 @@ def _field_factor(vectors: Rows, earth_field: float, remarks: Remarks) -> float:
         # 0.9 to 1 G is as large as a unit vector, and larger than any undisturbed field.
         if plausible and not (name == "G" and (norm > _MAX_GAUSS or unit_vector)):
             if factor != 1.0:
-                remarks.note(topics.COMPASS.ros1, f"a field of {norm:.4g} is taken as {name}")
+                remarks.note(topics.MAG.ros1, f"a field of {norm:.4g} is taken as {name}")
             return factor
     if np.isfinite(norm) and uneven < _MAX_SPREAD:
         remarks.note(
-            topics.COMPASS.ros1,
+            topics.MAG.ros1,
             f"a field of {norm:.4g} is in no known unit: only its direction is used",
         )
         return earth_field / norm
     raise UnitError(
-        topics.COMPASS,
+        topics.MAG,
         f"expected a field of 22 to 67 uT (or in T, nT, mT, G, mG, or a direction), got {norm:.4g} "
         f"with {100 * uneven:.0f} % of spread; calibrate the compass, or give the factor: --unit "
         "magnetic_field=uT or a number",
@@ -185,7 +185,7 @@ def _refuse_stuck(
     """
     for topic, rows, others in (
         (topics.IMU, imu[:, :4], (turns.compass, turns.wheels)),
-        (topics.COMPASS, compass, (turns.gyro, turns.wheels)),
+        (topics.MAG, compass, (turns.gyro, turns.wheels)),
         (topics.ENCODERS, wheels, (turns.gyro, turns.compass)),
     ):
         if rows is None or len(rows) < _STUCK_ROWS or (rows[1:, 1:] != rows[0, 1:]).any():

@@ -24,7 +24,7 @@ UNITS: dict[str, dict[str, float]] = {
 
 _QUANTITIES_OF = {
     topics.IMU: ("acceleration", "angular_velocity"),
-    topics.COMPASS: ("magnetic_field",),
+    topics.MAG: ("magnetic_field",),
     topics.ENCODERS: ("wheels",),
 }
 

@@ -78,32 +78,31 @@ def replay(
     from andabata.app.replay_text import replay_notes, replay_text
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
+    from andabata.replay.options import ReplayOptions
     from andabata.replay.replay import replay_bag
-    from andabata.replay.result import UnscannedError, why_no_scan
+    from andabata.replay.result import NoScanError, no_scan_reason
 
     def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
         return sensors.configure(recorded.model_copy(update=body))
 
-    mountings, names, units = sensors.mountings(), topics.names(), topics.units()
-    console, loaded = output.console(), models.load()
+    options = ReplayOptions(
+        controller=controller,
+        models=models.load(),
+        cloud=sensors.cloud,
+        configure=configure,
+        topics=topics.names(),
+        mountings=sensors.mountings(),
+        units=topics.units(),
+    )
+    console = output.console()
     with console.progress("recorded seconds", None) as step:
-        data = replay_bag(
-            file,
-            controller,
-            loaded,
-            lambda: step(1),
-            sensors.cloud,
-            configure,
-            names,
-            mountings,
-            units,
-        )
+        data = replay_bag(file, options, lambda: step(1))
     for note in replay_notes(data):
         console.status(f"note: {note}")
     console.result(data, replay_text(data))
     if not data["scans"]:
-        raise UnscannedError(why_no_scan(data))
+        raise NoScanError(no_scan_reason(data))
     if data["left_out"]:
         raise typer.Exit(3)
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from andabata.app.cli import main
 from andabata.records import topics
 from andabata.records.bags import open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from tests.edited_bags import transforms
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
@@ -247,12 +247,12 @@ def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):
 def bag_with(tmp_path, points, frame, *static):
     """Return a recording with one cloud, and transforms to its frame."""
     path = tmp_path / "cloud.bag"
-    writer, compose = open_writer(path), Composer(1)
+    writer, builder = open_writer(path), MessageBuilder(1)
     for each in static:
-        message = transforms(compose, "tf2_msgs/msg/TFMessage", each)
-        writer.write(topics.TF_STATIC, compose.stamp_ns(2.0), message)  # After the cloud.
-    message = compose.cloud(1.0, PointCloud(points, frame))
-    writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+        message = transforms(builder, "tf2_msgs/msg/TFMessage", each)
+        writer.write(topics.TF_STATIC, builder.stamp_ns(2.0), message)  # After the cloud.
+    message = builder.cloud(1.0, PointCloud(points, frame))
+    writer.write(topics.CLOUD, builder.stamp_ns(1.0), message)
     writer.close()
     return path
 

@@ -14,8 +14,8 @@ from andabata.models import shipped_forest
 from andabata.navigation.navigator import STANDSTILL
 from andabata.navigation.perception import assembler_of
 from andabata.navigation.reactive import StraightController
-from andabata.records.messages import NS, Composer
-from andabata.records.recorder import Outbox, Recorder
+from andabata.records.messages import NS, MessageBuilder
+from andabata.records.recorder import MessageQueue, Recorder
 from andabata.records.topics import DIAGNOSTICS
 from worlds.world import Start
 
@@ -91,17 +91,17 @@ class Heard:
 
 def test_a_silent_laser_is_said_when_the_robot_holds(simulated_robot):
     heard = Heard()
-    compose = Composer(1)
-    outbox = Outbox(heard, compose)
+    builder = MessageBuilder(1)
+    queue = MessageQueue(heard, builder)
     assembler = assembler_of(simulated_robot.perception)
     recorder = Recorder(
-        outbox,
+        queue,
         simulated_robot.localizer,
         assembler,
         simulated_robot.config.grid.bearings,
         clouds=False,
     )
-    simulated_robot.navigator.watch(recorder.take)
+    simulated_robot.navigator.watch(recorder.record)
     simulated_robot.readings = simulated_robot.place(
         Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
     )
@@ -109,7 +109,7 @@ def test_a_silent_laser_is_said_when_the_robot_holds(simulated_robot):
     silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
     held = 6.0 + [wheels != STANDSTILL for wheels in silent].index(False) / 10
     said = [
-        (stamp - compose.epoch_ns) / NS
+        (stamp - builder.epoch_ns) / NS
         for topic, stamp, message in heard.messages
         if topic is DIAGNOSTICS and "cloud: 5" in message.status[0].message
     ]

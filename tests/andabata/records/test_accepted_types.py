@@ -17,7 +17,7 @@ def test_other_types_are_accepted_for_their_topics_alone():
     """Odometry is a reading of the wheels, and the older cloud one of a laser."""
     assert "nav_msgs/msg/Odometry" in accepted_types(topics.ENCODERS)
     assert "nav_msgs/msg/Odometry" not in accepted_types(topics.IMU)
-    assert "sensor_msgs/msg/PointCloud" in accepted_types(topics.LASER)
+    assert "sensor_msgs/msg/PointCloud" in accepted_types(topics.LASER_CLOUD)
     assert "sensor_msgs/msg/PointCloud" not in accepted_types(topics.SCAN)
 
 

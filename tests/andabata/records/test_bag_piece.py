@@ -8,10 +8,10 @@ import pytest
 from andabata.records.bag_piece import BagPiece, with_stamp
 from andabata.records.bags import Message
 from andabata.records.clocks import Clock
-from andabata.records.messages import NS, Composer, header_ns
+from andabata.records.messages import NS, MessageBuilder, header_ns
 from andabata.records.pieces import Piece
 
-COMPOSE = Composer(2)
+COMPOSE = MessageBuilder(2)
 
 
 class ListBag:

@@ -17,7 +17,7 @@ from andabata.records.units import UnitFactors
 from tests import made_bag
 from tests.made_messages import joints
 
-LASER = topics.LASER
+LASER = topics.LASER_CLOUD
 
 
 def surveyed(path, rows):
@@ -35,7 +35,7 @@ def test_a_survey_counts_messages_and_keeps_readings(tmp_path):
     assert found.counts == found.messages
     assert found.history.array(topics.IMU).shape == (300, 7)
     assert found.history.array(topics.ENCODERS).shape == (300, 3)
-    assert found.history.array(topics.COMPASS).shape == (300, 4)
+    assert found.history.array(topics.MAG).shape == (300, 4)
     assert found.settings == {}
     (piece,), left_out = found.pieces(Remarks())
     assert (piece.clock, left_out) == (Clock(), 0)
@@ -70,7 +70,7 @@ def test_a_sensor_without_a_usable_message_is_refused(tmp_path):
 def test_head_angles_are_shifted_like_their_sweeps():
     """A sweep still finds its angle after both were shifted."""
     times = made_bag.EPOCH + np.arange(1, 100) * (NS // 40)
-    kinds = {topics.SCAN: 7, topics.HEAD: 7, topics.IMU: 0}
+    kinds = {topics.SCAN: 7, topics.HEAD_ANGLE: 7, topics.IMU: 0}
     messages = []
     for stamp in times:
         for topic, ahead in kinds.items():

@@ -9,11 +9,11 @@ from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
 from andabata.records.drive_setup import DriveSetup, read_first_fixes, read_setup
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import SETUP
 from tests import made_bag
 
-COMPOSE = Composer(1)
+COMPOSE = MessageBuilder(1)
 POSE = Pose.from_euler(np.array([1.0, 2.0, 0.3]), 0.5, 0.0, 0.0)
 
 
@@ -21,7 +21,7 @@ def initial(frame="map"):
     """Return a start pose in a frame, a second after the epoch."""
     content = COMPOSE.initial(1.0, POSE)
     content = replace(content, header=replace(content.header, frame_id=frame))
-    return made_bag.Row("/initialpose", topics.INITIAL.kind, COMPOSE.stamp_ns(1.0), content)
+    return made_bag.Row("/initialpose", topics.INITIAL_POSE.kind, COMPOSE.stamp_ns(1.0), content)
 
 
 def begin(text):

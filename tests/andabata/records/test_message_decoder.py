@@ -48,7 +48,7 @@ def test_a_field_may_be_a_vector():
     """Vectors are read as magnetic fields, with or without a header."""
     vectors = new("geometry_msgs/msg/Vector3Stamped", header=header(), vector=vector(1, 2, 3))
     for message in (vectors, vector(1, 2, 3)):
-        assert decoded(topics.COMPASS, message)[0] == [[1.0, 2.0, 3.0]]
+        assert decoded(topics.MAG, message)[0] == [[1.0, 2.0, 3.0]]
 
 
 def test_an_imu_without_a_measurement():
@@ -70,7 +70,7 @@ def test_units_scale_their_own_columns():
     decoder = MessageDecoder(units=UnitFactors(2.0, 3.0, 5.0, 7.0))
     assert decoder.scaled(topics.IMU, [1.0] * 7) == [1, 3, 3, 3, 2, 2, 2]
     assert decoder.scaled(topics.ENCODERS, [1.0] * 3) == [1, 7, 7]
-    assert decoder.scaled(topics.COMPASS, [1.0] * 4) == [1, 5, 5, 5]
+    assert decoder.scaled(topics.MAG, [1.0] * 4) == [1, 5, 5, 5]
     assert decoder.scaled(topics.FIX, [1.0] * 5) == [1] * 5
     row = [1.0, 0.1, 0.2]
     assert MessageDecoder(units=UnitFactors()).scaled(topics.ENCODERS, row) is row

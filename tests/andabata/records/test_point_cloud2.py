@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.point_cloud2 import (
     PointCloudError,
     as_point_cloud2,
@@ -20,7 +20,7 @@ from tests.made_bag import new
 from tests.made_messages import header
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
-COMPOSE = Composer(2)
+COMPOSE = MessageBuilder(2)
 SECONDS = COMPOSE.epoch_ns / 1e9
 
 

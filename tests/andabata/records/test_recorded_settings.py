@@ -8,12 +8,12 @@ from andabata.app.cli import main
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
 from andabata.records.drive_setup import read_setup
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.recorder import SETUP
 from tests import made_bag
 
-COMPOSE = Composer(1)
+COMPOSE = MessageBuilder(1)
 OLD = {
     "rig": {"plant": "kinematic", "local_map": {"cell": 0.1}, "sensing": {"site": {"field": 40.0}}},
     "area": [-1.0, -1.0, 1.0, 1.0],

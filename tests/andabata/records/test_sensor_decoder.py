@@ -14,7 +14,7 @@ from tests import made_bag
 from tests.made_messages import vector
 
 ROBOT = RobotModel()
-TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.COMPASS}
+TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.MAG}
 
 
 @pytest.fixture(scope="module")
@@ -27,10 +27,10 @@ def test_another_type_is_refused_by_naming_both(rows):
     """A type that is not accepted is counted with what was expected and got."""
     imu = next(row.content for row in rows if row.topic == "/imu")
     sensor_decoder = SensorDecoder(0)
-    for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
+    for topic in (topics.MAG, topics.GOAL, topics.SCAN, topics.FIX):
         sensor_decoder.add(topic, imu, 1)
     assert sensor_decoder.refused == 4
-    for topic in (topics.COMPASS, topics.GOAL, topics.SCAN, topics.FIX):
+    for topic in (topics.MAG, topics.GOAL, topics.SCAN, topics.FIX):
         (reason,) = sensor_decoder.remarks.refused_by_reason()[topic.ros1]
         assert topic.kind in reason
         assert "sensor_msgs/msg/Imu" in reason

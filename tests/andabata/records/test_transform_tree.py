@@ -7,7 +7,7 @@ from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
 from andabata.records.extrinsics import Extrinsics
 from andabata.records.frames import FrameError
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import Topic
 from andabata.records.transform_tree import TransformTree, read_transforms
 from tests.edited_bags import stamped, transforms
@@ -168,7 +168,7 @@ def test_static_transforms_that_differ_are_remarked_on():
 
 def test_transforms_are_read_from_every_topic_of_their_type(tmp_path):
     """Namespaced topics of a ROS 2 recording join one tree."""
-    path, compose = tmp_path / "x.mcap", Composer(2)
+    path, compose = tmp_path / "x.mcap", MessageBuilder(2)
     writer = open_writer(path)
     for k, (name, placed) in enumerate(
         [

@@ -16,7 +16,7 @@ from andabata.records.units import UnitError, UnitFactors, si_factor
 from tests import made_bag
 
 ROBOT = RobotModel()
-TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.COMPASS}
+TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.MAG}
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def units_of(rows, asked=None, **scales):
         if topic is topics.IMU:
             found[:3] *= scales.get("gyro", 1.0)
             found[3:] *= scales.get("force", 1.0)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             found *= scales.get("field", 1.0)
         if topic is topics.ENCODERS:
             found *= scales.get("wheels", 1.0)

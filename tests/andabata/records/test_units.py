@@ -52,7 +52,7 @@ def test_the_factors_of_one_topic_replace_the_old_ones():
     """Only the quantities of the topic change."""
     new, old = UnitFactors(2.0, 3.0, 4.0, 5.0), UnitFactors(-2.0, -3.0, -4.0, -5.0)
     assert new.merged_into(old, topics.IMU) == UnitFactors(2.0, 3.0, -4.0, -5.0)
-    assert new.merged_into(old, topics.COMPASS) == UnitFactors(-2.0, -3.0, 4.0, -5.0)
+    assert new.merged_into(old, topics.MAG) == UnitFactors(-2.0, -3.0, 4.0, -5.0)
     assert new.merged_into(old, topics.ENCODERS) == UnitFactors(-2.0, -3.0, -4.0, 5.0)
     assert new.merged_into(old, None) == new
 

@@ -12,7 +12,7 @@ from andabata.app.cli import app, main
 from andabata.app.command import EXAMPLES, examples
 from andabata.records import topics
 from andabata.records.bags import open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from tests.documents import verbs
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
@@ -101,7 +101,7 @@ def folder(tmp_path_factory):
     for kind in ("npz", "ply"):
         (folder / f"cloud.{kind}").write_bytes(cloud_to_bytes(cloud, kind))
     for name in ("drive.bag", "broken.bag"):
-        writer, compose = open_writer(folder / name), Composer(1)
+        writer, compose = open_writer(folder / name), MessageBuilder(1)
         for second in (1.0, 2.0):
             message = compose.cloud(second, cloud)
             writer.write(topics.CLOUD, compose.stamp_ns(second), message)

@@ -1,38 +1,35 @@
-"""Stage after stage, generation after generation, each one a place to stop and to go on."""
+"""The curriculum: stages in order, each a series of training iterations; any of them can resume."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Annotated, Any
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, Field
 
 from rl import checkpoint as checkpoints
-from rl.actor_critic import ActorCritic, ActorCriticConfig
-from rl.learner import Learner
-from rl.policy import Policy
-from rl.sac import SacConfig, SoftActorCritic
-from rl.spaces import ObservationLayout
-from rl.training import Episode, EpisodeSpec, Sampler
-
-LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]
+from rl.learners import LearnerConfig, make_learner
+from rl.policy import Policy, policy_from_bytes, with_info
+from rl.sac import SacConfig
+from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
+from rl.training import Episode, EpisodeSpec, RolloutFunction
 
 CIRCLING = 4.0
-"""Whole turns one way in an episode that are taken for circling."""
+"""Number of whole turns one way in an episode that count as circling."""
 
 
 class Difficulty(BaseModel):
-    """How hard a stage's worlds are, by how well they go.
+    """Schedule of the difficulty of a stage's worlds, by the share of successes.
 
     Attributes:
         start: Difficulty of the first episodes.
         least: Least difficulty.
         most: Most difficulty; a stage is passed there alone.
-        step: From one level to the next.
-        window: Episodes on a level before it is changed.
-        raise_at: Share of successes in them from which it rises.
+        step: Difference between two levels.
+        window: Number of episodes on a level before it is changed.
+        raise_at: Share of successes in them from which the level rises.
         lower_at: Share of successes below which it falls.
     """
 
@@ -59,14 +56,14 @@ class Stage(BaseModel):
     """One stage of the curriculum.
 
     Attributes:
-        name: Of its environment.
-        episodes: Budget (paper: 200).
+        name: Name of its environment.
+        episodes: Budget of episodes (paper: 200).
         promote_at: Share of successes in the latest ``window`` episodes that ends the stage before
             its budget is spent; None never does (paper).
-        window: See ``promote_at``.
+        window: Number of episodes that ``promote_at`` counts.
         rehearsal: Share of the episodes that are played in the stages before, so that nothing is
-            forgotten; one episode of each generation at least is the stage's own.
-        difficulty: Of its worlds, None for its environment's own.
+            forgotten; one episode of each iteration at least is the stage's own.
+        difficulty: Schedule of its worlds' difficulty, None for its environment's own.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -80,21 +77,19 @@ class Stage(BaseModel):
 
 
 class CurriculumConfig(BaseModel):
-    """What is learnt in which order (Sanchez et al. 2023, section 5).
+    """Settings of a run (Sanchez et al. 2023, section 5).
 
     Attributes:
-        stages: In order.
-        learner: Numbers of the learner.
-        seed: Of everything random in the run.
-        n_sectors: Ranges of the state.
-        max_range: Largest range [m].
-        limit: Largest yaw rate [rad/s].
-        dead_zone: Yaw rates below this are zero [rad/s].
-        final_pace: Share of the learning rate at the end of each stage; it falls in a line.
-        validation: Episodes in worlds kept for it that are driven without exploring at the end of
-            each stage, in that stage and in all before; 0 leaves them out.
-        validate_every: Generations between validations within a stage, from which the policy that
-            did best is kept; 0 keeps the last.
+        stages: Stages in order.
+        learner: Settings of the learner.
+        seed: Seed of everything random in the run.
+        observations: Space of the observations.
+        actions: Space of the actions.
+        final_lr_scale: Share of the learning rate at the end of each stage; it falls linearly.
+        validation: Number of episodes in worlds kept for it that are driven without exploring at
+            the end of each stage, in that stage and in all before; 0 leaves them out.
+        validate_every: Number of iterations between validations within a stage, from which the
+            policy that did best is kept; 0 keeps the last.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -102,45 +97,36 @@ class CurriculumConfig(BaseModel):
     stages: tuple[Stage, ...]
     learner: LearnerConfig = Field(default_factory=SacConfig)
     seed: int = Field(default=0, ge=0)
-    n_sectors: int = Field(default=32, ge=4)
-    max_range: float = Field(default=10.0, gt=0)
-    limit: float = Field(default=0.5, gt=0)
-    dead_zone: float = Field(default=0.15, ge=0)
-    final_pace: float = Field(default=0.2, gt=0, le=1)
+    observations: ObservationSpec = Field(
+        default_factory=lambda: steering_observations(32, 10.0, 0.5)
+    )
+    actions: ActionSpec = Field(default_factory=lambda: steering_actions(0.5))
+    final_lr_scale: float = Field(default=0.2, gt=0, le=1)
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
 
 
-def make_learner(config: CurriculumConfig) -> Learner:
-    """Return a fresh learner."""
-    layout = ObservationLayout(config.n_sectors)
-    learner = config.learner
-    if isinstance(learner, ActorCriticConfig):
-        return ActorCritic(layout, config.max_range, config.limit, learner, config.seed)
-    return SoftActorCritic(layout, config.max_range, config.limit, learner, config.seed)
-
-
 @dataclass(frozen=True)
 class TrainingIteration:
-    """What one update learnt from.
+    """Figures of one iteration: some episodes and the update that learnt from them.
 
     Attributes:
         stage: Index of the stage, from 0.
-        name: Of the stage.
-        played: Episodes of this generation in the stage itself.
-        episodes: Episodes of the stage so far.
-        budget: Episodes of the whole stage.
-        is_last: Whether the stage ends here.
-        steps: Control steps of the whole run so far.
-        success_rate: Of this generation's episodes in the stage.
-        recent_success: Of the latest episodes of the stage, ``Stage.window`` at most.
-        difficulty: Of the stage's worlds, None for the stage's own.
+        name: Name of the stage.
+        played: Number of episodes of this iteration in the stage itself.
+        episodes: Number of episodes of the stage so far.
+        budget: Number of episodes of the whole stage.
+        is_last: True if the stage ends here.
+        steps: Number of control steps of the whole run so far.
+        success_rate: Share of successes of this iteration's episodes in the stage.
+        recent_success: Share of successes of the latest ``Stage.window`` episodes of the stage.
+        difficulty: Difficulty of the stage's worlds, None for the stage's own.
         outcomes: Count of each outcome in the stage.
-        mean_steps: Mean control steps of an episode in the stage.
+        mean_steps: Mean number of control steps of an episode in the stage.
         mean_return: Mean sum of rewards in the stage.
         terms: Mean sum of each term of the reward.
-        circling: Share of the episodes in which the robot went round and round.
-        losses: As the learner gives them.
+        circling: Share of the episodes in which the robot circled.
+        losses: Figures of the learner by name.
         validation: Share of successes in the worlds kept for it, by stage; empty where there was no
             validation.
     """
@@ -166,12 +152,12 @@ class TrainingIteration:
 
 @dataclass
 class _Position:
-    """Where a run stands."""
+    """Position of a run."""
 
     stage: int = 0
     episodes: int = 0
-    generation: int = 0
-    generations: int = 0
+    iteration: int = 0
+    iterations: int = 0
     steps: int = 0
     levels: list[float | None] = field(default_factory=list)
     recent: list[bool] = field(default_factory=list)
@@ -180,29 +166,31 @@ class _Position:
 
 
 class Curriculum:
-    """A run: learner and position. ``to_bytes`` after any generation is a checkpoint.
+    """A run: learner and position. ``to_bytes`` after any iteration is a checkpoint.
 
     Attributes:
-        learner: What learns.
+        learner: Learner of the run.
     """
 
     def __init__(
-        self, config: CurriculumConfig, sampler: Sampler, checkpoint: bytes | None = None
+        self, config: CurriculumConfig, rollout: RolloutFunction, checkpoint: bytes | None = None
     ) -> None:
         """Start a run, or go on where a checkpoint stands.
 
         Args:
-            config: The run's.
-            sampler: Plays episodes; the stages that follow the config's own are the same again in
-                the worlds kept for validation.
-            checkpoint: Of an earlier run with the same config.
+            config: Settings of the run.
+            rollout: Function that plays episodes; the stages that follow the config's own are the
+                same again in the worlds kept for validation.
+            checkpoint: Checkpoint of an earlier run with the same config.
 
         Raises:
             ValueError: If the checkpoint does not fit.
         """
         self._config = config
-        self._sampler = sampler
-        self.learner = make_learner(config)
+        self._rollout = rollout
+        self.learner = make_learner(
+            config.learner, config.observations, config.actions, config.seed
+        )
         self._at = _Position(levels=[_first_level(stage) for stage in config.stages])
         self._best: Policy | None = None
         if checkpoint is not None:
@@ -214,44 +202,47 @@ class Curriculum:
             tensors = self.learner.restore(checkpoint)
             self._at = _Position(**progress["position"])
             if "best" in tensors:
-                self._best = Policy.from_bytes(tensors["best"].numpy().tobytes())
+                self._best = policy_from_bytes(tensors["best"].numpy().tobytes())
 
     @property
-    def generations(self) -> int:
-        """Generations since the run began, over all stages."""
-        return self._at.generations
+    def iterations(self) -> int:
+        """Number of iterations since the run began, over all stages."""
+        return self._at.iterations
 
     def run(self) -> Iterator[TrainingIteration]:
-        """Play, learn and yield, one generation at a time, until every stage is done."""
+        """Play, learn and yield, one iteration at a time, until every stage is done."""
         while self._at.stage < len(self._config.stages):
             stage = self._config.stages[self._at.stage]
-            generation = self._advance(stage)
-            if generation.is_last:
+            iteration = self._advance(stage)
+            if iteration.is_last:
                 self._at.stage += 1
-                self._at.episodes = self._at.generation = 0
+                self._at.episodes = self._at.iteration = 0
                 self._at.recent, self._at.on_level, self._at.best = [], [], -1.0
-            yield generation
+            yield iteration
 
     def _advance(self, stage: Stage) -> TrainingIteration:
-        """Play one generation's episodes and learn from them."""
+        """Play one iteration's episodes and learn from them."""
         config, at = self._config, self._at
-        specs = self._assignments(stage)
-        explorer = self.learner.explorer(config.dead_zone)
-        episodes = self._sampler(explorer, config.learner.hold, specs, True)
-        pace = 1 - (1 - config.final_pace) * at.episodes / stage.episodes
-        order = np.random.default_rng((config.seed, at.stage, at.generation, 1))
-        losses = self.learner.update(episodes, order, pace)
+        specs = self._specs(stage)
+        # Play with the actor as it is now.
+        behaviour_policy = self.learner.behaviour_policy()
+        episodes = self._rollout(behaviour_policy, config.learner.action_repeat, specs, True)
+        # Learn from all of them, at a rate that falls over the stage.
+        lr_scale = 1 - (1 - config.final_lr_scale) * at.episodes / stage.episodes
+        order = np.random.default_rng((config.seed, at.stage, at.iteration, 1))
+        losses = self.learner.update(episodes, order, lr_scale)
+        # Count the stage's own episodes, move its difficulty, and validate when due.
         own = [e for e, one in zip(episodes, specs, strict=True) if one.stage == at.stage]
         level = at.levels[at.stage]
         self._move_on(stage, own, sum(episode.steps for episode in episodes))
         is_last = at.episodes >= stage.episodes or self._is_passed(stage)
         validation = self._validate(stage, is_last)
-        return self._tell(stage, own, level, losses, validation, is_last)
+        return self._figures(stage, own, level, losses, validation, is_last)
 
-    def _assignments(self, stage: Stage) -> list[EpisodeSpec]:
-        """Return the next generation's episodes: some of them in the stages before."""
+    def _specs(self, stage: Stage) -> list[EpisodeSpec]:
+        """Return the next iteration's episodes: some of them in the stages before."""
         config, at = self._config, self._at
-        count = config.learner.batch
+        count = config.learner.episodes_per_iteration
         # One at least is the stage's own, however large the share: else nothing would move on.
         old = min(round(count * stage.rehearsal), count - 1) if at.stage else 0
         own = min(count - old, stage.episodes - at.episodes)
@@ -260,7 +251,7 @@ class Curriculum:
             for k in range(own)
         ]
         for k in range(old):
-            number = at.generation * old + k
+            number = at.iteration * old + k
             before = number % at.stage
             seed = (config.seed, at.stage, number, before, 2)
             found.append(EpisodeSpec(before, seed, at.levels[before]))
@@ -271,8 +262,8 @@ class Curriculum:
         at = self._at
         successes = [episode.is_success for episode in own]
         at.episodes += len(own)
-        at.generation += 1
-        at.generations += 1
+        at.iteration += 1
+        at.iterations += 1
         at.steps += steps
         at.recent = (at.recent + successes)[-stage.window :]
         at.on_level += successes
@@ -291,10 +282,10 @@ class Curriculum:
         return hard and float(np.mean(self._at.recent)) >= stage.promote_at
 
     def _validate(self, stage: Stage, is_last: bool) -> dict[str, float]:
-        """Drive in the worlds kept for it, and keep the policy that does best."""
+        """Drive in the worlds kept for validation, and keep the policy that does best."""
         config, at = self._config, self._at
-        due = config.validate_every and at.generation % config.validate_every == 0
-        policy = self.learner.policy(config.dead_zone, {})
+        due = config.validate_every and at.iteration % config.validate_every == 0
+        policy = self.learner.policy({})
         if not config.validation or not (due or is_last):
             if is_last:
                 self._best = policy
@@ -319,10 +310,10 @@ class Curriculum:
             )
             for k in range(config.validation)
         ]
-        episodes = self._sampler(policy, 1, specs, False)
+        episodes = self._rollout(policy, 1, specs, False)
         return float(np.mean([episode.is_success for episode in episodes]))
 
-    def _tell(
+    def _figures(
         self,
         stage: Stage,
         own: Sequence[Episode],
@@ -331,7 +322,7 @@ class Curriculum:
         validation: dict[str, float],
         is_last: bool,
     ) -> TrainingIteration:
-        """Return what the generation was."""
+        """Return the figures of the iteration."""
         at = self._at
         names = own[0].terms
         return TrainingIteration(
@@ -355,10 +346,10 @@ class Curriculum:
         )
 
     def policy(self, info: dict[str, Any]) -> Policy:
-        """Return the policy that the run has come to: the best of the stage that ended last."""
+        """Return the policy of the run: the best of the stage that ended last, else the present."""
         if self._at.episodes == 0 and self._best is not None:
-            return replace(self._best, info=info)
-        return self.learner.policy(self._config.dead_zone, info)
+            return with_info(self._best, info)
+        return self.learner.policy(info)
 
     def to_bytes(self) -> bytes:
         """Return a checkpoint."""

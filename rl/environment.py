@@ -1,4 +1,4 @@
-"""What the learners ask of an environment."""
+"""Seam between learners and environments."""
 
 from typing import Any, Protocol
 
@@ -11,9 +11,9 @@ State = NDArray[np.float32]
 class Environment(Protocol):
     """A Gymnasium environment whose last info of an episode names its outcome.
 
-    Observations are float32, shape (n,); actions are float32, shape (1,), from -1 to 1, a share of
-    the steering limit. The last ``info`` of an episode has ``is_success`` (bool) and ``outcome``
-    (str); every ``info`` of a step has ``reward_terms``.
+    Observations are float32, shape (n_observations,); actions are shares from -1 to 1, float32,
+    shape (n_actions,). The last ``info`` of an episode has ``is_success`` (bool), ``outcome`` (str)
+    and, where the robot turns, ``turns`` (float); every ``info`` of a step has ``reward_terms``.
     """
 
     def reset(
@@ -28,11 +28,12 @@ class Environment(Protocol):
         """Free everything."""
 
 
-class Robots(Protocol):
-    """A Gymnasium vector environment that begins episodes when it is told to.
+class VectorEnvironment(Protocol):
+    """A Gymnasium vector environment that begins episodes on request.
 
     A robot whose episode is over stands still until ``reset`` with a ``reset_mask`` begins its next
-    one. The infos of a step in which episodes end hold ``is_success`` and ``outcome`` of each.
+    one. The infos of a step in which episodes end hold ``is_success``, ``outcome`` and ``turns`` of
+    each.
     """
 
     num_envs: int
@@ -40,9 +41,13 @@ class Robots(Protocol):
     def reset(
         self, *, seed: list[int | None], options: dict[str, Any]
     ) -> tuple[State, dict[str, Any]]:
-        """Begin episodes and return the states of all robots, shape (n, m)."""
+        """Begin episodes and return the states of all robots, shape (n, n_observations)."""
 
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[State, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Return states, rewards, terminated, truncated and infos after one control step."""
+        """Return states, rewards, terminated, truncated and infos after one control step.
+
+        Args:
+            actions: Shares from -1 to 1, float32, shape (n, n_actions).
+        """

@@ -1,11 +1,11 @@
 """A policy as ONNX, for runtimes without Python; needs the extra ``onnx``."""
 
-import json
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rl.mlp import MlpPolicy
 from rl.policy import Policy
 
 
@@ -14,18 +14,20 @@ class ExportError(ValueError):
 
 
 def policy_to_onnx(policy: Policy) -> bytes:
-    """Return an ONNX model with the input ``state`` and the output ``steering``.
+    """Return an ONNX model with the input ``observation`` and the output ``action``.
 
-    ``state`` is float32 of shape (n, m) in SI units, as ``rl.spaces`` makes it; ``steering``
-    is float32 of shape (n, 1) [rad/s], dead zone included. The model's metadata tells ranges and
-    limits.
+    ``observation`` is float32 of shape (n, n_observations) in SI units, ``action`` float32 of shape
+    (n, n_actions) in SI units, before limits and dead zone of the robot. The model's metadata holds
+    both spaces.
 
     Args:
-        policy: What to export.
+        policy: A multilayer perceptron.
 
     Raises:
-        ExportError: If onnx is not installed.
+        ExportError: If onnx is not installed, or the policy is of another architecture.
     """
+    if not isinstance(policy, MlpPolicy):
+        raise ExportError(f"expected a multilayer perceptron, got a policy {policy.architecture!r}")
     try:
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
@@ -42,35 +44,38 @@ def policy_to_onnx(policy: Policy) -> bytes:
         nodes.append(helper.make_node(kind, inputs, [output], **attributes))
         return output
 
+    observations, actions = policy.observations, policy.actions
     a, b, c, d = (
         constant(f"scale_{name}", row)
-        for name, row in zip("abcd", policy.layout.scale(policy.limit), strict=True)
+        for name, row in zip("abcd", observations.scale(), strict=True)
     )
-    above = node("Add", [a, node("Mul", [b, "state"], "bent")], "above")
-    below = node("Add", [c, node("Mul", [d, "state"], "spread")], "below")
+    above = node("Add", [a, node("Mul", [b, "observation"], "bent")], "above")
+    below = node("Add", [c, node("Mul", [d, "observation"], "spread")], "below")
     x = node("Div", [above, below], "scaled")
-    last = len(policy.layers) - 1
-    for number, (weights, biases) in enumerate(policy.layers):
-        # Of the last layer only the mean: exploring is for learners.
-        rows = slice(None) if number < last else slice(1)
-        inputs = [
-            x,
-            constant(f"weights{number}", weights[rows]),
-            constant(f"biases{number}", biases[rows]),
-        ]
-        x = node("Gemm", inputs, f"sum{number}", transB=1)
+    last = len(policy.weights) // 2 - 1
+    for number in range(last + 1):
+        # Of the last layer only the means: the spread is for exploration.
+        rows = slice(None) if number < last else slice(actions.size)
+        weight = constant(f"weights{number}", policy.weights[f"layer{number}.weight"][rows])
+        bias = constant(f"biases{number}", policy.weights[f"layer{number}.bias"][rows])
+        x = node("Gemm", [x, weight, bias], f"sum{number}", transB=1)
         if number < last:
             x = node("Relu", [x], f"hidden{number}")
-    rate = node("Mul", [node("Tanh", [x], "share"), constant("limit", policy.limit)], "rate")
-    wide = [node("Abs", [rate], "size"), constant("dead_zone", policy.dead_zone)]
-    node("Where", [node("Less", wide, "dead"), constant("zero", 0.0), rate], "steering")
+    low, high = np.array(actions.low), np.array(actions.high)
+    half, middle = constant("half", (high - low) / 2), constant("middle", (low + high) / 2)
+    node("Add", [middle, node("Mul", [node("Tanh", [x], "share"), half], "moved")], "action")
     values = {
         name: helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", width])
-        for name, width in (("state", policy.layout.size), ("steering", 1))
+        for name, width in (("observation", observations.size), ("action", actions.size))
     }
-    graph = helper.make_graph(nodes, "policy", [values["state"]], [values["steering"]], constants)
+    graph = helper.make_graph(
+        nodes, "policy", [values["observation"]], [values["action"]], constants
+    )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
-    about = {"max_range": policy.max_range, "limit": policy.limit, "dead_zone": policy.dead_zone}
-    helper.set_model_props(model, {"policy": json.dumps(about)})
+    about = {
+        "observations": observations.model_dump_json(),
+        "actions": actions.model_dump_json(),
+    }
+    helper.set_model_props(model, about)
     checker.check_model(model)
     return bytes(model.SerializeToString())

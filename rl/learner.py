@@ -1,4 +1,4 @@
-"""What every learner has: networks and optimisers on a device, and all of it as bytes."""
+"""Base of all learners: networks and optimisers on a device, and all of it as bytes."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
+from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor, nn
 
 from rl import checkpoint
@@ -13,8 +14,29 @@ from rl.policy import Policy
 from rl.training import Episode
 
 Device = Literal["cpu", "cuda", "auto"]
-"""Where gradients are computed; ``auto`` is the GPU where torch finds one, and the CPU elsewhere.
+"""Device of the gradients; ``auto`` is the GPU where torch finds one, and the CPU elsewhere.
 Policies always drive on the CPU."""
+
+
+class BaseLearnerConfig(BaseModel):
+    """Settings that every learner has.
+
+    Attributes:
+        hidden: Width of the hidden layers (paper: 200, 200).
+        action_repeat: Number of control steps that an action is held for while learning; judged at
+            10 Hz (paper: 1).
+        reward_scale: Factor of the rewards.
+        episodes_per_iteration: Number of episodes that are played before each update.
+        device: Device of the gradients; see ``Device``.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    hidden: tuple[int, ...] = (200, 200)
+    action_repeat: int = Field(default=5, ge=1)
+    reward_scale: float = Field(default=1.0, gt=0)
+    episodes_per_iteration: int = Field(default=8, ge=1)
+    device: Device = "cpu"
 
 
 class DeviceError(ValueError):
@@ -37,10 +59,10 @@ def find_device(device: Device) -> torch.device:
 
 
 class Learner(ABC):
-    """Whatever learns from whole episodes.
+    """Learns from whole episodes.
 
     Attributes:
-        device: Where its networks are.
+        device: Device of its networks.
     """
 
     def __init__(self, device: Device) -> None:
@@ -54,24 +76,24 @@ class Learner(ABC):
         self._optimisers: dict[str, torch.optim.Optimizer] = {}
 
     @abstractmethod
-    def explorer(self, dead_zone: float) -> Policy:
+    def behaviour_policy(self) -> Policy:
         """Return the actor that plays the episodes to learn from."""
 
     @abstractmethod
-    def policy(self, dead_zone: float, info: dict[str, Any]) -> Policy:
+    def policy(self, info: dict[str, Any]) -> Policy:
         """Return what has been learnt, as a complete policy."""
 
     @abstractmethod
     def update(
-        self, episodes: Sequence[Episode], rng: np.random.Generator, pace: float = 1.0
+        self, episodes: Sequence[Episode], rng: np.random.Generator, lr_scale: float = 1.0
     ) -> dict[str, float]:
-        """Learn from episodes at a share of the learning rate; return figures by name."""
+        """Learn from episodes at a share of the learning rates; return figures by name."""
 
     def to_bytes(self, progress: dict[str, Any], others: Mapping[str, Tensor]) -> bytes:
-        """Return everything that learning needs to go on, and what ``others`` need.
+        """Return everything that learning needs to go on, and ``others``.
 
         Args:
-            progress: Where the run stands, ready for JSON.
+            progress: Position of the run, ready for JSON.
             others: Tensors to keep beside it.
         """
         return checkpoint.to_bytes(self._parameters, self._optimisers, others, progress)
@@ -85,24 +107,24 @@ class Learner(ABC):
         return checkpoint.restore(data, self._parameters, self._optimisers)
 
     def _keep(self, **parts: nn.Module | nn.Parameter) -> None:
-        """Move networks and numbers to the device; a checkpoint has them by their names."""
+        """Move networks and parameters to the device; a checkpoint has them by their names."""
         for name, part in parts.items():
             if isinstance(part, nn.Module):
                 self._parameters |= checkpoint.named({name: part.to(self.device)})
             else:
                 self._parameters[name] = part
 
-    def _optimise(self, name: str, parameters: Iterable[Tensor], rate: float) -> None:
+    def _optimise(self, name: str, parameters: Iterable[Tensor], learning_rate: float) -> None:
         """Prepare Adam for parameters that are kept."""
-        self._optimisers[name] = torch.optim.Adam(parameters, lr=rate, fused=True)
+        self._optimisers[name] = torch.optim.Adam(parameters, lr=learning_rate, fused=True)
 
-    def _set_rate(self, name: str, rate: float) -> None:
+    def _set_learning_rate(self, name: str, learning_rate: float) -> None:
         """Set an optimiser's learning rate."""
         for group in self._optimisers[name].param_groups:
-            group["lr"] = rate
+            group["lr"] = learning_rate
 
     def _step(self, name: str, loss: Tensor) -> None:
-        """Move one optimiser down a loss."""
+        """Take one step of an optimiser down a loss."""
         self._optimisers[name].zero_grad()
         loss.backward()
         self._optimisers[name].step()

@@ -1,4 +1,4 @@
-"""What a learner remembers: the latest decisions, each with what came of it."""
+"""Replay buffer: the latest decisions, each with its reward and the state after it."""
 
 from typing import Any
 
@@ -10,19 +10,20 @@ from rl.training import Episode
 
 
 class Replay:
-    """A ring of decisions in arrays that live as long as the learner."""
+    """Ring buffer of decisions in arrays of fixed size."""
 
-    def __init__(self, state_size: int, capacity: int) -> None:
+    def __init__(self, state_size: int, action_size: int, capacity: int) -> None:
         """Begin empty.
 
         Args:
             state_size: Length of a state.
-            capacity: Decisions that fit in; the oldest make room.
+            action_size: Number of actions.
+            capacity: Number of decisions that fit in; the oldest are overwritten.
         """
         self._columns: dict[str, Any] = {
             "states": np.zeros((capacity, state_size), dtype=np.float32),
             "next_states": np.zeros((capacity, state_size), dtype=np.float32),
-            "actions": np.zeros(capacity, dtype=np.float32),
+            "actions": np.zeros((capacity, action_size), dtype=np.float32),
             "rewards": np.zeros(capacity, dtype=np.float32),
             "terminated": np.zeros(capacity, dtype=np.float32),
         }
@@ -30,13 +31,14 @@ class Replay:
         self._added = 0
 
     def __len__(self) -> int:
-        """Return the number of decisions that are remembered."""
+        """Return the number of decisions in the buffer."""
         return min(self._added, self._capacity)
 
     def add(self, episode: Episode, reward_scale: float) -> int:
-        """Remember an episode and return its number of decisions.
+        """Add an episode and return its number of decisions.
 
-        A time-out is not an end: only the last decision of a terminated episode ends.
+        A time-out is a truncation, not an end: only the last decision of a terminated episode is
+        marked.
         """
         count = len(episode.actions)
         rows = (self._added + np.arange(count)) % self._capacity
@@ -51,13 +53,13 @@ class Replay:
         self._added += count
         return count
 
-    def draw(self, count: int, rng: np.random.Generator) -> dict[str, Tensor]:
+    def sample(self, count: int, rng: np.random.Generator) -> dict[str, Tensor]:
         """Return random decisions, columns of ``count`` rows."""
         rows = rng.integers(len(self), size=count)
         return {name: torch.from_numpy(column[rows]) for name, column in self._columns.items()}
 
     def tensors(self) -> dict[str, Tensor]:
-        """Return what is remembered, for a checkpoint."""
+        """Return the content, for a checkpoint."""
         used = {
             f"replay.{name}": torch.from_numpy(column[: len(self)].copy())
             for name, column in self._columns.items()
@@ -65,7 +67,7 @@ class Replay:
         return used | {"replay.added": torch.tensor(self._added)}
 
     def restore(self, tensors: dict[str, Tensor]) -> None:
-        """Take up what ``tensors`` gave.
+        """Take up the content of ``tensors``.
 
         Raises:
             KeyError: If a column is missing.

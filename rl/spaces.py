@@ -1,77 +1,218 @@
-"""The policy's state: free ranges, the two previous actions, the heading error (section 4.1)."""
+"""Spaces of a policy: named parts of the observation, named actions; stored with every policy.
 
-from dataclasses import dataclass
+An observation is one float32 vector, the parts one after the other. A set of k points is a part of
+shape (k, 2) with a part of shape (k,) beside it that masks the points that count.
+"""
+
+from collections.abc import Mapping
+from itertools import accumulate
+from math import prod
+from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
-
-N_EXTRAS = 3
-"""Entries after the ranges: two previous actions and the heading error."""
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 MIDDLE_RANGE = 2.0
 """Range that is neither near nor far for the networks [m]."""
 
+Scaling = Literal["linear", "proximity"]
+"""How networks see a part: divided by its upper bound, or bent by nearness (ranges)."""
 
-@dataclass(frozen=True)
-class ObservationLayout:
-    """Where things stand in the state vector.
+
+class ObservationTerm(BaseModel):
+    """A named part of the observation.
 
     Attributes:
-        n_sectors: Number of ranges (paper: 32).
+        name: Name, unique in its spec.
+        shape: Shape of the part.
+        low: Lowest value [unit].
+        high: Highest value [unit].
+        unit: SI unit of the values.
+        scaling: ``linear`` divides by ``high``. ``proximity`` bends ranges: 1 at contact, 0 at
+            ``MIDDLE_RANGE``, towards -1 in the open, since a decimetre matters near the body and
+            not ten metres away (assumption).
     """
 
-    n_sectors: int = 32
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = Field(min_length=1)
+    shape: tuple[int, ...]
+    low: float
+    high: float
+    unit: str
+    scaling: Scaling = "linear"
 
     @property
     def size(self) -> int:
-        """Length of the state (paper: 35)."""
-        return self.n_sectors + N_EXTRAS
+        """Number of values."""
+        return prod(self.shape)
 
-    def bounds(
-        self, max_range: float, limit: float
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the lowest and the highest state.
+
+class ObservationSpec(BaseModel):
+    """Layout of an observation vector.
+
+    Attributes:
+        terms: Parts in their order.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    terms: tuple[ObservationTerm, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        names = [term.name for term in self.terms]
+        if len(set(names)) < len(names):
+            raise ValueError(f"terms: expected names of their own, got {names}")
+        return self
+
+    @property
+    def size(self) -> int:
+        """Length of the vector (paper: 35)."""
+        return sum(term.size for term in self.terms)
+
+    def term(self, name: str) -> ObservationTerm:
+        """Return a part by its name.
+
+        Raises:
+            KeyError: If there is none.
+        """
+        for term in self.terms:
+            if term.name == name:
+                return term
+        raise KeyError(f"term: expected one of {[one.name for one in self.terms]}, got {name!r}")
+
+    def slice_of(self, name: str) -> slice:
+        """Return where a part stands in the vector.
+
+        Raises:
+            KeyError: If there is none.
+        """
+        self.term(name)
+        ends = accumulate(term.size for term in self.terms)
+        for term, end in zip(self.terms, ends, strict=True):
+            if term.name == name:
+                return slice(end - term.size, end)
+        raise AssertionError(name)
+
+    def vector(self, parts: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Return observations as vectors.
 
         Args:
-            max_range: Largest range [m].
-            limit: Largest yaw rate [rad/s].
-        """
-        # One step of float32 above pi: a heading error of pi in float64 rounds up.
-        half_turn = np.nextafter(np.float32(np.pi), np.float32(4.0))
-        high = np.array([max_range] * self.n_sectors + [limit, limit, half_turn], dtype=np.float32)
-        low = -high
-        low[: self.n_sectors] = 0.0
-        return low, high
+            parts: Values by name, shape (..., *term.shape), with the same leading shape.
 
-    def scale(self, limit: float) -> NDArray[np.float32]:
+        Returns:
+            Vectors, float32, shape (..., size).
+
+        Raises:
+            ValueError: If a part is missing, unknown or of another shape.
+        """
+        names = [term.name for term in self.terms]
+        if set(parts) != set(names):
+            raise ValueError(f"observation: expected parts {names}, got {sorted(parts)}")
+        columns = []
+        for term in self.terms:
+            values = np.asarray(parts[term.name], dtype=np.float32)
+            lead = values.shape[: values.ndim - len(term.shape)]
+            if values.shape != (*lead, *term.shape):
+                raise ValueError(
+                    f"{term.name}: expected shape (..., {', '.join(map(str, term.shape))}), "
+                    f"got {values.shape}"
+                )
+            columns.append(values.reshape(*lead, term.size))
+        return np.concatenate(columns, axis=-1)
+
+    def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the lowest and the highest vector, float32, rounded outward, shape (size,)."""
+        low = [np.full(term.size, _outward(term.low, -np.inf)) for term in self.terms]
+        high = [np.full(term.size, _outward(term.high, np.inf)) for term in self.terms]
+        return np.concatenate(low), np.concatenate(high)
+
+    def scale(self) -> NDArray[np.float32]:
         """Return the numbers a, b, c, d of the networks' input, float32, shape (4, size).
 
-        ``(a + b state) / (c + d state)`` takes a state into -1 to 1. Ranges are bent: 1 at contact,
-        0 at ``MIDDLE_RANGE``, towards -1 in the open, since a decimetre matters near the body and
-        not ten metres away (assumption).
-
-        Args:
-            limit: Largest yaw rate [rad/s].
+        ``(a + b x) / (c + d x)`` takes an observation ``x`` into -1 to 1.
         """
-        near = np.array([[MIDDLE_RANGE], [-1.0], [MIDDLE_RANGE], [1.0]])
-        straight = np.array([[0.0] * 3, [1 / limit, 1 / limit, 1 / np.pi], [1.0] * 3, [0.0] * 3])
-        return np.hstack([np.repeat(near, self.n_sectors, axis=1), straight]).astype(np.float32)
+        columns = []
+        for term in self.terms:
+            row = (0.0, 1 / term.high, 1.0, 0.0)
+            if term.scaling == "proximity":
+                row = (MIDDLE_RANGE, -1.0, MIDDLE_RANGE, 1.0)
+            columns.append(np.repeat(np.array(row)[:, None], term.size, axis=1))
+        return np.hstack(columns).astype(np.float32)
 
 
-def observation(
-    ranges: NDArray[np.floating], previous_steering: tuple[float, float], heading_error: float
-) -> NDArray[np.float32]:
-    """Return the state in SI units.
+class ActionSpec(BaseModel):
+    """Named actions with their bounds.
+
+    Networks and environments deal in shares from -1 to 1; robots in SI units.
+
+    Attributes:
+        names: Names in their order, e.g. ``angular`` or ``linear``, the parts of a twist.
+        low: Lowest value of each.
+        high: Highest value of each.
+        units: SI unit of each.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    names: tuple[str, ...] = Field(min_length=1)
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    units: tuple[str, ...]
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        if not len(self.names) == len(self.low) == len(self.high) == len(self.units):
+            raise ValueError("actions: expected as many bounds and units as names")
+        if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
+            raise ValueError(f"actions: expected low < high, got {self.low} and {self.high}")
+        return self
+
+    @property
+    def size(self) -> int:
+        """Number of actions."""
+        return len(self.names)
+
+    def scaled(self, shares: ArrayLike) -> NDArray[np.float64]:
+        """Return actions in SI units for shares from -1 to 1, shape (..., size)."""
+        low, high = np.array(self.low), np.array(self.high)
+        return np.asarray((low + high) / 2 + (high - low) / 2 * np.asarray(shares, np.float64))
+
+
+def _outward(bound: float, away: float) -> np.float32:
+    """Return a bound as float32, moved outward where it is no float32: pi in float64 rounds up."""
+    single = np.float32(bound)
+    return single if float(single) == bound else np.nextafter(single, np.float32(away))
+
+
+def steering_observations(n_sectors: int, max_range: float, limit: float) -> ObservationSpec:
+    """Return the paper's state: ranges, the two previous actions, the heading error (section 4.1).
 
     Args:
-        ranges: Finite free ranges [m], shape (n,), sector 0 first.
-        previous_steering: The last two executed yaw rates, newest first [rad/s].
-        heading_error: Bearing of the goal relative to the heading [rad].
-
-    Returns:
-        State, float32, shape (n + 3,).
+        n_sectors: Number of ranges of the virtual scan (paper: 32).
+        max_range: Largest range [m] (paper: 10).
+        limit: Largest yaw rate [rad/s] (paper: 0.5).
     """
-    state = np.empty(len(ranges) + N_EXTRAS, dtype=np.float32)
-    state[:-N_EXTRAS] = ranges
-    state[-N_EXTRAS:] = (*previous_steering, heading_error)
-    return state
+    return ObservationSpec(
+        terms=(
+            ObservationTerm(
+                name="ranges",
+                shape=(n_sectors,),
+                low=0.0,
+                high=max_range,
+                unit="m",
+                scaling="proximity",
+            ),
+            ObservationTerm(
+                name="previous_actions", shape=(2,), low=-limit, high=limit, unit="rad/s"
+            ),
+            ObservationTerm(name="heading_error", shape=(1,), low=-np.pi, high=np.pi, unit="rad"),
+        )
+    )
+
+
+def steering_actions(limit: float) -> ActionSpec:
+    """Return the paper's one action: a yaw rate within +-``limit`` [rad/s]."""
+    return ActionSpec(names=("angular",), low=(-limit,), high=(limit,), units=("rad/s",))

@@ -11,14 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.environment import Environment, Robots
+from rl.environment import Environment, VectorEnvironment
 from rl.policy import Policy
-from rl.spaces import N_EXTRAS
 
 Seed = tuple[int, ...]
-
-TURN_STEP = 0.1
-"""Time of a control step [s]: the states hold yaw rates."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +23,8 @@ class EpisodeSpec:
 
     Attributes:
         stage: Index of the stage.
-        seed: Of everything random in it.
-        difficulty: Of its world, from 0 to 1; None for the stage's own.
+        seed: Seed of everything random in it.
+        difficulty: Difficulty of its world from 0 to 1, None for the stage's own.
     """
 
     stage: int
@@ -38,18 +34,20 @@ class EpisodeSpec:
 
 @dataclass(frozen=True)
 class Episode:
-    """One episode at the pace of decisions, each held for several control steps.
+    """A finished episode, one row a decision; a decision is held for several control steps.
 
     Attributes:
-        states: State at each decision, float32, shape (t, n).
-        actions: Shares of the steering limit, -1 to 1, float32, shape (t,).
+        states: Observation at each decision, float32, shape (t, n_observations).
+        actions: Actions as shares from -1 to 1, float32, shape (t, n_actions).
         rewards: Sum over each decision's steps, unscaled, float64, shape (t,).
-        last_state: State after the last decision, float32, shape (n,).
-        terminated: Whether it ended for good; a time-out is only cut short.
-        outcome: How it ended.
-        is_success: Whether it reached the goal.
-        steps: Control steps.
+        last_state: Observation after the last decision, float32, shape (n_observations,).
+        terminated: True if it ended for good; a time-out only cuts it short.
+        outcome: Name of its end.
+        is_success: True if the goal was reached.
+        steps: Number of control steps.
         terms: Sum of each term of the reward.
+        turns: Number of whole turns, left less right, that the robot made; a robot that circles
+            makes many.
     """
 
     states: NDArray[np.float32]
@@ -61,48 +59,43 @@ class Episode:
     is_success: bool
     steps: int
     terms: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def turns(self) -> float:
-        """Whole turns that the robot made, left less right: a robot that circles makes many."""
-        rates = self.states[:, -N_EXTRAS].astype(np.float64)
-        held = TURN_STEP * self.steps / max(len(rates), 1)
-        return float(abs(rates.sum()) * held / (2 * np.pi))
+    turns: float = 0.0
 
 
-Sampler = Callable[[Policy, int, Sequence[EpisodeSpec], bool], list[Episode]]
-"""Plays what is assigned: (policy, hold, assignments, explore)."""
+RolloutFunction = Callable[[Policy, int, Sequence[EpisodeSpec], bool], list[Episode]]
+"""Plays episodes: (policy, action_repeat, specs, explore) -> episodes in the order of the specs."""
 
 
 def play(
     environment: Environment,
     policy: Policy,
-    hold: int,
+    action_repeat: int,
     spec: EpisodeSpec,
     explore: bool = True,
 ) -> Episode:
     """Play one episode.
 
     Args:
-        environment: Of the assignment's stage.
-        policy: Chooses the actions.
-        hold: Control steps that an action is held.
-        spec: Which episode.
-        explore: Whether actions are drawn at random around the policy's best.
+        environment: Environment of the episode's stage.
+        policy: Actor.
+        action_repeat: Number of control steps that an action is held for.
+        spec: Stage, seed and difficulty.
+        explore: True to draw actions at random around the policy's best.
     """
-    lane = EpisodeRecorder(0, spec)
-    state, _ = environment.reset(seed=lane.first_seed, options=_options(spec))
+    recorder = EpisodeRecorder(0, spec)
+    state, _ = environment.reset(seed=recorder.first_seed, options=_options(spec))
+    policy.reset()
     over, terminated = False, False
     info: dict[str, Any] = {}
     while not over:
-        executed = np.array([lane.decide(policy, state, explore)], dtype=np.float32)
-        for _ in range(hold):
-            state, reward, terminated, truncated, info = environment.step(executed)
-            lane.take(reward, info.get("reward_terms", {}))
+        action = recorder.decide(policy, state, explore)
+        for _ in range(action_repeat):
+            state, reward, terminated, truncated, info = environment.step(action)
+            recorder.add(reward, info.get("reward_terms", {}))
             over = terminated or truncated
             if over:
                 break
-    return lane.finished(state, terminated, str(info["outcome"]), bool(info["is_success"]))
+    return recorder.finished(state, terminated, info)
 
 
 def _options(spec: EpisodeSpec) -> dict[str, Any]:
@@ -111,110 +104,125 @@ def _options(spec: EpisodeSpec) -> dict[str, Any]:
 
 
 class EpisodeRecorder:
-    """One robot's episode as it is played."""
+    """One robot's episode as it is played.
+
+    Attributes:
+        number: Index of the episode in the result.
+        difficulty: Difficulty of its world, None for the stage's own.
+        first_seed: Seed of the environment's reset.
+    """
 
     def __init__(self, number: int, spec: EpisodeSpec) -> None:
-        """Begin an episode, which is to be the ``number``-th of the result."""
+        """Begin an episode, the ``number``-th of the result."""
         self.number, self.difficulty = number, spec.difficulty
         self._rng = np.random.default_rng(spec.seed)
         self.first_seed = int(self._rng.integers(2**31))
         self._states: list[NDArray[np.float32]] = []
-        self._actions: list[float] = []
+        self._actions: list[NDArray[np.float32]] = []
         self._rewards: list[float] = []
         self._steps = 0
         self._terms: dict[str, float] = {}
 
-    def decide(self, policy: Policy, state: NDArray[np.float32], explore: bool) -> float:
-        """Return the action for a state, -1 to 1, and keep both."""
-        action = policy.explore(state, self._rng) if explore else policy.act(state) / policy.limit
+    def decide(
+        self, policy: Policy, state: NDArray[np.float32], explore: bool
+    ) -> NDArray[np.float32]:
+        """Return the actions for a state, float32, shape (n_actions,), and keep both."""
+        shares = policy.explore(state, self._rng) if explore else policy.best(state)
+        action = shares.astype(np.float32)
         self._states.append(state)
         self._actions.append(action)
         self._rewards.append(0.0)
         return action
 
-    def take(self, reward: float, terms: dict[str, float]) -> None:
-        """Take in what a control step gave."""
+    def add(self, reward: float, terms: dict[str, float]) -> None:
+        """Add the reward of a control step to the present decision."""
         self._rewards[-1] += reward
         self._steps += 1
         for name, value in terms.items():
             self._terms[name] = self._terms.get(name, 0.0) + value
 
     def finished(
-        self, last: NDArray[np.float32], terminated: bool, outcome: str, is_success: bool
+        self, last_state: NDArray[np.float32], terminated: bool, info: dict[str, Any]
     ) -> Episode:
-        """Return the episode that has ended."""
+        """Return the episode that has ended; ``info`` is that of its last step."""
         return Episode(
             states=np.array(self._states, dtype=np.float32),
             actions=np.array(self._actions, dtype=np.float32),
             rewards=np.array(self._rewards),
-            last_state=last,
+            last_state=last_state,
             terminated=terminated,
-            outcome=outcome,
-            is_success=is_success,
+            outcome=str(info["outcome"]),
+            is_success=bool(info["is_success"]),
             steps=self._steps,
             terms=self._terms,
+            turns=float(info.get("turns", 0.0)),
         )
 
 
 def play_together(
-    robots: Robots,
+    environments: VectorEnvironment,
     policy: Policy,
-    hold: int,
+    action_repeat: int,
     specs: Sequence[EpisodeSpec],
     explore: bool = True,
 ) -> list[Episode]:
     """Play episodes of one stage, as ``play`` does, with many robots side by side.
 
     Args:
-        robots: Where; see ``Robots``.
-        policy: Chooses the actions.
-        hold: Control steps that an action is held.
-        specs: Which episodes.
-        explore: As for ``play``.
+        environments: Vector environment of the stage.
+        policy: Actor without a memory: it is shared by all robots.
+        action_repeat: Number of control steps that an action is held for.
+        specs: Seed and difficulty of each episode.
+        explore: True to draw actions at random around the policy's best.
     """
+    count = environments.num_envs
     waiting = list(enumerate(specs))[::-1]
     found: dict[int, Episode] = {}
-    lanes: list[EpisodeRecorder | None] = [None] * robots.num_envs
-    states = np.zeros((robots.num_envs, policy.layout.size), dtype=np.float32)
-    actions = np.zeros((robots.num_envs, 1), dtype=np.float32)
+    recorders: list[EpisodeRecorder | None] = [None] * count
+    states = np.zeros((count, policy.observations.size), dtype=np.float32)
+    actions = np.zeros((count, policy.actions.size), dtype=np.float32)
     while len(found) < len(specs):
-        idle = np.array([lane is None for lane in lanes])
+        idle = np.array([recorder is None for recorder in recorders])
         for k in np.flatnonzero(idle)[: len(waiting)].tolist():
-            lanes[k] = EpisodeRecorder(*waiting.pop())
-        begun = idle & np.array([lane is not None for lane in lanes])
+            recorders[k] = EpisodeRecorder(*waiting.pop())
+        begun = idle & np.array([recorder is not None for recorder in recorders])
         if begun.any():
-            first = [lane.first_seed if lane else None for lane in lanes]
-            levels = [lane.difficulty if lane else None for lane in lanes]
-            options = {"reset_mask": begun, "difficulty": levels}
-            states, _ = robots.reset(seed=first, options=options)
-        for k, lane in enumerate(lanes):
-            if lane is not None:
-                actions[k] = lane.decide(policy, states[k], explore)
-        for _ in range(hold):
-            states, rewards, terminated, truncated, info = robots.step(actions)
-            over = terminated | truncated
-            for k, lane in enumerate(lanes):
-                if lane is None:
+            states = _begin(environments, recorders, begun)
+        for k, recorder in enumerate(recorders):
+            if recorder is not None:
+                actions[k] = recorder.decide(policy, states[k], explore)
+        for _ in range(action_repeat):
+            states, rewards, terminated, truncated, info = environments.step(actions)
+            for k, recorder in enumerate(recorders):
+                if recorder is None:
                     continue
                 terms = {name: float(part[k]) for name, part in info["reward_terms"].items()}
-                lane.take(float(rewards[k]), terms)
-                if over[k]:
-                    found[lane.number] = lane.finished(
-                        states[k],
-                        bool(terminated[k]),
-                        str(info["outcome"][k]),
-                        bool(info["is_success"][k]),
-                    )
-                    lanes[k] = None
+                recorder.add(float(rewards[k]), terms)
+                if terminated[k] or truncated[k]:
+                    end = {key: info[key][k] for key in ("outcome", "is_success", "turns")}
+                    found[recorder.number] = recorder.finished(states[k], bool(terminated[k]), end)
+                    recorders[k] = None
     return [found[number] for number in range(len(specs))]
 
 
-def serial_sampler(environments: Sequence[Environment]) -> Sampler:
-    """Return a sampler that plays in this process; one environment a stage."""
+def _begin(
+    environments: VectorEnvironment,
+    recorders: Sequence[EpisodeRecorder | None],
+    begun: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """Begin the episodes of some robots and return the states of all, shape (n, m)."""
+    seeds = [recorder.first_seed if recorder else None for recorder in recorders]
+    levels = [recorder.difficulty if recorder else None for recorder in recorders]
+    options = {"reset_mask": begun, "difficulty": levels}
+    return environments.reset(seed=seeds, options=options)[0]
 
-    def sample(
-        policy: Policy, hold: int, specs: Sequence[EpisodeSpec], explore: bool
+
+def serial_rollouts(environments: Sequence[Environment]) -> RolloutFunction:
+    """Return a function that plays episodes in this process; one environment a stage."""
+
+    def rollout(
+        policy: Policy, action_repeat: int, specs: Sequence[EpisodeSpec], explore: bool
     ) -> list[Episode]:
-        return [play(environments[one.stage], policy, hold, one, explore) for one in specs]
+        return [play(environments[one.stage], policy, action_repeat, one, explore) for one in specs]
 
-    return sample
+    return rollout

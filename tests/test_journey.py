@@ -16,7 +16,7 @@ from terrain.objects import frustum
 from traversability.dataset import cell_samples
 from traversability.features import cell_features
 from traversability.files import cloud_to_bytes
-from traversability.forest_training import ForestConfig, grow_forest
+from traversability.forest_training import ForestConfig, train_forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState, label_cells
 from traversability.scores import CellScores
@@ -51,7 +51,7 @@ def test_the_same_seed_gives_the_same_cloud(shelf, clouds):
 
 def test_clouds_become_a_forest_that_judges_an_unseen_world(clouds):
     samples = cell_samples(clouds[:5], GRID)
-    forest = grow_forest(samples, GRID, ForestConfig(trees=40), 0)
+    forest = train_forest(samples, GRID, ForestConfig(trees=40), 0)
     cloud = clouds[5]
     truth = label_cells(cloud.points, cloud.nontraversable, GRID)
     called = forest.classify(cell_features(cloud.points, GRID), GRID)

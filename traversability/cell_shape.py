@@ -1,9 +1,14 @@
-"""What a cell looks like: kernels that turn quarters into a cell's own features.
+"""Kernels that turn the sums of a cell's quarters into the cell's own features.
 
-The columns of ``out`` are those of ``features.OWN_FEATURES``.
+The paper's five features are a principal component analysis of the cell's points. The others
+describe the ground on the scale of a wheelbase: planes around each quarter, gaps along the beams,
+and bumps over those planes (assumption). ``features.OWN_FEATURES`` names the columns.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import (
@@ -18,42 +23,205 @@ from traversability.binning import (
     YY,
     YZ,
     ZZ,
+    Quarters,
     X,
     Y,
     Z,
 )
+from traversability.grid import PolarGrid
 
-_REACH = 0.3  # Half a wheelbase and a little: the truth's window is 0.5 m wide.
-_ENOUGH = 4.0  # Points that make a quarter's mean as good as any other.
-_MOST = 3.0  # Slopes and gaps beyond say no more.
-_CELL_NOISE = 1e-3  # What range noise alone spreads points along a beam, squared [m2].
-_WINDOW_NOISE = 2e-3  # The same for the means of quarters, whose heights lie along beams, too.
-_FLAT = 0.03  # Lower quarters hold no bump.
-_BUMP = 0.04  # What rises so far over the ground around it stops a wheel, or nearly.
-NEAR = 3.2  # Cells whose middle is nearer than this are searched for bumps.
-_GAPS = 17  # Columns of the gaps after (most and mean) and before a cell.
-_SPACING, _SEEN_BEYOND, _DEPTH = 27, 28, 29  # Columns of what a ring tells, and of a cell's depth.
-FEW = 3  # A cell with fewer points tells nothing.
+(
+    ROUGHNESS,
+    ORIENTATION,
+    PLANARITY,
+    MIN_HEIGHT,
+    HEIGHT_DIFFERENCE,
+    MEAN_ABOVE_LOWEST,
+    QUARTER_HEIGHT,
+    TILT,
+    SLOPE_MAX,
+    SLOPE_MEAN,
+    STEP_MAX,
+    STEP_SECOND,
+    STEP_MEAN,
+    ABOVE_PLANE,
+    BELOW_PLANE,
+    LOWEST_AROUND,
+    HIGHEST_AROUND,
+    GAP_AFTER,
+    GAP_AFTER_MEAN,
+    GAP_BEFORE,
+    BEND,
+    RISE_BEFORE,
+    RISE_AFTER,
+    DISTANCE,
+    BUMP,
+    BUMP_THIRD,
+    BUMP_POINTS,
+    SPACING,
+    SEEN_BEYOND,
+    DEPTH,
+) = range(30)
+"""Columns of a cell's own features, in the order of ``features.OWN_FEATURES``."""
+
+MIN_DESCRIBED = 3
+"""Cells with fewer points have no features: three points make a plane."""
+
+BUMP_RANGE = 3.2
+"""Cells whose middle is nearer than this are searched for bumps [m]."""
+
+_REACH = 0.3
+"""Horizontal reach of the planes around quarters [m]: half a wheelbase and a little, since the
+window of the true slope is 0.5 m wide."""
+
+_FULL_WEIGHT = 4.0
+"""Number of points that make a quarter's mean as good as any other."""
+
+_MAX_SLOPE = 3.0
+"""Largest slope and gap that features hold: beyond, they carry no more information."""
+
+_CELL_NOISE = 1e-3
+"""Spread of points along a beam by range noise alone, squared [m2]."""
+
+_WINDOW_NOISE = 2e-3
+"""Spread of the means of quarters by range noise [m2]; their heights lie along beams, too."""
+
+_MIN_RELIEF = 0.03
+"""Height difference below which a quarter holds no bump [m]."""
+
+_BUMP_HEIGHT = 0.04
+"""Height over the ground around from which on a point stops a wheel, or nearly [m]."""
+
+_MIN_RUN = 0.02
+"""Shortest distance between the mean points of two cells that a rise is divided by [m]."""
+
+# Columns of ``CellWorkspace.means``, ``CellWorkspace.planes`` and of a quarter's highest points.
+_WEIGHT, _MEAN_X, _MEAN_Y, _MEAN_Z, _LOW, _HIGH = range(6)
+_GRADIENT_X, _GRADIENT_Y, _LEVEL = range(3)
+_FIRST, _SECOND, _THIRD, _N_ABOVE = range(4)
+
+
+class CellWorkspace(NamedTuple):
+    """Arrays that cell descriptions are written to; one instance serves all clouds of a robot.
+
+    Attributes:
+        counts: Number of points of each cell, int32, shape (n_sectors, n_rings).
+        values: Features of each cell, own ones first, float32, shape (n_sectors, n_rings, f); left
+            as they are where a cell has fewer than ``MIN_DESCRIBED`` points.
+        means: Weight, mean x, y, z, lowest and highest z [m] of each quarter, float64, shape
+            (2 n_sectors, 2 n_rings, 6).
+        planes: Gradient along x and y and height at the origin [m] of the plane around each
+            quarter, float64, shape (2 n_sectors, 2 n_rings, 3).
+    """
+
+    counts: NDArray[np.int32]
+    values: NDArray[np.float32]
+    means: NDArray[np.float64]
+    planes: NDArray[np.float64]
+
+
+class QuarterPlane(NamedTuple):
+    """The plane through the ground around a quarter.
+
+    Attributes:
+        slope: Steepness of the plane, rise over run, up to ``_MAX_SLOPE``.
+        step: Distance between the highest and the lowest mean point, seen along z from the plane
+            [m].
+        level: Height of the plane at the quarter's mean point [m].
+        lowest: Lowest z within reach [m].
+        highest: Highest z within reach [m].
+    """
+
+    slope: float
+    step: float
+    level: float
+    lowest: float
+    highest: float
+
+
+class Covariance(NamedTuple):
+    """Covariance of points [m2], or of their rows and columns.
+
+    Attributes:
+        xx: Variance of x [m2].
+        yy: Variance of y [m2].
+        zz: Variance of z [m2].
+        xy: Covariance of x and y [m2].
+        xz: Covariance of x and z [m2].
+        yz: Covariance of y and z [m2].
+    """
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float
+    xz: float
+    yz: float
+
+
+class Eigenvalues(NamedTuple):
+    """Eigenvalues of a covariance, none of them negative.
+
+    Attributes:
+        l1: Largest one [m2].
+        l2: Middle one [m2].
+        l3: Smallest one, the variance along the normal [m2].
+    """
+
+    l1: float
+    l2: float
+    l3: float
+
+
+def make_workspace(grid: PolarGrid, n_features: int) -> CellWorkspace:
+    """Return a zeroed workspace for the cells of a grid.
+
+    Args:
+        grid: Polar grid of cells.
+        n_features: Number of features of a cell.
+    """
+    sectors, rings = grid.n_sectors, grid.n_rings
+    return CellWorkspace(
+        counts=np.zeros((sectors, rings), dtype=np.int32),
+        values=np.zeros((sectors, rings, n_features), dtype=np.float32),
+        means=np.zeros((2 * sectors, 2 * rings, 6)),
+        planes=np.zeros((2 * sectors, 2 * rings, 3)),
+    )
 
 
 @kernel
-def describe_cells(points, bins, sums, means, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write the number of points and the own features of each cell."""
-    count_points(sums, counts)
-    mean_points(sums, means)
+def describe_cells(
+    points: NDArray[np.float32],
+    quarters: Quarters,
+    middles: NDArray[np.float64],
+    cells: CellWorkspace,
+) -> None:
+    """Write the number of points and the own features of each cell.
+
+    Args:
+        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
+        quarters: The same cloud in quarters.
+        middles: Middle of each ring [m], shape (n_rings,).
+        cells: Output; see ``CellWorkspace``.
+    """
+    sums, counts = quarters.sums, cells.counts
+    _count_points(sums, counts)
+    _mean_points(sums, cells.means)
     for sector in range(counts.shape[0]):
         for ring in range(counts.shape[1]):
-            if counts[sector, ring] >= FEW:
-                out = values[sector, ring]
+            if counts[sector, ring] >= MIN_DESCRIBED:
+                out = cells.values[sector, ring]
                 _principal_axes(sums, sector, ring, out)
-                _ground_shape(sums, means, planes, sector, ring, middles, out)
-                _way_outwards(sums, counts, sector, ring, middles, out)
-    _compare_with_ring(counts, values)
-    _bumps(points, bins, sums, planes, counts, middles, values)
+                _ground_shape(sums, cells.means, cells.planes, sector, ring, middles, out)
+                _beam_gaps(sums, sector, ring, middles, out)
+                _profile(sums, counts, sector, ring, middles, out)
+    # These compare cells with each other, so all of them have to be described before.
+    _compare_with_ring(counts, cells.values)
+    _find_bumps(points, quarters, middles, cells)
 
 
 @kernel
-def count_points(sums, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def _count_points(sums: NDArray[np.float64], counts: NDArray[np.int32]) -> None:
     """Write the number of points of each cell."""
     for sector in range(counts.shape[0]):
         for ring in range(counts.shape[1]):
@@ -65,22 +233,25 @@ def count_points(sums, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001,
 
 
 @kernel
-def mean_points(sums, means):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write weight, mean point, lowest and highest z of each quarter: w, x, y, z, low, high."""
+def _mean_points(sums: NDArray[np.float64], means: NDArray[np.float64]) -> None:
+    """Write weight, mean point, lowest and highest z of each quarter; see ``CellWorkspace``."""
     for i in range(sums.shape[0]):
         for j in range(sums.shape[1]):
             n = sums[i, j, COUNT]
-            means[i, j, 0] = min(n, _ENOUGH)
+            means[i, j, _WEIGHT] = min(n, _FULL_WEIGHT)
             if n > 0:
-                means[i, j, 1] = sums[i, j, X] / n
-                means[i, j, 2] = sums[i, j, Y] / n
-                means[i, j, 3] = sums[i, j, Z] / n
-                means[i, j, 4], means[i, j, 5] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
+                means[i, j, _MEAN_X] = sums[i, j, X] / n
+                means[i, j, _MEAN_Y] = sums[i, j, Y] / n
+                means[i, j, _MEAN_Z] = sums[i, j, Z] / n
+                means[i, j, _LOW], means[i, j, _HIGH] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
 
 
 @kernel
-def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _principal_axes(
+    sums: NDArray[np.float64], sector: int, ring: int, out: NDArray[np.float32]
+) -> None:
     """Write the paper's five features, and what comes from the same sums."""
+    # The cell's moments are the sums of its four quarters'.
     n = x = y = mean = xx = yy = zz = xy = xz = yz = 0.0
     lowest, highest, quarter_height = np.inf, -np.inf, 0.0
     for a in range(2):
@@ -94,21 +265,27 @@ def _principal_axes(sums, sector, ring, out):  # type: ignore[no-untyped-def]  #
                 low, high = sums[i, j, LOWEST], sums[i, j, HIGHEST]
                 lowest, highest = min(lowest, low), max(highest, high)
                 quarter_height = max(quarter_height, high - low)
+    # Covariance of the cell's points: E[ab] - E[a] E[b].
     x, y, mean = x / n, y / n, mean / n
     xx, yy, zz = xx / n - x * x, yy / n - y * y, zz / n - mean * mean
     xy, xz, yz = xy / n - x * y, xz / n - x * mean, yz / n - y * mean
-    l1, l2, l3 = eigenvalues(xx, yy, zz, xy, xz, yz)
-    out[0] = np.sqrt(l3)
-    out[1] = np.sqrt(normal_z_squared(xx, yy, xy, l1, l2, l3))
-    out[2] = (l2 - l3) / l1 if l1 > 0 else 0.0
-    out[3], out[4] = lowest, highest - lowest
-    out[5], out[6] = mean - lowest, quarter_height
+    covariance = Covariance(xx, yy, zz, xy, xz, yz)
+    axes = eigenvalues(covariance)
+    # The paper's five (section 3.3 names them; ``features.cell_features`` has the formulas).
+    out[ROUGHNESS] = np.sqrt(axes.l3)
+    out[ORIENTATION] = np.sqrt(normal_z_squared(covariance, axes))
+    out[PLANARITY] = (axes.l2 - axes.l3) / axes.l1 if axes.l1 > 0 else 0.0
+    out[MIN_HEIGHT], out[HEIGHT_DIFFERENCE] = lowest, highest - lowest
+    # Ours, from the same sums.
+    out[MEAN_ABOVE_LOWEST], out[QUARTER_HEIGHT] = mean - lowest, quarter_height
     slope_x, slope_y = _gradient(xx, yy, xy, xz, yz, _CELL_NOISE)
-    out[7] = min(np.sqrt(slope_x * slope_x + slope_y * slope_y), _MOST)
+    out[TILT] = min(np.sqrt(slope_x * slope_x + slope_y * slope_y), _MAX_SLOPE)
 
 
 @kernel
-def _gradient(xx, yy, xy, xz, yz, noise):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _gradient(
+    xx: float, yy: float, xy: float, xz: float, yz: float, noise: float
+) -> tuple[float, float]:
     """Return rise over run along x and y of the least-squares plane, where points support one.
 
     Across an arc of points nothing is known: what spreads it outwards is range noise, which moves
@@ -124,12 +301,20 @@ def _gradient(xx, yy, xy, xz, yz, noise):  # type: ignore[no-untyped-def]  # noq
 
 
 @kernel
-def _ground_shape(sums, means, planes, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _ground_shape(
+    sums: NDArray[np.float64],
+    means: NDArray[np.float64],
+    planes: NDArray[np.float64],
+    sector: int,
+    ring: int,
+    middles: NDArray[np.float64],
+    out: NDArray[np.float32],
+) -> None:
     """Write the shape of the ground around a cell's quarters, the worst and the mean of the four.
 
     Around each quarter a plane is laid through the mean points of the quarters within reach; slope
-    is its tilt, step the range of what is above and below it. Where the whole cell is smaller than
-    the reach, two quarters at opposite corners say as much as four.
+    is its steepness, step the range of what is above and below it. Where the whole cell is smaller
+    than the reach, two quarters at opposite corners carry as much information as four.
     """
     small = middles[ring] * 4 * np.pi / sums.shape[0] < _REACH
     number, last = 0, (0, 0)
@@ -142,33 +327,50 @@ def _ground_shape(sums, means, planes, sector, ring, middles, out):  # type: ign
                 planes[i, j] = planes[last]
             if sums[i, j, COUNT] == 0 or (small and a != b and number):
                 continue
-            slope, step, level, lowest, highest = _lay_plane(sums, means, i, j, planes[i, j])
+            plane = _fit_plane(sums, means, i, j, planes[i, j])
             number, last = number + 1, (i, j)
-            slope_max, slope_sum = max(slope_max, slope), slope_sum + slope
+            slope_max, slope_sum = max(slope_max, plane.slope), slope_sum + plane.slope
+            # The second largest step tells an edge, which all quarters show, from a single outlier.
+            step = plane.step
             step_sum += step
             step_second = max(step_second, min(step, step_max))
             step_max = max(step_max, step)
+            # Own points against the plane, and against the lowest and highest around.
             low, high = sums[i, j, LOWEST], sums[i, j, HIGHEST]
-            above, below = max(above, high - level), max(below, level - low)
-            sunk, risen = max(sunk, low - lowest), max(risen, highest - low)
-    out[8], out[9] = slope_max, slope_sum / number
-    out[10], out[11], out[12] = step_max, step_second, step_sum / number
-    out[13], out[14], out[15], out[16] = above, below, sunk, risen
+            above, below = max(above, high - plane.level), max(below, plane.level - low)
+            sunk, risen = max(sunk, low - plane.lowest), max(risen, plane.highest - low)
+    out[SLOPE_MAX], out[SLOPE_MEAN] = slope_max, slope_sum / number
+    out[STEP_MAX], out[STEP_SECOND], out[STEP_MEAN] = step_max, step_second, step_sum / number
+    out[ABOVE_PLANE], out[BELOW_PLANE] = above, below
+    out[LOWEST_AROUND], out[HIGHEST_AROUND] = sunk, risen
 
 
 @kernel
-def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return slope, step, the plane's height at a quarter, and lowest and highest z around.
+def _fit_plane(
+    sums: NDArray[np.float64],
+    means: NDArray[np.float64],
+    i: int,
+    j: int,
+    plane: NDArray[np.float64],
+) -> QuarterPlane:
+    """Return the plane through the mean points of the quarters around quarter (i, j).
 
-    ``plane`` becomes its gradient along x and y and its height at the origin.
+    Args:
+        sums: Sums of each quarter; see ``Quarters``.
+        means: Means of each quarter; see ``CellWorkspace``.
+        i: Half sector of the quarter.
+        j: Half ring of the quarter.
+        plane: Output, gradient along x and y and height at the origin [m], shape (3,).
     """
     sectors, rings = sums.shape[0], sums.shape[1]
-    x0, y0, z0 = means[i, j, 1], means[i, j, 2], means[i, j, 3]
+    x0, y0, z0 = means[i, j, _MEAN_X], means[i, j, _MEAN_Y], means[i, j, _MEAN_Z]
     square = x0 * x0 + y0 * y0
     radius = np.sqrt(square)
+    # The window sideways: as many half sectors as the reach is wide here.
     side = max(1, int(_REACH / (radius * 2 * np.pi / sectors)))
     stride = 1 + side // 3  # Narrow columns: every second one will do, the own among them.
     side -= side % stride
+    # The window outwards: at least the neighbours, and all whose points come within reach.
     inner, outer = max(radius - _REACH, 0.0), radius + _REACH
     inner, outer = inner * inner, outer * outer
     first, last = max(j - 1, 0), min(j + 1, rings - 1)
@@ -176,21 +378,24 @@ def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noq
         first -= 1
     while last < rings - 1 and 0 < sums[i, last, NEAREST] < outer:
         last += 1
+    # Weighted moments of the mean points, counted from the quarter's own for precision.
     n = sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
     lowest, highest = np.inf, -np.inf
     for step in range(-side, side + 1, stride):
         column = (i + step) % sectors
         for k in range(first, last + 1):
-            w = means[column, k, 0]
+            w = means[column, k, _WEIGHT]
             if w == 0.0:
                 continue
-            x, y, z = means[column, k, 1] - x0, means[column, k, 2] - y0, means[column, k, 3] - z0
+            x, y = means[column, k, _MEAN_X] - x0, means[column, k, _MEAN_Y] - y0
+            z = means[column, k, _MEAN_Z] - z0
             n += w
             sx, sy, sz = sx + w * x, sy + w * y, sz + w * z
             sxx, syy, sxy = sxx + w * x * x, syy + w * y * y, sxy + w * x * y
             sxz, syz = sxz + w * x * z, syz + w * y * z
-            lowest = min(lowest, means[column, k, 4])
-            highest = max(highest, means[column, k, 5])
+            lowest = min(lowest, means[column, k, _LOW])
+            highest = max(highest, means[column, k, _HIGH])
+    # Least-squares plane from the covariance.
     mx, my, mz = sx / n, sy / n, sz / n
     gx, gy = _gradient(
         sxx / n - mx * mx,
@@ -201,65 +406,88 @@ def _lay_plane(sums, means, i, j, plane):  # type: ignore[no-untyped-def]  # noq
         _WINDOW_NOISE,
     )
     level = z0 + mz - gx * mx - gy * my
-    plane[0], plane[1], plane[2] = gx, gy, level - gx * x0 - gy * y0
+    plane[_GRADIENT_X], plane[_GRADIENT_Y], plane[_LEVEL] = gx, gy, level - gx * x0 - gy * y0
+    # Step: the range of what is left beside the plane.
     under, over = np.inf, -np.inf
     for step in range(-side, side + 1, stride):
         column = (i + step) % sectors
         for k in range(first, last + 1):
-            if means[column, k, 0] > 0.0:
-                rise = gx * (means[column, k, 1] - x0) + gy * (means[column, k, 2] - y0)
-                off = means[column, k, 3] - rise
+            if means[column, k, _WEIGHT] > 0.0:
+                rise = gx * (means[column, k, _MEAN_X] - x0) + gy * (means[column, k, _MEAN_Y] - y0)
+                off = means[column, k, _MEAN_Z] - rise
                 under, over = min(under, off), max(over, off)
-    return min(np.sqrt(gx * gx + gy * gy), _MOST), over - under, level, lowest, highest
+    slope = min(np.sqrt(gx * gx + gy * gy), _MAX_SLOPE)
+    return QuarterPlane(slope, over - under, level, lowest, highest)
 
 
 @kernel
-def _bumps(points, bins, sums, planes, counts, middles, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _find_bumps(
+    points: NDArray[np.float32],
+    quarters: Quarters,
+    middles: NDArray[np.float64],
+    cells: CellWorkspace,
+) -> None:
     """Write how far near cells rise over the plane of the ground around, and by how many points.
 
     A rock that stops a wheel is low beside what a slope rises in a cell, and has few points beside
     the cell's own: moments do not show it. One point over the plane is noise; the third highest of
     a quarter is not.
     """
+    bins, sums, counts = quarters.bins, quarters.sums, cells.counts
     rings = 0
-    while rings < counts.shape[1] and middles[rings] < NEAR:
+    while rings < counts.shape[1] and middles[rings] < BUMP_RANGE:
         rings += 1
+    # Most quarters are too flat to hold a bump: their points are skipped.
     columns = sums.shape[1]
-    deep = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
+    has_relief = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
     for i in range(sums.shape[0]):
         for j in range(2 * rings):
-            deep[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _FLAT
-    slopes = planes.reshape(len(deep), 3)
-    tops = np.zeros((len(deep), 4))
+            has_relief[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _MIN_RELIEF
+    # The three highest points of each quarter over its plane, and how many rise like a bump.
+    slopes = cells.planes.reshape(len(has_relief), 3)
+    tops = np.zeros((len(has_relief), 4))
     for k in range(len(points)):
         place = bins[k]
-        if place < 0 or not deep[place]:
+        if place < 0 or not has_relief[place]:
             continue
         plane, top = slopes[place], tops[place]
-        rise = points[k, 2] - plane[0] * points[k, 0] - plane[1] * points[k, 1] - plane[2]
-        top[3] += rise > _BUMP
-        if rise > top[0]:
-            top[2], top[1], top[0] = top[1], top[0], rise
-        elif rise > top[1]:
-            top[2], top[1] = top[1], rise
-        elif rise > top[2]:
-            top[2] = rise
+        rise = (
+            points[k, 2]
+            - plane[_GRADIENT_X] * points[k, 0]
+            - plane[_GRADIENT_Y] * points[k, 1]
+            - plane[_LEVEL]
+        )
+        top[_N_ABOVE] += rise > _BUMP_HEIGHT
+        if rise > top[_FIRST]:
+            top[_THIRD], top[_SECOND], top[_FIRST] = top[_SECOND], top[_FIRST], rise
+        elif rise > top[_SECOND]:
+            top[_THIRD], top[_SECOND] = top[_SECOND], rise
+        elif rise > top[_THIRD]:
+            top[_THIRD] = rise
+    # A cell has the highest bump of its quarters, and the points of all.
     for sector in range(counts.shape[0]):
         for ring in range(rings):
-            if counts[sector, ring] < FEW:
+            if counts[sector, ring] < MIN_DESCRIBED:
                 continue
-            out = values[sector, ring]
-            out[24] = out[25] = out[26] = 0.0
+            out = cells.values[sector, ring]
+            out[BUMP] = out[BUMP_THIRD] = out[BUMP_POINTS] = 0.0
             for a in range(2):
                 for b in range(2):
                     top = tops[(2 * sector + a) * columns + 2 * ring + b]
-                    out[24], out[25] = max(out[24], top[0]), max(out[25], top[2])
-                    out[26] += top[3]
+                    out[BUMP] = max(out[BUMP], top[_FIRST])
+                    out[BUMP_THIRD] = max(out[BUMP_THIRD], top[_THIRD])
+                    out[BUMP_POINTS] += top[_N_ABOVE]
 
 
 @kernel
-def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what a beam meets on its way through a cell: gaps, rises and bends.
+def _beam_gaps(
+    sums: NDArray[np.float64],
+    sector: int,
+    ring: int,
+    middles: NDArray[np.float64],
+    out: NDArray[np.float32],
+) -> None:
+    """Write the gaps that beams leave behind and before a cell, and how deep its points reach.
 
     A gap is the stretch without points over the distance at which it begins. A beam that grazes an
     edge lands behind it after such a gap, so it grows with the drop (similar triangles).
@@ -275,13 +503,15 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
         if furthest == 0.0:
             continue
         nearest = np.sqrt(min(sums[i, near, NEAREST], sums[i, far, NEAREST]))
+        # Behind: to the next point outwards, or within the cell where that gap is larger.
         k = far + 1
         while k < rings and sums[i, k, COUNT] == 0:
             k += 1
-        after = _MOST if k == rings else (np.sqrt(sums[i, k, NEAREST]) - furthest) / furthest
+        after = _MAX_SLOPE if k == rings else (np.sqrt(sums[i, k, NEAREST]) - furthest) / furthest
         if sums[i, near, COUNT] > 0 and sums[i, far, COUNT] > 0:
             inside = np.sqrt(sums[i, far, NEAREST]) - np.sqrt(sums[i, near, FURTHEST])
             after = max(after, inside / furthest)
+        # Before: from the last point inwards, or from the middle of the first ring.
         k = near - 1
         while k >= 0 and sums[i, k, COUNT] == 0:
             k -= 1
@@ -290,33 +520,49 @@ def _way_outwards(sums, counts, sector, ring, middles, out):  # type: ignore[no-
         low, high = min(low, nearest), max(high, furthest)
         after_max, after_sum = max(after_max, after), after_sum + after
         before_sum += max(nearest - begin, 0.0) / nearest
-    out[17], out[18], out[19] = after_max, after_sum / columns, before_sum / columns
-    out[_DEPTH] = high - low
-    out[20] = out[21] = out[22] = 0.0
-    out[23] = middles[ring]
-    r0, z0 = _mean_point(sums, sector, ring)
-    before = ring - 1
-    while before >= 0 and counts[sector, before] < FEW:
-        before -= 1
-    if before >= 0:
-        r1, z1 = _mean_point(sums, sector, before)
-        rise = (z0 - z1) / max(r0 - r1, 0.02)
-        out[21] = min(max(rise, -_MOST), _MOST)
-        if before > 0 and counts[sector, before - 1] >= FEW:
-            r2, z2 = _mean_point(sums, sector, before - 1)
-            slope = min(max((z1 - z2) / max(r1 - r2, 0.02), -1.0), 1.0)
-            out[20] = z0 - z1 - slope * (r0 - r1)
-    behind = ring + 1
-    while behind < counts.shape[1] and counts[sector, behind] < FEW:
-        behind += 1
-    if behind < counts.shape[1]:
-        r1, z1 = _mean_point(sums, sector, behind)
-        out[22] = min(max((z1 - z0) / max(r1 - r0, 0.02), -_MOST), _MOST)
+    out[GAP_AFTER], out[GAP_AFTER_MEAN] = after_max, after_sum / columns
+    out[GAP_BEFORE] = before_sum / columns
+    out[DEPTH] = high - low
 
 
 @kernel
-def _compare_with_ring(counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Take each ring's median gaps off those of its cells, and write what the ring tells.
+def _profile(
+    sums: NDArray[np.float64],
+    counts: NDArray[np.int32],
+    sector: int,
+    ring: int,
+    middles: NDArray[np.float64],
+    out: NDArray[np.float32],
+) -> None:
+    """Write the rises from and to the neighbours along the sector, the bend there, the distance."""
+    out[BEND] = out[RISE_BEFORE] = out[RISE_AFTER] = 0.0
+    out[DISTANCE] = middles[ring]
+    r0, z0 = _mean_point(sums, sector, ring)
+    # Rise from the last described cell before, and how far it departs from the slope up to there.
+    before = ring - 1
+    while before >= 0 and counts[sector, before] < MIN_DESCRIBED:
+        before -= 1
+    if before >= 0:
+        r1, z1 = _mean_point(sums, sector, before)
+        rise = (z0 - z1) / max(r0 - r1, _MIN_RUN)
+        out[RISE_BEFORE] = min(max(rise, -_MAX_SLOPE), _MAX_SLOPE)
+        if before > 0 and counts[sector, before - 1] >= MIN_DESCRIBED:
+            r2, z2 = _mean_point(sums, sector, before - 1)
+            slope = min(max((z1 - z2) / max(r1 - r2, _MIN_RUN), -1.0), 1.0)
+            out[BEND] = z0 - z1 - slope * (r0 - r1)
+    # Rise to the next described cell behind.
+    behind = ring + 1
+    while behind < counts.shape[1] and counts[sector, behind] < MIN_DESCRIBED:
+        behind += 1
+    if behind < counts.shape[1]:
+        r1, z1 = _mean_point(sums, sector, behind)
+        rise = (z1 - z0) / max(r1 - r0, _MIN_RUN)
+        out[RISE_AFTER] = min(max(rise, -_MAX_SLOPE), _MAX_SLOPE)
+
+
+@kernel
+def _compare_with_ring(counts: NDArray[np.int32], values: NDArray[np.float32]) -> None:
+    """Subtract each ring's median gaps from those of its cells, and write the ring's own features.
 
     How far apart the beams of a laser meet level ground depends on the laser and grows outwards;
     all sectors show it alike. A drop shows in some.
@@ -324,31 +570,34 @@ def _compare_with_ring(counts, values):  # type: ignore[no-untyped-def]  # noqa:
     sectors, rings = counts.shape
     beyond = np.zeros(sectors, dtype=np.bool_)
     here, gaps = np.empty(sectors, dtype=np.int64), np.empty(sectors)
-    for ring in range(rings - 1, -1, -1):
+    for ring in range(rings - 1, -1, -1):  # Inwards: what is seen beyond is known by then.
         n = 0
         for sector in range(sectors):
-            if counts[sector, ring] >= FEW:
+            if counts[sector, ring] >= MIN_DESCRIBED:
                 here[n] = sector
                 n += 1
         if n == 0:
             continue
         seen_beyond = beyond.sum() / sectors
-        for feature in range(_GAPS, _GAPS + 3):
+        for feature in range(GAP_AFTER, GAP_BEFORE + 1):
             for k in range(n):
                 gaps[k] = values[here[k], ring, feature]
             median = _median(gaps, n)
             for k in range(n):
                 values[here[k], ring, feature] -= median
-                if feature == _GAPS + 1:
-                    values[here[k], ring, _SPACING] = median
+                if feature == GAP_AFTER_MEAN:
+                    values[here[k], ring, SPACING] = median
         for k in range(n):
-            values[here[k], ring, _SEEN_BEYOND] = seen_beyond
+            values[here[k], ring, SEEN_BEYOND] = seen_beyond
             beyond[here[k]] = True
 
 
 @inlined_kernel
-def _median(values, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the upper median of the first ``n`` values, which it sorts: few are quickest so."""
+def _median(values: NDArray[np.float64], n: int) -> float:
+    """Return the upper median of the first ``n`` values, which it sorts in place.
+
+    Insertion sort, the fastest for the few dozen values of a ring.
+    """
     for k in range(1, n):
         value, place = values[k], k
         while place > 0 and values[place - 1] > value:
@@ -359,7 +608,7 @@ def _median(values, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 
 @kernel
-def _mean_point(sums, sector, ring):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _mean_point(sums: NDArray[np.float64], sector: int, ring: int) -> tuple[float, float]:
     """Return horizontal distance and height of the mean of a cell's points [m]."""
     n = x = y = z = 0.0
     for a in range(2):
@@ -371,40 +620,46 @@ def _mean_point(sums, sector, ring):  # type: ignore[no-untyped-def]  # noqa: AN
 
 
 @kernel
-def eigenvalues(xx, yy, zz, xy, xz, yz):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return the eigenvalues of a covariance, the largest first, in closed form.
+def eigenvalues(covariance: Covariance) -> Eigenvalues:
+    """Return the eigenvalues of a covariance in closed form.
 
-    The largest comes from the trigonometric solution of the cubic; sum and product of the other two
-    follow from trace and determinant, which keeps the smallest one exact on flat ground.
+    The largest comes from the trigonometric solution of the cubic (Smith 1961, "Eigenvalues of a
+    symmetric 3 x 3 matrix"); sum and product of the other two follow from trace and determinant,
+    which keeps the smallest one exact on flat ground.
     """
+    xx, yy, zz, xy, xz, yz = covariance
     trace = xx + yy + zz
     q = trace / 3
     off = xy * xy + xz * xz + yz * yz
     a, b, c = xx - q, yy - q, zz - q
     p = np.sqrt(max((a * a + b * b + c * c + 2 * off) / 6, 0.0))
-    if p <= 1e-15 * max(q, 1e-300):
-        return max(q, 0.0), max(q, 0.0), max(q, 0.0)
+    if p <= 1e-15 * max(q, 1e-300):  # A ball, or a single place: no direction stands out.
+        ball = max(q, 0.0)
+        return Eigenvalues(ball, ball, ball)
     half_det = (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)) / 2
     angle = np.arccos(min(max(half_det / (p * p * p), -1.0), 1.0)) / 3
     l1 = q + 2 * p * np.cos(angle)
+    # l2 + l3 and l2 l3, so a quadratic; l3 from the product, which does not cancel.
     det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     rest = max(trace - l1, 0.0)
     product = max(det / l1, 0.0)
     root = np.sqrt(max(rest * rest - 4 * product, 0.0))
     l2 = (rest + root) / 2
     l3 = product / l2 if l2 > 0 else 0.0
-    return l1, l2, min(l3, l2)
+    return Eigenvalues(l1, l2, min(l3, l2))
 
 
 @kernel
-def normal_z_squared(xx, yy, xy, l1, l2, l3):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return the squared z of the unit eigenvector of ``l3`` from the eigenvalues alone.
+def normal_z_squared(covariance: Covariance, axes: Eigenvalues) -> float:
+    """Return the squared z of the unit normal, the eigenvector of ``l3``, from the eigenvalues.
 
-    The identity of eigenvectors from eigenvalues: the characteristic polynomial of the minor
-    without z, over the product of the gaps. Zero where the normal is undefined (a line, a ball).
+    The identity of eigenvectors from eigenvalues (Denton et al. 2022): the characteristic
+    polynomial of the minor without z, over the product of the eigenvalues' gaps. Zero where the
+    normal is undefined (a line, a ball).
     """
-    gaps = (l1 - l3) * (l2 - l3)
-    if gaps <= 1e-12 * l1 * l1:
+    gaps = (axes.l1 - axes.l3) * (axes.l2 - axes.l3)
+    if gaps <= 1e-12 * axes.l1 * axes.l1:
         return 0.0
-    minor = (xx - l3) * (yy - l3) - xy * xy
+    xy = covariance.xy
+    minor = (covariance.xx - axes.l3) * (covariance.yy - axes.l3) - xy * xy
     return min(max(minor / gaps, 0.0), 1.0)

@@ -15,7 +15,13 @@ from traversability.cloud import PointCloud
 from traversability.features import cell_features
 from traversability.files import read_cloud
 from traversability.grid import PolarGrid
-from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable, things
+from traversability.labels import (
+    CellState,
+    beyond_doubt,
+    label_cells,
+    nontraversable,
+    object_points,
+)
 
 MANIFEST = "manifest.json"
 
@@ -163,26 +169,26 @@ class CellSamples:
 
     Attributes:
         features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
-        red: Whether each is non-traversable, bool, shape (n,).
+        blocked: Whether each is non-traversable, bool, shape (n,).
         clear: Whether its label is beyond doubt: it is the same with the limits moved by their
             margins and with 5 to 30 % of bad points for 15 %. bool, shape (n,).
-        white: Number of empty cells that are left out.
+        n_empty: Number of empty cells that are left out.
         ring: Ring of each cell, int32, shape (n,).
         cloud: Number of the cloud of each cell, int32, shape (n,).
         world: Seed of the world of each cell, int64, shape (n,).
     """
 
     features: NDArray[np.float32]
-    red: NDArray[np.bool_]
+    blocked: NDArray[np.bool_]
     clear: NDArray[np.bool_]
-    white: int
+    n_empty: int
     ring: NDArray[np.int32]
     cloud: NDArray[np.int32]
     world: NDArray[np.int64]
 
     def select(self, mask: NDArray[np.bool_]) -> "CellSamples":
         """Return the cells where ``mask`` holds, bool, shape (n,)."""
-        columns = ("features", "red", "clear", "ring", "cloud", "world")
+        columns = ("features", "blocked", "clear", "ring", "cloud", "world")
         return replace(self, **{name: getattr(self, name)[mask] for name in columns})
 
 
@@ -203,7 +209,9 @@ def cell_samples(
     white = 0
     for number, cloud in enumerate(clouds):
         cells = cell_features(cloud.points, grid)
-        states = label_cells(cloud.points, nontraversable(cloud), grid, things=things(cloud))
+        states = label_cells(
+            cloud.points, nontraversable(cloud), grid, objects=object_points(cloud)
+        )
         judged = states != CellState.EMPTY
         n = int(judged.sum())
         white += judged.size - n
@@ -229,12 +237,12 @@ def join_samples(parts: Sequence[CellSamples]) -> CellSamples:
     """Return the cells of several data sets; their clouds are counted on."""
     first, *rest = parts
     for part in rest:
-        columns = ("features", "red", "clear", "ring", "world")
+        columns = ("features", "blocked", "clear", "ring", "world")
         joined = {
             name: np.concatenate([getattr(first, name), getattr(part, name)]) for name in columns
         }
         joined["cloud"] = np.concatenate([first.cloud, part.cloud + first.cloud.max() + 1])
-        first = replace(first, white=first.white + part.white, **joined)
+        first = replace(first, n_empty=first.n_empty + part.n_empty, **joined)
     return first
 
 

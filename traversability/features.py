@@ -1,9 +1,9 @@
 """Features of each polar cell: the paper's five, the shape of the ground, and the neighbours'.
 
 The paper's features are a principal component analysis of a cell's own points (Sanchez et al. 2023,
-section 3.3). They cannot tell a drop, whose far side nobody sees, or a step between two cells. So
-the ground's shape is looked at on the scale of a wheelbase around each quarter of a cell, and each
-cell knows its neighbours' features (assumption).
+section 3.3). They do not show a drop, whose far side no beam reaches, or a step between two cells.
+So the ground's shape is measured on the scale of a wheelbase around each quarter of a cell, and
+features of the neighbouring cells are added (assumption).
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,19 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, polar_tables
-from traversability.cell_shape import FEW, describe_cells
+from traversability.cell_shape import (
+    HEIGHT_DIFFERENCE,
+    MIN_DESCRIBED,
+    ORIENTATION,
+    QUARTER_HEIGHT,
+    ROUGHNESS,
+    SLOPE_MAX,
+    STEP_MAX,
+    STEP_MEAN,
+    TILT,
+    describe_cells,
+    make_workspace,
+)
 from traversability.grid import PolarGrid
 
 PAPER_FEATURES = ("roughness", "orientation", "planarity", "min_height", "height_difference")
@@ -46,15 +58,23 @@ SHAPE_FEATURES = (
     "seen_beyond",
     "depth",
 )
-"""What a cell and the ground around it look like; bumps are searched for in near cells only.
+"""Shape of a cell and of the ground around it; bumps are searched for in near cells only.
 
 Gaps are those over the median of the ring, ``spacing``, which is the laser's own; ``seen_beyond``
-is the share of the sectors in which something is seen beyond the ring, ``depth`` how far outwards a
-cell's points reach [m]."""
+is the share of the sectors with points beyond the ring, ``depth`` the extent of a cell's points
+outwards [m]."""
 
-SHARED = (0, 1, 4, 6, 7, 8, 10, 12)
-"""Features that neighbours tell each other, none of them negative: roughness, orientation, height
-difference, quarter height, tilt, slope, step, mean step."""
+SHARED = (
+    ROUGHNESS,
+    ORIENTATION,
+    HEIGHT_DIFFERENCE,
+    QUARTER_HEIGHT,
+    TILT,
+    SLOPE_MAX,
+    STEP_MAX,
+    STEP_MEAN,
+)
+"""Columns of the features that a cell takes over from its neighbours, none of them negative."""
 
 CONTEXT = (
     "two_before",
@@ -69,28 +89,32 @@ CONTEXT = (
     "after_sides_high",
     "next_sides_high",
 )
-"""Where neighbours are: before and after on the way outwards, to the sides and beyond them; of two,
-the lower and the higher value."""
+"""Positions of neighbours: before and after along the sector, in the sectors to both sides,
+and in the next ones to both sides; of two cells, the lower and the higher value of a feature."""
 
 OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES
+"""Names of a cell's own features, in the order of the columns of ``cell_shape``."""
 
 ALL_FEATURES = OWN_FEATURES + tuple(
     f"{place}:{OWN_FEATURES[number]}" for place in CONTEXT for number in SHARED
 )
 """Names of all features, in the order of the last axis of ``CellFeatures.values``."""
 
-NOTHING = np.float32(-1.0)
-"""A neighbour's feature where there is no neighbour."""
+NO_NEIGHBOUR = np.float32(-1.0)
+"""Value of a neighbour's feature if there is no neighbour."""
+
+_N_OWN = len(OWN_FEATURES)
+_N_SHARED = len(SHARED)
 
 
 @dataclass(frozen=True)
 class CellFeatures:
-    """What is known about each cell.
+    """Features and number of points of each cell.
 
     Attributes:
         values: Features in the order of ``ALL_FEATURES``, float32, shape (n_sectors, n_rings, f);
             zero where a cell has fewer than three points.
-        counts: Points of each cell, int32, shape (n_sectors, n_rings).
+        counts: Number of points of each cell, int32, shape (n_sectors, n_rings).
     """
 
     values: NDArray[np.float32]
@@ -111,60 +135,84 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     Args:
         points: Points in ``base_footprint`` [m], float32, shape (n, 3). Those beyond the rings, too
             high for the robot or not finite are left out.
-        grid: The cells.
+        grid: Polar grid of cells.
 
     Raises:
         ValueError: If ``points`` has another shape or type.
     """
     quarters = fill_quarters(points, grid)
-    counts = np.empty((grid.n_sectors, grid.n_rings), dtype=np.int32)
-    values = np.zeros((*counts.shape, len(ALL_FEATURES)), dtype=np.float32)
-    means = np.empty((*quarters.sums.shape[:2], 6))
-    planes = np.empty((*quarters.sums.shape[:2], 3))
-    middles = polar_tables(grid).middles
-    describe_cells(points, quarters.bins, quarters.sums, means, planes, counts, middles, values)
+    cells = make_workspace(grid, len(ALL_FEATURES))
+    describe_cells(points, quarters, polar_tables(grid).middles, cells)
     for sector in range(grid.n_sectors):
         for ring in range(grid.n_rings):
-            ask_neighbours(sector, ring, counts, values)
-    return CellFeatures(values, counts)
+            gather_neighbours(sector, ring, cells.counts, cells.values)
+    return CellFeatures(cells.values, cells.counts)
 
 
 @kernel
-def ask_neighbours(sector, ring, counts, values):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write the neighbours' features of a cell; their own must be there."""
-    if counts[sector, ring] < FEW:
+def gather_neighbours(
+    sector: int, ring: int, counts: NDArray[np.int32], values: NDArray[np.float32]
+) -> None:
+    """Write the neighbours' features of one cell; the own features of all cells must be there.
+
+    Args:
+        sector: Sector of the cell.
+        ring: Ring of the cell.
+        counts: Number of points of each cell, shape (n_sectors, n_rings).
+        values: Features of each cell, changed in place, shape (n_sectors, n_rings, f).
+    """
+    if counts[sector, ring] < MIN_DESCRIBED:
         return
     sectors, rings = counts.shape
-    left = sector + 1 if sector + 1 < sectors else 0
-    right = sector - 1 if sector > 0 else sectors - 1
-    place = _OWN
+    place = _N_OWN
+    # Single cells along the sector, two before to two after.
     for offset in (-2, -1, 1, 2):
         here = ring + offset
-        known = 0 <= here < rings and counts[sector, here] >= FEW
-        for k in range(_SHARED):
-            values[sector, ring, place + k] = values[sector, here, SHARED[k]] if known else NOTHING
-        place += _SHARED
+        known = 0 <= here < rings and counts[sector, here] >= MIN_DESCRIBED
+        for k in range(_N_SHARED):
+            value = values[sector, here, SHARED[k]] if known else NO_NEIGHBOUR
+            values[sector, ring, place + k] = value
+        place += _N_SHARED
+    # Pairs to the left and right, beside the cell, before it and after it.
+    left = sector + 1 if sector + 1 < sectors else 0
+    right = sector - 1 if sector > 0 else sectors - 1
+    out = values[sector, ring]
     for offset in (0, -1, 1):
-        _of_two(left, right, ring + offset, counts, values, sector, ring, place, True)
-        place += 2 * _SHARED
+        _gather_pair(left, right, ring + offset, counts, values, out[place:], True)
+        place += 2 * _N_SHARED
     left, right = (sector + 2) % sectors, (sector - 2) % sectors
-    _of_two(left, right, ring, counts, values, sector, ring, place, False)
-
-
-_OWN = len(OWN_FEATURES)
-_SHARED = len(SHARED)
+    _gather_pair(left, right, ring, counts, values, out[place:], False)
 
 
 @kernel
-def _of_two(left, right, there, counts, values, sector, ring, place, both):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the lower (if ``both``) and the higher of two cells' features from ``place`` on."""
-    inside = 0 <= there < counts.shape[1]
-    on_left = inside and counts[left, there] >= FEW
-    on_right = inside and counts[right, there] >= FEW
-    skip = _SHARED if both else 0
-    for k in range(_SHARED):
-        a = values[left, there, SHARED[k]] if on_left else NOTHING
-        b = values[right, there, SHARED[k]] if on_right else NOTHING
+def _gather_pair(
+    left: int,
+    right: int,
+    ring: int,
+    counts: NDArray[np.int32],
+    values: NDArray[np.float32],
+    out: NDArray[np.float32],
+    both: bool,
+) -> None:
+    """Write the lower and the higher value of two cells' features, or the higher alone.
+
+    Args:
+        left: Sector of one cell.
+        right: Sector of the other cell.
+        ring: Ring of both; it need not exist.
+        counts: Number of points of each cell.
+        values: Features of each cell.
+        out: Output, the lower values (if ``both``), then the higher ones.
+        both: True if the lower values are written, too.
+    """
+    inside = 0 <= ring < counts.shape[1]
+    on_left = inside and counts[left, ring] >= MIN_DESCRIBED
+    on_right = inside and counts[right, ring] >= MIN_DESCRIBED
+    skip = _N_SHARED if both else 0
+    for k in range(_N_SHARED):
+        a = values[left, ring, SHARED[k]] if on_left else NO_NEIGHBOUR
+        b = values[right, ring, SHARED[k]] if on_right else NO_NEIGHBOUR
+        # A missing cell counts as -1, less than any value: it must not become the lower one.
         if both:
-            values[sector, ring, place + k] = min(a, b) if on_left and on_right else max(a, b)
-        values[sector, ring, place + skip + k] = max(a, b)
+            out[k] = min(a, b) if on_left and on_right else max(a, b)
+        out[skip + k] = max(a, b)

@@ -148,7 +148,7 @@ def cloud_to_bytes(
     raise CloudFileError(f"kind: expected npz, ply, pcd, las, laz or bin, got {kind!r}")
 
 
-def left_out_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
+def columns_lost_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
     """Return the names of what a kind of file cannot hold of a cloud."""
     if kind == "bin":
         known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]

@@ -122,7 +122,7 @@ class Forest:
         rows = np.arange(len(flat))
         if self.screen is None:
             return self.trees.probability(self._sums(flat, rows))
-        sums = sums_of(self.screen.trees, flat, rows)
+        sums = leaf_sums(self.screen.trees, flat, rows)
         probability = self.screen.trees.probability(sums)
         rest = np.flatnonzero(sums >= self.screen.limit)
         probability[rest] = self.trees.probability(self._sums(flat, rest))
@@ -217,7 +217,7 @@ class Forest:
         return cls.from_bytes(path.read_bytes(), str(path))
 
 
-def sums_of(
+def leaf_sums(
     trees: Trees, features: NDArray[np.float32], rows: NDArray[np.int64] | None = None
 ) -> NDArray[np.float64]:
     """Return the sums of all leaves, ``base`` included.

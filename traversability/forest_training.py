@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
-from traversability.forest import Exit, Forest, Screen, Thresholds, sums_of
+from traversability.forest import Exit, Forest, Screen, Thresholds, leaf_sums
 from traversability.grid import PolarGrid
-from traversability.tree_fitting import flatten_random, grow_boosted
+from traversability.tree_fitting import fit_boosted, flatten_random
 from traversability.trees import Trees
 
 _SCREEN_RATE = 0.5
@@ -96,7 +96,7 @@ PAPER_GRID = PolarGrid(cut="base")
 """The paper's grid: points higher than 1.2 m above the robot's base plane are not projected."""
 
 
-def grow_forest(
+def train_forest(
     samples: CellSamples,
     grid: PolarGrid,
     config: ForestConfig,
@@ -125,7 +125,11 @@ def grow_forest(
     thresholds = {"near": 1 / (1 + config.near_miss), "far": 1 / (1 + config.far_miss)}
     limit: float | None = None
     exits: tuple[Exit, ...] = ()
-    if len(worlds) > 1 and _both_kinds(samples.red[~judges]) and _both_kinds(samples.red[judges]):
+    if (
+        len(worlds) > 1
+        and _both_kinds(samples.blocked[~judges])
+        and _both_kinds(samples.blocked[judges])
+    ):
         first, held = samples.select(~judges), samples.select(judges)
         limit = _screen_limit(first, held, config, seed)
         trial = _planted(first, grid, config, seed, limit)
@@ -146,13 +150,13 @@ def _planted(
     samples: CellSamples, grid: PolarGrid, config: ForestConfig, seed: int, limit: float | None
 ) -> Forest:
     """Return a forest grown on all samples; behind a screen it learns what the screen lets pass."""
-    if not _both_kinds(samples.red):
-        red, all_ = int(samples.red.sum()), len(samples.red)
+    if not _both_kinds(samples.blocked):
+        red, all_ = int(samples.blocked.sum()), len(samples.blocked)
         raise ValueError(f"red: expected cells of both kinds, got {red} red of {all_}; add clouds")
     screen = None
     if limit is not None:
         screen = Screen(_grow_screen(samples, config, seed), limit)
-        samples = samples.select(sums_of(screen.trees, samples.features) >= limit)
+        samples = samples.select(leaf_sums(screen.trees, samples.features) >= limit)
     trees = _grow(samples, config, config.names, config.trees, seed)
     return Forest(trees, Thresholds(), grid, screen)
 
@@ -171,7 +175,7 @@ def _screen_limit(
     if config.screen_trees == 0:
         return None
     screen = _grow_screen(samples, config, seed)
-    sums = sums_of(screen, held.features[held.red])
+    sums = leaf_sums(screen, held.features[held.blocked])
     return float(np.quantile(sums, config.screen_loss))
 
 
@@ -180,7 +184,7 @@ def _grow(
 ) -> Trees:
     """Return trees grown on some features of all samples."""
     columns = [ALL_FEATURES.index(name) for name in names]
-    features, red = samples.features[:, columns], samples.red
+    features, red = samples.features[:, columns], samples.blocked
     if config.kind == "random":
         from sklearn.ensemble import RandomForestClassifier
 
@@ -192,7 +196,7 @@ def _grow(
             n_jobs=1,
         )
         return flatten_random(model.fit(features, red), names)
-    return grow_boosted(features, red, names, trees, config, seed)
+    return fit_boosted(features, red, names, trees, config, seed)
 
 
 def _cheapest_thresholds(
@@ -202,12 +206,12 @@ def _cheapest_thresholds(
     probability = forest.predict_proba(held.features)
     near = forest.grid.ring_edges[:-1][held.ring] < config.near_range
     return {
-        zone: cheapest_threshold(held.red[inside], probability[inside], cost)
+        zone: cheapest_threshold(held.blocked[inside], probability[inside], cost)
         for zone, inside, cost in (
             ("near", near, config.near_miss),
             ("far", ~near, config.far_miss),
         )
-        if held.red[inside].any()
+        if held.blocked[inside].any()
     }
 
 
@@ -217,16 +221,16 @@ def _exits(
     """Return exits that change few held-out cells over, whichever of the thresholds counts."""
     features = held.features
     if forest.screen is not None:
-        features = features[sums_of(forest.screen.trees, features) >= forest.screen.limit]
+        features = features[leaf_sums(forest.screen.trees, features) >= forest.screen.limit]
     trees, limits = forest.trees, forest.trees.sum_at(np.array(thresholds))
-    final = sums_of(trees, features)
+    final = leaf_sums(trees, features)
     # At the lower limit a cell called red must not leave as green, at the higher one the reverse.
     red, green = final >= limits.min(), final < limits.max()
     found = []
     for after in config.exits:
         if after >= len(trees.roots) or not (red.any() and green.any()):
             break
-        part = sums_of(trees.between(0, after), features)
+        part = leaf_sums(trees.between(0, after), features)
         low = min(float(np.quantile(part[red], config.exit_loss)), limits.min())
         high = max(float(np.quantile(part[green], 1 - config.exit_loss)), limits.max())
         found.append(Exit(after, low, high))
@@ -245,8 +249,8 @@ def importances(forest: Forest, samples: CellSamples, seed: int) -> dict[str, fl
         Loss in nats a cell by name, the dearest first.
     """
     rng = np.random.default_rng(seed)
-    rows = rng.permutation(len(samples.red))[:20_000]
-    features, red = samples.features[rows], samples.red[rows]
+    rows = rng.permutation(len(samples.blocked))[:20_000]
+    features, red = samples.features[rows], samples.blocked[rows]
 
     def loss(values: NDArray[np.float32]) -> float:
         p = np.clip(forest.predict_proba(values), 1e-6, 1 - 1e-6)

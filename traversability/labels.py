@@ -13,14 +13,14 @@ from traversability.grid import PolarGrid
 MIN_SHARE = 0.15
 """Share of non-traversable points that makes a cell non-traversable (paper: 15 %)."""
 
-THING_POINTS = 5
+MIN_OBJECT_POINTS = 5
 """Points of a thing that make a near cell non-traversable, however small their share is.
 
 Assumption: a rock that stops a wheel fills less than 15 % of a cell, and a robot that drives by the
 paper's rule alone meets it.
 """
 
-THING_REACH = 3.2
+OBJECT_RANGE = 3.2
 """Cells that begin nearer than this are near [m]."""
 
 
@@ -48,7 +48,7 @@ def label_cells(
     nontraversable: NDArray[np.bool_],
     grid: PolarGrid,
     min_share: float = MIN_SHARE,
-    things: NDArray[np.bool_] | None = None,
+    objects: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.uint8]:
     """Return the true state of each cell.
 
@@ -57,7 +57,7 @@ def label_cells(
         nontraversable: Whether each belongs to something the robot must not drive on, shape (n,).
         grid: The cells; its height limit and least number of points hold here too.
         min_share: Share of non-traversable points from which a cell is non-traversable.
-        things: Whether each point belongs to a thing rather than to the ground, shape (n,): a few
+        objects: Whether each point belongs to a thing rather than to the ground, shape (n,): a few
             of them are enough in near cells. None keeps to the paper's share everywhere.
 
     Returns:
@@ -74,15 +74,15 @@ def label_cells(
     _count(quarters.bins[: len(points)], nontraversable, counts)
     total = counts.sum(axis=0)
     bad = counts[1] >= min_share * total
-    if things is not None:
-        _count(quarters.bins[: len(points)], things, counts)
-        bad |= (counts[1] >= THING_POINTS) & (grid.ring_edges[:-1] < THING_REACH)
+    if objects is not None:
+        _count(quarters.bins[: len(points)], objects, counts)
+        bad |= (counts[1] >= MIN_OBJECT_POINTS) & (grid.ring_edges[:-1] < OBJECT_RANGE)
     states = np.where(bad, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
     states[total < grid.min_points] = CellState.EMPTY
     return states.astype(np.uint8)
 
 
-def things(cloud: PointCloud) -> NDArray[np.bool_]:
+def object_points(cloud: PointCloud) -> NDArray[np.bool_]:
     """Return which points of a labelled cloud belong to things, shape (n,).
 
     A cloud that does not tell them from steep ground has all that forbid it.

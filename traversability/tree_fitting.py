@@ -30,7 +30,7 @@ class Growth(Protocol):
         """L2 penalty of leaves."""
 
 
-def grow_boosted(
+def fit_boosted(
     features: NDArray[np.float32],
     red: NDArray[np.bool_],
     names: tuple[str, ...],

@@ -1,7 +1,7 @@
 """Decision trees as flat arrays, walked by compiled loops."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,41 @@ from numpy.typing import NDArray
 from terrain.kernel import kernel
 
 Vote = Literal["mean", "logistic"]
-Nodes = tuple[int, NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
+"""Way from the sum of leaves to a probability."""
 
-_DEEPEST = 7
+_MAX_COMPLETE_DEPTH = 7
+"""Depth up to which trees are filled up to complete ones: 2^7 leaves of a tree fit in the cache."""
+
 _FEATURE_BITS = 10
+"""Lowest bits of a link, which hold the feature; the others hold the left child."""
+
+
+class TreeNodes(NamedTuple):
+    """Trees laid out for ``add_leaves``, either filled up to complete ones or linked.
+
+    Node ``i`` of a complete tree has the children ``2 i`` and ``2 i + 1``, the root is node 1: a
+    walk needs no branch. Trees that are too deep for that keep their links.
+
+    Attributes:
+        n_trees: Number of trees, t.
+        depth: Number of splits from the root to each leaf of complete trees; 0 for linked ones.
+        splits: Column that each node of complete trees splits by, uint8, shape (t, 2^depth).
+        cuts: Largest value that goes left at each node, float32, shape (t, 2^depth); of linked
+            trees, cuts and leaves of all nodes in one row, shape (1, n).
+        leaves: Leaves of complete trees, float32, shape (t, 2^depth).
+        links: Left child and column of each node of linked trees, negative at a leaf, int32, shape
+            (n,).
+        roots: First node of each linked tree, int32, shape (t,).
+    """
+
+    n_trees: int
+    depth: int
+    splits: NDArray[np.uint8]
+    cuts: NDArray[np.float32]
+    leaves: NDArray[np.float32]
+    links: NDArray[np.int32]
+    roots: NDArray[np.int32]
+
 
 COLUMNS: dict[str, type[np.generic]] = {
     "roots": np.int32,
@@ -21,7 +52,7 @@ COLUMNS: dict[str, type[np.generic]] = {
     "left": np.int32,
     "leaf": np.float32,
 }
-"""Arrays of ``Trees`` with their types."""
+"""Arrays of ``Trees`` by name, with their types."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +61,15 @@ class Trees:
 
     Attributes:
         features: Names of the features that nodes split by.
-        vote: Whether the probability is the ``mean`` of the leaves (a random forest) or the
+        vote: Way to the probability: the ``mean`` of the leaves (a random forest) or the
             ``logistic`` function of their sum (boosted trees).
-        base: What the sum begins with.
+        base: Start of the sum of leaves.
         roots: First node of each tree, int32, shape (t,).
-        feature: Place in ``features`` that a node splits by, -1 at a leaf, int16, shape (n,).
-        cut: Values up to this go left, float64, shape (n,).
-        left: Left child, int32, shape (n,).
-        leaf: What a leaf adds: the share of red training cells, or log odds, float32, shape (n,).
+        feature: Index in ``features`` that each node splits by, -1 at a leaf, int16, shape (n,).
+        cut: Largest value that goes left at each node, float64, shape (n,).
+        left: Left child of each node, int32, shape (n,).
+        leaf: Value that each leaf adds: the share of non-traversable training samples, or log odds,
+            float32, shape (n,).
     """
 
     features: tuple[str, ...]
@@ -78,49 +110,85 @@ class Trees:
         if self.vote == "mean" and not ((self.leaf >= 0) & (self.leaf <= 1)).all():
             raise ValueError("a probability outside of 0 to 1")
 
-    def laid_out(self, names: tuple[str, ...]) -> Nodes:
-        """Return the nodes for ``add_leaves`` on rows whose columns are ``names``.
+    def laid_out(self, names: tuple[str, ...]) -> TreeNodes:
+        """Return the nodes for ``add_leaves``; shallow trees are filled up to complete ones.
 
-        Shallow trees are filled up to complete ones, whose walk has no branch: the children of node
-        ``i`` are ``2 i`` and ``2 i + 1``. Deep ones keep links.
+        Args:
+            names: Names of the columns of the rows that will be given.
         """
         column = np.array([names.index(name) for name in self.features], dtype=np.int64)
+        # Rows are float32: a cut becomes the largest float32 that is not above it, so that a value
+        # goes to the same side as with the exact cut.
         cut = self.cut.astype(np.float32)
         too_high = cut.astype(np.float64) > self.cut
         cut[too_high] = np.nextafter(cut[too_high], np.float32(-np.inf))
         inner = self.feature >= 0
         splits = np.where(inner, column[self.feature], 0)
         depth = max(self._depth(), 1)  # Nothing to split still is a complete tree.
-        if depth > _DEEPEST:
-            link = np.where(inner, (self.left.astype(np.int64) << _FEATURE_BITS) + splits, -1)
-            value = np.where(inner, cut, self.leaf)[None]
-            none = np.zeros((1, 1), dtype=np.uint8)
-            return 0, none, value, self.roots.astype(np.float32)[None], link.astype(np.int32)
-        leaves = 1 << depth
-        complete = np.zeros((len(self.roots), leaves), dtype=np.int64)
-        complete_splits = np.zeros((len(self.roots), leaves), dtype=np.uint8)
-        cuts = np.full((len(self.roots), leaves), np.inf, dtype=np.float32)
-        complete[:, 0] = complete_splits[:, 0] = 0
+        if depth > _MAX_COMPLETE_DEPTH:
+            return self._linked(cut, splits)
+        return self._complete(cut, splits, depth)
+
+    def _linked(self, cut: NDArray[np.float32], splits: NDArray[np.int64]) -> TreeNodes:
+        """Return the trees as linked nodes.
+
+        Args:
+            cut: Cut of each node in float32, shape (n,).
+            splits: Column that each node splits by, shape (n,).
+        """
+        inner = self.feature >= 0
+        link = np.where(inner, (self.left.astype(np.int64) << _FEATURE_BITS) + splits, -1)
+        return TreeNodes(
+            n_trees=len(self.roots),
+            depth=0,
+            splits=np.zeros((1, 1), dtype=np.uint8),
+            cuts=np.where(inner, cut, self.leaf)[None],
+            leaves=np.zeros((1, 1), dtype=np.float32),
+            links=link.astype(np.int32),
+            roots=self.roots,
+        )
+
+    def _complete(
+        self, cut: NDArray[np.float32], splits: NDArray[np.int64], depth: int
+    ) -> TreeNodes:
+        """Return the trees as complete ones: below an early leaf, all leaves are the same.
+
+        Args:
+            cut: Cut of each node in float32, shape (n,).
+            splits: Column that each node splits by, shape (n,).
+            depth: Number of splits from the root to each leaf.
+        """
+        inner = self.feature >= 0
+        n_trees, leaves = len(self.roots), 1 << depth
+        complete_splits = np.zeros((n_trees, leaves), dtype=np.uint8)
+        cuts = np.full((n_trees, leaves), np.inf, dtype=np.float32)
         here = self.roots.astype(np.int64)[:, None]
         for level in range(depth):
             places = np.arange(1 << level, 2 << level)
             split = inner[here]
+            # Nothing is above infinity: an early leaf goes left all the way down.
             complete_splits[:, places] = np.where(split, splits[here], 0)
             cuts[:, places] = np.where(split, cut[here], np.inf)
             left = np.where(split, self.left[here], here)
             right = np.where(split, self.left[here] + 1, here)
-            here = np.stack([left, right], axis=2).reshape(len(self.roots), -1)
-        return depth, complete_splits, cuts, self.leaf[here], np.zeros(1, dtype=np.int32)
+            here = np.stack([left, right], axis=2).reshape(n_trees, -1)
+        none = np.zeros(1, dtype=np.int32)
+        return TreeNodes(n_trees, depth, complete_splits, cuts, self.leaf[here], none, none)
 
     def _depth(self) -> int:
-        """Return the number of splits on the longest way."""
+        """Return the number of splits on the longest path from a root to a leaf."""
         depth = np.zeros(len(self.feature), dtype=np.int64)
         for node in np.flatnonzero(self.feature >= 0):  # Parents stand before their children.
             depth[self.left[node] : self.left[node] + 2] = depth[node] + 1
         return int(depth.max())
 
     def between(self, first: int, last: int) -> "Trees":
-        """Return some of the trees; ``base`` stays with the first."""
+        """Return some of the trees; ``base`` belongs to the first one.
+
+        Args:
+            first: First tree to return.
+            last: Tree before which to stop.
+        """
         ends = np.append(self.roots, len(self.feature))
         begin, end = int(ends[first]), int(ends[last])
         return Trees(
@@ -135,11 +203,11 @@ class Trees:
         )
 
     def probability(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the probability of red from the sums of leaves, ``base`` included."""
+        """Return the probability of blocked from the sums of leaves, ``base`` included."""
         return 1 / (1 + np.exp(-sums)) if self.vote == "logistic" else sums / len(self.roots)
 
     def log_odds(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the log odds of red from the sums of leaves, ``base`` included."""
+        """Return the log odds of blocked from the sums of leaves, ``base`` included."""
         if self.vote == "logistic":
             return sums
         with np.errstate(divide="ignore"):
@@ -153,7 +221,11 @@ class Trees:
         return probability * len(self.roots)
 
     def packed(self, prefix: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Return arrays, their names prefixed, and a header for a file."""
+        """Return the trees as arrays and a header for a file; see ``unpacked``.
+
+        Args:
+            prefix: Prefix of the arrays' names.
+        """
         arrays = {prefix + name: getattr(self, name) for name in COLUMNS}
         return arrays, {"features": list(self.features), "vote": self.vote, "base": self.base}
 
@@ -164,10 +236,10 @@ class Trees:
         """Return the trees of ``packed``.
 
         Args:
-            arrays: With prefixed names.
-            header: Of these trees.
-            prefix: Of the names.
-            names: Features that are known.
+            arrays: Arrays of the file, by prefixed name.
+            header: Header of these trees.
+            prefix: Prefix of their arrays' names.
+            names: Names of the features that are known.
 
         Raises:
             ValueError: If something is wrong or unknown.
@@ -181,30 +253,40 @@ class Trees:
 
 
 @kernel
-def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Add to ``sums[k]`` what ``features[rows[k]]`` meets in trees, for k below ``n_rows``.
+def add_leaves(
+    features: NDArray[np.float32],
+    rows: NDArray[np.int64],
+    n_rows: int,
+    nodes: TreeNodes,
+    first: int,
+    last: int,
+    sums: NDArray[np.float64],
+) -> None:
+    """Add to ``sums[k]`` the leaves that ``features[rows[k]]`` reaches, for k below ``n_rows``.
 
-    Tree by tree, so that a tree is read once for all rows.
+    Trees are the outer loop, so that the nodes of one tree stay in the cache for all rows.
 
     Args:
-        features: float32, shape (n, f).
-        rows: Rows to look at, int64.
-        n_rows: How many of them.
-        nodes: Of ``Trees.laid_out``.
-        first: The first tree to walk.
-        last: The tree before which to stop.
-        sums: float64, as long as ``rows``.
+        features: Features, float32, shape (n, f).
+        rows: Rows of ``features`` to classify, int64, shape (m,).
+        n_rows: Number of rows to classify, up to m.
+        nodes: Trees of ``Trees.laid_out``.
+        first: First tree to walk.
+        last: Tree before which to stop.
+        sums: Sums to add to, float64, shape (m,).
     """
-    depth, splits, cuts, leaves, links = nodes
-    if depth == 0:
-        _walk_links(features, rows, n_rows, cuts[0], leaves[0], links, first, last, sums)
+    if nodes.depth == 0:
+        _walk_links(features, rows, n_rows, nodes, first, last, sums)
         return
-    one, bottom = np.uint64(1), np.uint64(1 << depth)
+    splits, cuts, leaves = nodes.splits, nodes.cuts, nodes.leaves
+    # Unsigned indices spare numba the test for negative ones.
+    one, bottom = np.uint64(1), np.uint64(1 << nodes.depth)
     for tree in range(first, last):
         for k in range(n_rows):
             row = rows[k]
             i = one
-            for _ in range(depth):
+            for _ in range(nodes.depth):
+                # One bit a level: 0 goes left, 1 goes right.
                 i = (i << one) | np.uint64(
                     features[row, np.uint64(splits[tree, i])] > cuts[tree, i]
                 )
@@ -212,15 +294,25 @@ def add_leaves(features, rows, n_rows, nodes, first, last, sums):  # type: ignor
 
 
 @kernel
-def _walk_links(features, rows, n_rows, value, roots, links, first, last, sums):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Walk deep trees: a link is the left child and, in its lowest bits, the feature."""
+def _walk_links(
+    features: NDArray[np.float32],
+    rows: NDArray[np.int64],
+    n_rows: int,
+    nodes: TreeNodes,
+    first: int,
+    last: int,
+    sums: NDArray[np.float64],
+) -> None:
+    """Walk linked trees; see ``add_leaves``."""
+    values, links = nodes.cuts[0], nodes.links
     mask = np.int32((1 << _FEATURE_BITS) - 1)
-    for root in roots[first:last]:
+    for root in nodes.roots[first:last]:
         for k in range(n_rows):
-            node = np.int32(root)
-            way = links[node]
-            while way >= 0:
-                right = features[rows[k], way & mask] > value[node]
-                node = (way >> _FEATURE_BITS) + np.int32(right)
-                way = links[node]
-            sums[k] += value[node]
+            node = root
+            link = links[node]
+            while link >= 0:
+                # The children are neighbours in memory: the right one is the next.
+                right = features[rows[k], link & mask] > values[node]
+                node = (link >> _FEATURE_BITS) + np.int32(right)
+                link = links[node]
+            sums[k] += values[node]

@@ -19,39 +19,39 @@ class VirtualScan:
             (n_sectors,), sector 0 centred on bearing ``-pi + pi / n_sectors``, then
             counter-clockwise (REP-117).
         max_range: Last ring edge [m].
-        odds: Log odds of each cell for being non-traversable, above those from which on it is
+        log_odds: Log odds of each cell for being non-traversable, above those from which on it is
             called so: it is from 0 on. NaN is not judged; behind the first non-traversable cell of
             a sector all may be. float32, shape (n_sectors, n_rings), None when nobody judged cells.
     """
 
     ranges: NDArray[np.float32]
     max_range: float
-    odds: NDArray[np.float32] | None = None
+    log_odds: NDArray[np.float32] | None = None
 
     def finite(self) -> NDArray[np.float32]:
         """Return the ranges as the policy sees them: free and unknown are ``max_range`` [m]."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
 
-    def odds_of(self, grid: PolarGrid) -> NDArray[np.float32]:
+    def log_odds_of(self, grid: PolarGrid) -> NDArray[np.float32]:
         """Return the log odds of cells, or what the ranges say where nobody judged cells.
 
         Args:
             grid: The cells.
 
         Returns:
-            See ``odds``; infinite where ranges tell. float32, shape (n_sectors, n_rings).
+            See ``log_odds``; infinite where ranges tell. float32, shape (n_sectors, n_rings).
         """
-        if self.odds is not None:
-            return self.odds
+        if self.log_odds is not None:
+            return self.log_odds
         near, far = grid.ring_edges[:-1], grid.ring_edges[1:]
         ranges = self.ranges[:, None]
         red = (ranges >= near) & (ranges < far)
         red[:, 0] |= self.ranges < near[0]
         cells = np.where(red, CellState.NON_TRAVERSABLE, CellState.EMPTY)
-        return sure_odds(np.where(ranges >= far, CellState.TRAVERSABLE, cells))
+        return certain_log_odds(np.where(ranges >= far, CellState.TRAVERSABLE, cells))
 
 
-def sure_odds(cells: NDArray[np.integer]) -> NDArray[np.float32]:
+def certain_log_odds(cells: NDArray[np.integer]) -> NDArray[np.float32]:
     """Return the log odds of cells that are known for sure: infinite, NaN where they are empty.
 
     Args:
@@ -84,4 +84,4 @@ def virtual_scan(cells: NDArray[np.uint8], grid: PolarGrid) -> VirtualScan:
     red = cells == CellState.NON_TRAVERSABLE
     ranges = np.where(red.any(axis=1), grid.ring_edges[red.argmax(axis=1)], np.inf)
     ranges[(cells == CellState.EMPTY).all(axis=1)] = np.nan
-    return VirtualScan(ranges.astype(np.float32), grid.outer_radius, sure_odds(cells))
+    return VirtualScan(ranges.astype(np.float32), grid.outer_radius, certain_log_odds(cells))

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 
 from terrain.classes import TRAITS
+from worlds.quiet_pybullet import pybullet
 from worlds.world import World
 
 _MAX_TRIANGLES = 40_000

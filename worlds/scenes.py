@@ -26,7 +26,7 @@ class Scene:
         return -x, -y, x, y
 
 
-class SceneShelf:
+class SceneCache:
     """Keeps the scenes used last; environments in one process share a shelf."""
 
     def __init__(self, capacity: int = 32) -> None:

@@ -1,4 +1,4 @@
-"""The command line: the one place that prints, maps errors to exit codes and exits."""
+"""The command line: commands, errors on one line, exit codes."""
 
 import sys
 import traceback
@@ -26,7 +26,7 @@ from andabata.app.verbs import (
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
-# What typer raises for wrong words: click's exception, or its own copy of it in later versions.
+# Exception of typer for a wrong command line: click's, or its own copy in later versions.
 _USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
@@ -63,8 +63,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code: 0 ok, 1 failed, 2 usage, 130 interrupted.
 
     Args:
-        argv: Words after the program's name; None for the process's own. ``--debug`` may stand
-            anywhere.
+        argv: Words after the program's name; None for the process's own. ``--debug`` is accepted
+            at any place.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in words
@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = app(words, prog_name="andabata", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        code = INTERRUPTED  # Later versions of typer return it by themselves.
+        code = INTERRUPTED  # Later versions of typer return this code.
     except _USAGE_ERROR as error:
         return _fail(error.format_message(), USAGE)
     except Exception as error:
@@ -85,7 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _code(error: Exception) -> int:
-    """Return 2 for what the user typed, 1 for everything else."""
+    """Return 2 for an error in what the user typed, 1 for all others."""
     from andabata.app.settings import SettingsError
     from andabata.app.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
@@ -109,12 +109,12 @@ def _one_line(error: Exception) -> str:
 
 
 def _fail(text: str, code: int) -> int:
-    """Print an error, unless typer has shown the help instead, and return its code."""
+    """Print an error and return its code; no text means that typer has shown the help instead."""
     if text:
         sys.stderr.write(f"error: {' '.join(text.split())}\n")
     return code
 
 
 def run() -> None:
-    """Be the console script."""
+    """Run the console script and exit with its code."""
     sys.exit(main())

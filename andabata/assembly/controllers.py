@@ -1,69 +1,95 @@
-"""Controllers by name, for the command line and the judges."""
+"""Controllers by name: what steers, alone or with the local planner around it."""
+
+from collections.abc import Callable
+
+import numpy as np
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.models import Models, shipped_policy
-from andabata.navigation.controller import Controller
-from andabata.navigation.guided import GuidedController
-from andabata.navigation.learned import LearnedController
+from andabata.navigation.controller import Controller, Steering
+from andabata.navigation.null_controllers import AwayController, RandomController
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.navigation.planning.trajectory_rollouts import AROUND, TrajectoryRollouts
+from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from worlds.world import World
 
-BLIND_CONTROLLERS = (
-    "learned",
-    "actor-critic",
-    "reactive",
-    "straight",
-    "learned-map",
-    "reactive+map",
-    "straight+map",
+_Make = Callable[[SimulatedRobotConfig, Models, np.random.Generator], Controller]
+
+_MAKERS: dict[str, _Make] = {
+    "policy": lambda config, models, rng: PolicyController(models.policy, config.robot.speed),
+    "actor-critic": lambda config, models, rng: PolicyController(
+        shipped_policy("actor-critic"), config.robot.speed
+    ),
+    "reactive": lambda config, models, rng: ReactiveController(config.robot, config.grid),
+    "straight": lambda config, models, rng: StraightController(config.robot.speed),
+    "random": lambda config, models, rng: RandomController(config.robot, rng),
+    "away": lambda config, models, rng: AwayController(config.robot),
+}
+"""Makers of the controllers that need no true map."""
+
+_WITH_PLANNER = {
+    "policy+planner": "policy",
+    "planner": "straight",
+    "reactive+planner": "reactive",
+    "random+planner": "random",
+    "away+planner": "away",
+}
+"""Controller inside of each that has the local planner around it. ``planner`` heads straight for
+the sub-goals: what is left is the planner's."""
+
+MAPLESS_CONTROLLERS = (
+    *("policy+planner", "policy", "actor-critic", "planner", "reactive", "reactive+planner"),
+    *("straight", "random+planner", "away+planner"),
 )
-"""Those that need no true map, and each of them without or with a local map of its own."""
+"""Names of the controllers that need no true map."""
 
-CONTROLLERS = (*BLIND_CONTROLLERS, "oracle")
+CONTROLLERS = (*MAPLESS_CONTROLLERS, "oracle")
+"""Names of all controllers."""
+
+_RENAMED = {
+    "learned": "policy+planner",
+    "learned-map": "policy",
+    "straight+map": "planner",
+    "reactive+map": "reactive+planner",
+}
+"""Names of older versions and today's."""
 
 
-def make_controller(
-    name: str, world: World | None, config: SimulatedRobotConfig, models: Models | None = None
-) -> Controller:
-    """Return a controller.
+def make_steering(
+    name: str,
+    world: World | None,
+    config: SimulatedRobotConfig,
+    models: Models | None = None,
+    rng: np.random.Generator | None = None,
+) -> Steering:
+    """Return a controller, with its planner where the name has one.
 
     Args:
         name: One of ``CONTROLLERS``.
-        world: The oracle's world; None for a recording or a real robot, where nobody knows it.
-        config: The robot and grid that the controller works with.
-        models: The learned controller's policy, and the squares of maps; None for the shipped ones.
-            ``actor-critic`` always drives with the shipped policy of the paper's scheme, and
-            without a map.
+        world: World of the oracle; None for a recording or a real robot, where it is not known.
+        config: Robot, grid and planner.
+        models: Policy of ``policy``; None for the shipped one. ``actor-critic`` always drives with
+            the shipped policy of the paper's scheme.
+        rng: Noise of ``random+planner``; None for a fixed seed.
 
     Raises:
         ValueError: If there is no controller of that name.
     """
-    known = CONTROLLERS if world is not None else BLIND_CONTROLLERS
+    known = CONTROLLERS if world is not None else MAPLESS_CONTROLLERS
     if name not in known:
         why = "; the oracle needs the true map" if name == "oracle" else ""
+        if name in _RENAMED:
+            why = f"; {name!r} is {_RENAMED[name]!r} now"
         raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
     if name == "oracle" and world is not None:
-        return OracleController(world, config.robot)
-    models = models or Models()
-    guided = name.endswith("+map") or name == "learned"
-    controller: Controller
-    match name.removesuffix("+map").removesuffix("-map"):
-        case "learned":
-            controller = LearnedController(models.policy)
-        case "actor-critic":
-            controller = LearnedController(shipped_policy("actor-critic"))
-        case "reactive":
-            controller = ReactiveController(config.robot, config.grid)
-        case _:
-            controller = StraightController()
-    if guided:
-        rollouts = TrajectoryRollouts(config.robot, config.rollouts)
-        remembered = config.local_planner.looking_every(config.rollouts.hold)
-        local_planner = LocalPlanner(
-            config.grid, remembered, config.robot, AROUND, models.ground_classifier
-        )
-        controller = GuidedController(controller, local_planner, rollouts)
-    return controller
+        oracle = OracleController(world, config.robot)
+        return Steering(oracle, action_repeat=oracle.config.action_repeat)
+    inner = _WITH_PLANNER.get(name, name)
+    controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
+    if inner == name:
+        return Steering(controller)
+    repeat = config.rollouts.action_repeat
+    settings = config.local_planner.decimated(repeat)
+    planner = LocalPlanner(config.grid, settings, config.robot, config.rollouts)
+    return Steering(controller, planner, repeat)

@@ -187,7 +187,7 @@ def take_cloud(
     half_turn = config.assembly.turn / lidar.head_rate
     carried = rng.uniform(0, config.carry_time)
     while readings.stamp < half_turn + 2 / lidar.sweep_hz + carried:
-        readings = simulator.step(wheels, blind=True)
+        readings = simulator.step(wheels, skip_scan=True)
         if readings.truth is not None and readings.truth.collided:
             wheels = WheelSpeeds(0.0, 0.0)
         for localizer in localizers:
@@ -196,7 +196,7 @@ def take_cloud(
     sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, tilt)
     for localizer, assembler in zip(localizers, assemblers, strict=True):
         track = localizer.track
-        assembler.add(sweeps, track if tilt is None else track.turned(tilt))
+        assembler.add(sweeps, track if tilt is None else track.rotated(tilt))
     simulator.close()
     surveyed = assemblers[1].cloud
     if surveyed is None or surveyed.classes is None:

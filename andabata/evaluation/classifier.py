@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from traversability.cartesian.classifier import GroundClassifier, SquareSamples
+from traversability.cartesian.classifier import GroundClassifier, GroundSamples
 from traversability.cartesian.context import CONTEXT_FEATURES
-from traversability.cartesian.features import NEAREST, REACH
+from traversability.cartesian.features import MAX_RANGE, MIN_RANGE
 from traversability.dataset import CellSamples, DatasetError, Manifest, Split, read_clouds
 from traversability.forest import Forest
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
@@ -19,7 +19,7 @@ from traversability.scores import FIGURES, PAPER, CellScores, range_errors
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
 
-SQUARE_BANDS = (NEAREST, 1.8, 3.2, 5.0, REACH)
+SQUARE_BANDS = (MIN_RANGE, 1.8, 3.2, 5.0, MAX_RANGE)
 """Squares are judged apart between these distances [m]."""
 
 
@@ -61,17 +61,17 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
     return scores | {"n_cells": colours, "clouds": len(truth)}
 
 
-def judge_squares(forest: GroundClassifier, samples: SquareSamples) -> dict[str, Any]:
+def judge_squares(forest: GroundClassifier, samples: GroundSamples) -> dict[str, Any]:
     """Return the scores of a classifier of squares, of all and by distance.
 
     The samples are what the second look knows. A square is called red from even odds on; a map
     weighs misses by itself. ``recall_low`` is the share of the red squares of low things that are.
     """
-    odds = forest.second.odds(samples.features)
+    odds = forest.second.log_odds(samples.features)
     far = samples.features[:, CONTEXT_FEATURES.index("range")]
 
     def of(chosen: NDArray[np.bool_]) -> dict[str, Any]:
-        states = np.where(samples.red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
+        states = np.where(samples.blocked, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
         called = np.where(odds >= 0, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)[chosen]
         return CellScores.of(states.astype(np.uint8), called.astype(np.uint8)).as_dict()
 
@@ -105,8 +105,8 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
     """Return the paper's two tables with the right names, ours beside the paper's."""
     lines = []
     if training is not None:
-        green, red = int((~training.red).sum()), int(training.red.sum())
-        lines.append(f"training cells: {green} green, {red} red, {training.white} white")
+        green, red = int((~training.blocked).sum()), int(training.blocked.sum())
+        lines.append(f"training cells: {green} green, {red} red, {training.n_empty} white")
     cells = data["n_cells"]
     lines += [
         f"judged cells: {cells['green']} green, {cells['red']} red, {cells['white']} white "

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import MessageWriter, open_writer, write_manifest
 from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Task, World, choose_task
 
@@ -31,11 +31,11 @@ class Driven:
     """A finished drive.
 
     Attributes:
-        world: Where.
+        world: World.
         task: Start and goals.
-        controller: Who drove.
-        attempts: A drive to each goal that was tried.
-        cloud: The last levelled cloud around the robot, None with the horizontal scanner.
+        controller: Name of the controller.
+        attempts: Drives to the goals that were tried.
+        cloud: Last levelled cloud around the robot, None with the horizontal scanner.
     """
 
     world: World
@@ -67,7 +67,7 @@ class Driven:
             "goals": [list(goal) for goal in self.task.goals],
             "success": self.attempts[-1].outcome is Outcome.GOAL
             and len(self.attempts) == len(self.task.goals),
-            "legs": [
+            "attempts": [
                 {
                     "goal": attempt.goal,
                     "outcome": str(attempt.outcome),
@@ -86,11 +86,11 @@ class Driven:
 
 @dataclass(frozen=True)
 class Recording:
-    """Where and how to record.
+    """Destination of a recording.
 
     Attributes:
-        path: A new file in .bag, .mcap or .db3.
-        clouds: Whether to record the clouds too, nearly all of the bytes.
+        path: New file: .bag, .mcap or .db3.
+        clouds: True to record the clouds too, nearly all of the bytes.
     """
 
     path: Path
@@ -103,20 +103,20 @@ class Recording:
             BagError: If the file is there already.
         """
         writer = open_writer(self.path)
-        queue = MessageQueue(writer, MessageBuilder(writer.ros))
+        outbox = MessageQueue(writer, MessageBuilder(writer.ros))
         assembler = assembler_of(simulated_robot.perception)
         bearings = simulated_robot.config.grid.bearings
-        recorder = Recorder(queue, simulated_robot.localizer, assembler, bearings, self.clouds)
+        recorder = Recorder(outbox, simulated_robot.localizer, assembler, bearings, self.clouds)
 
-        def take(step: Step) -> None:
+        def record(result: StepResult) -> None:
             if simulated_robot.navigator.start is not None and not recorder.has_begun:
                 recorder.begin(
                     *simulated_robot.navigator.start,
                     setup | {"geofence": simulated_robot.navigator.geofence},
                 )
-            recorder.record(step)
+            recorder.record(result)
 
-        simulated_robot.navigator.watch(take)
+        simulated_robot.navigator.observers.append(record)
         return writer
 
 
@@ -138,23 +138,23 @@ def drive_once(
     """Visit the goals of a world's first task.
 
     Args:
-        world: Preset.
-        seed: Of the drive; its world is one of the judges', that nothing trains on.
-        controller: By name.
-        config: The robot.
-        models: With what it sees and steers; None for the shipped ones.
-        on_second: Called after each simulated second.
-        record: Where to record the drive; None for no record.
+        world: World preset.
+        seed: Seed of the drive; its world is one of those that nothing trains on.
+        controller: Name of the controller.
+        config: Robot.
+        models: Classifiers and policy; None for the shipped ones.
+        on_second: Function that is called after each simulated second.
+        record: Destination of a recording; None for none.
         time_limit: Longest drive to each goal [s].
 
     Raises:
         BagError: If the recording cannot be begun.
     """
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     models = models or Models()
-    driver = make_controller(controller, scene.world, config, models)
+    steering = make_steering(controller, scene.world, config, models)
     simulated_robot = SimulatedRobot(
-        scene, config, models.forest, driver, far_sighted=record is not None
+        scene, config, models, steering, far_sighted=record is not None
     )
     task = choose_task(scene.world.tasks, 0)
     writer = None

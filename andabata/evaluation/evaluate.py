@@ -1,4 +1,4 @@
-"""Judging controllers side by side: the same worlds, starts and noises for each of them."""
+"""Evaluates controllers side by side: the same worlds, starts and noise for each of them."""
 
 import json
 from collections import Counter
@@ -18,7 +18,6 @@ from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.atomic_io import append_line
@@ -33,16 +32,16 @@ Row = dict[str, Any]
 
 
 class EvaluationConfig(BaseModel):
-    """What is judged.
+    """Settings of an evaluation.
 
     Attributes:
         suite: Name of a suite, which has its own worlds and trials, or None.
         world: World preset.
-        controllers: Controllers by name.
-        trials: Trials of each controller; each trial has a world of its own.
-        goals: Goals in a row that are tried, as far as the world's tasks have them.
+        controllers: Names of the controllers.
+        trials: Number of trials of each controller; each has a world of its own.
+        goals: Number of goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
-        simulated_robot: The robot; results are judged in bullet.
+        simulated_robot: Robot; results are judged in bullet.
         terminations: Rules of each drive.
     """
 
@@ -50,7 +49,7 @@ class EvaluationConfig(BaseModel):
 
     suite: str | None = None
     world: str = "natural-test"
-    controllers: tuple[str, ...] = ("learned", "reactive")
+    controllers: tuple[str, ...] = ("policy+planner", "reactive")
     trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
@@ -59,7 +58,7 @@ class EvaluationConfig(BaseModel):
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
-        """The course of each trial."""
+        """Scenario of each trial."""
         return scenarios(self.suite, self.world, self.trials, self.seed)
 
 
@@ -98,35 +97,39 @@ def run_one(
     """Run every controller through one trial's world.
 
     Args:
-        config: What is judged.
-        files: Of the models; see ``Models.to_bytes``.
-        on_failure: Called with each failure, in the process that ran it; None for nobody.
-        trial: Which.
+        config: Settings.
+        files: Files of the models; see ``Models.to_bytes``.
+        on_failure: Function that is called with each failure, in the process that ran it; None
+            for none.
+        trial: Number of the trial.
 
     Returns:
-        One row a leg: controller, trial, world_seed, goal, outcome and what the judge measured.
+        One row a goal that was tried: controller, trial, world, outcome and measures.
     """
-    from andabata.assembly.controllers import make_controller
+    from andabata.assembly.controllers import make_steering
     from andabata.evaluation.trial import run_trial
-    from worlds.scenes import SceneShelf
+    from worlds.scenes import SceneCache
 
     models = Models.from_bytes(files)
     scenario = config.scenarios[trial]
-    scene = SceneShelf().get(scenario.world, scenario.seed, scenario.difficulty)
+    scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty)
     pick = np.random.default_rng([config.seed, trial])
     task = choose_task(scene.world.tasks, pick)
     task = replace(task, goals=task.goals[: config.goals])
     rows: list[Row] = []
     for name in config.controllers:
-        controller = make_controller(name, scene.world, config.simulated_robot, models)
-        simulated_robot = SimulatedRobot(scene, config.simulated_robot, models.forest, controller)
+        # The same noise of the world for each controller; a controller's own is another stream.
+        noise = np.random.default_rng([config.seed, trial, 2])
+        steering = make_steering(name, scene.world, config.simulated_robot, models, noise)
+        simulated_robot = SimulatedRobot(scene, config.simulated_robot, models, steering)
         rng = np.random.default_rng([config.seed, trial, 1])
         attempts = run_trial(simulated_robot, task, config.terminations, rng)
         rows.extend(
             _attempt_row(attempt, name, trial, scene.world, len(task.goals)) for attempt in attempts
         )
         if on_failure is not None and attempts[-1].outcome is not Outcome.GOAL:
-            failure = _failure(rows[-1], scene.world, attempts[-1], simulated_robot)
+            goal = task.goals[len(attempts) - 1]
+            failure = _failure(rows[-1], scene.world, attempts[-1], goal, simulated_robot)
             if failure is not None:
                 on_failure(failure)
         simulated_robot.close()
@@ -134,22 +137,25 @@ def run_one(
 
 
 def _failure(
-    row: Row, world: World, attempt: GoalAttempt, simulated_robot: SimulatedRobot
+    row: Row,
+    world: World,
+    attempt: GoalAttempt,
+    goal: tuple[float, float],
+    simulated_robot: SimulatedRobot,
 ) -> Failure | None:
     """Return a failure as the robot saw it, None where it saw nothing yet."""
     truth = simulated_robot.simulator.vehicle.state
-    view = simulated_robot.navigator.look(SensorReadings(truth.stamp))
-    if view is None:
+    scan = simulated_robot.perception.scan(truth.stamp, simulated_robot.localizer)
+    if scan is None:
         return None
-    return Failure(
-        row, world, attempt, truth.pose, view.scan, view.goal, simulated_robot.config.grid
-    )
+    grid = simulated_robot.config.grid
+    return Failure(row, world, attempt, truth.pose, scan, np.array(goal), grid)
 
 
 def _attempt_row(
     attempt: GoalAttempt, controller: str, trial: int, world: World, goals: int
 ) -> Row:
-    """Return what the judge measured on one leg, ready for JSON."""
+    """Return the measures of one attempt, ready for JSON."""
     return {
         "controller": controller,
         "trial": trial,
@@ -159,12 +165,12 @@ def _attempt_row(
         "goal": attempt.goal,
         "goals": goals,
         "outcome": str(attempt.outcome),
-        "hazard": failure_cause(world, attempt.path[-1], attempt.outcome),
+        "cause": failure_cause(world, attempt.path[-1], attempt.outcome),
         "time_s": attempt.time,
         "distance_m": attempt.distance,
         "spl": attempt.spl,
         "trespass_m": attempt.forbidden_distance,
-        "restlessness": attempt.steering_variation,
+        "steering_variation": attempt.steering_variation,
         "energy_j": attempt.energy,
         "min_clearance_m": attempt.min_clearance,
         "end_xy": attempt.path[-1, :2].tolist(),
@@ -180,16 +186,16 @@ def evaluate(
     on_failure: OnFailure | None = None,
     on_trial: Callable[[int, list[Row]], None] | None = None,
 ) -> list[Row]:
-    """Run all trials and return one row a leg, by trial.
+    """Run all trials and return one row a goal that was tried, by trial.
 
     Args:
-        config: What is judged.
-        models: Classifier and policy.
-        workers: Processes.
+        config: Settings.
+        models: Classifiers and policy.
+        workers: Number of processes.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
             not run again, so that a killed evaluation goes on where it was, by the same code.
         on_failure: Called with each failure, in the process that ran it: it has to be importable.
-        on_trial: Called after each trial.
+        on_trial: Function that is called after each trial.
     """
     about = config.model_dump(mode="json", exclude={"trials"})
     origin = {"config": about, "models": models.hashes, "commit": commit()}
@@ -231,7 +237,7 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
 
 
 def _what_differs(head: str, about: dict[str, Any]) -> str:
-    """Return what of an evaluation the first line of a journal says otherwise."""
+    """Return the settings in which the first line of a journal differs."""
     try:
         told = json.loads(head)
         return ", ".join(name for name in about if told.get(name) != about[name])
@@ -240,7 +246,7 @@ def _what_differs(head: str, about: dict[str, Any]) -> str:
 
 
 def _is_json(line: str) -> bool:
-    """Return whether a line is whole."""
+    """Return True if a line is whole."""
     try:
         json.loads(line)
     except json.JSONDecodeError:
@@ -265,21 +271,21 @@ def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:
     return table
 
 
-def hazards(rows: Sequence[Row]) -> list[Row]:
-    """Return how often each controller came to grief on what: one row a world and hazard."""
+def failure_causes(rows: Sequence[Row]) -> list[Row]:
+    """Return the failures of each controller by cause: one row a world, outcome and cause."""
     counts = Counter(
-        (row["world"], row["controller"], row["outcome"], row["hazard"])
+        (row["world"], row["controller"], row["outcome"], row["cause"])
         for row in rows
         if row["outcome"] != Outcome.GOAL
     )
-    names = ("world", "controller", "outcome", "hazard")
+    names = ("world", "controller", "outcome", "cause")
     return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in counts.most_common()]
 
 
 def _table_row(
     rows: Sequence[Row], world: str, controller: str, goals: int, label: int | str
 ) -> Row:
-    """Return one row of the table; ``all`` counts the last goal and the failures of every leg."""
+    """Return one row of the table; ``all`` counts the last goal and all failures."""
     from andabata.evaluation.statistics import wilson_interval
 
     trials = len({row["trial"] for row in rows})
@@ -314,7 +320,7 @@ def _table_row(
         "trespass_m": mean("trespass_m"),
         "trespass_share": sum(row["trespass_m"] for row in attempts) / driven if driven else None,
         "distance_m": mean("distance_m"),
-        "restlessness": mean("restlessness"),
+        "steering_variation": mean("steering_variation"),
         "energy_j": mean("energy_j"),
         "min_clearance_m": mean("min_clearance_m"),
         "mean_time_s": mean("time_s"),

@@ -1,4 +1,4 @@
-"""What a drive came to grief on, told from the true world."""
+"""Cause of a failed drive, from the true world."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,19 +9,19 @@ from worlds.truth import Reason
 from worlds.world import World
 
 _REACH = 0.9
-"""Farther than this from the body's middle nothing can have been met [m]."""
+"""Largest distance from the body's middle at which a collision can be [m]."""
 
 _SMALL = 0.15
-"""Rocks lower than this are a hazard of their own [m]: few beams meet them."""
+"""Height below which a rock is a cause of its own [m]: few beams meet it."""
 
 
 def failure_cause(world: World, place: NDArray[np.float64], outcome: Outcome) -> str:
-    """Return what ended a drive: an object's class, a kind of ground, or ``no way``.
+    """Return the cause of a drive's end: an object's class, a kind of ground, or ``no way``.
 
     Args:
-        world: Where it ended.
-        place: Of the robot then, map [m], shape (2,) or more.
-        outcome: How it ended.
+        world: World.
+        place: Position of the robot at the end, map [m], shape (2,) or more.
+        outcome: Outcome of the drive.
     """
     if outcome is Outcome.GOAL:
         return ""
@@ -41,16 +41,16 @@ def failure_cause(world: World, place: NDArray[np.float64], outcome: Outcome) ->
 
 
 def _nearest_solid(world: World, x: float, y: float) -> str:
-    """Return the class of the solid thing nearest a place."""
+    """Return the class of the solid object nearest a place."""
     best, name = _REACH, "ground"
-    for thing in world.objects:
-        if not TRAITS[thing.semantic].solid or TRAITS[thing.semantic].traversable:
+    for each in world.objects:
+        if not TRAITS[each.semantic].solid or TRAITS[each.semantic].traversable:
             continue
-        low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+        low, high = each.vertices.min(axis=0), each.vertices.max(axis=0)
         aside = np.maximum(np.maximum(low[:2] - [x, y], [x, y] - high[:2]), 0.0)
         gap = float(np.hypot(*aside))
         if gap < best:
-            best, name = gap, thing.semantic.name.lower().replace("_", " ")
+            best, name = gap, each.semantic.name.lower().replace("_", " ")
             middle = (low + high) / 2
             rises = float(high[2] - world.ground.height_at(middle[0], middle[1]))
             if rises < _SMALL:

@@ -1,4 +1,4 @@
-"""What a controller is judged on: one world and task a trial, alone or in a suite."""
+"""Scenarios of an evaluation: one world a trial, of one preset or of a suite."""
 
 from dataclasses import dataclass
 
@@ -7,12 +7,12 @@ from worlds.splits import evaluation_world
 
 @dataclass(frozen=True)
 class Scenario:
-    """The world of one trial.
+    """World of one trial.
 
     Attributes:
-        world: Preset.
-        seed: Of the world.
-        difficulty: From 0 to 1; None for the preset's own.
+        world: World preset.
+        seed: Seed of the world.
+        difficulty: Difficulty from 0 to 1; None for the preset's own.
     """
 
     world: str
@@ -28,7 +28,7 @@ def generalisation(seed: int) -> tuple[Scenario, ...]:
     """Return 100 natural worlds from easy to hard, 20 mazes, 20 hollows and 20 test worlds.
 
     Args:
-        seed: Of the suite; each has worlds of its own, which nothing trains on.
+        seed: Seed of the suite; each has worlds of its own, which nothing trains on.
     """
     natural = [
         Scenario("natural-far", evaluation_world(seed, k), round(_HARDEST * k / 99, 3))
@@ -47,7 +47,7 @@ SUITES = {"generalisation": generalisation}
 
 
 def scenarios(suite: str | None, world: str, trials: int, seed: int) -> tuple[Scenario, ...]:
-    """Return the course of each trial: a suite's, or as many worlds of one preset.
+    """Return the scenario of each trial: a suite's, or as many worlds of one preset.
 
     Raises:
         ValueError: If there is no such suite.

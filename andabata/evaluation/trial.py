@@ -7,27 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobot
-from andabata.machine.sensor_readings import SensorReadings
+from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
 
 SAFE_CLEARANCE = 0.35
-"""Room that the shortest safe path keeps from forbidden ground [m]: half the body and a little."""
+"""Clearance of the shortest safe path from forbidden ground [m]: half the body and a little."""
 
 
 @dataclass(frozen=True)
 class GoalAttempt:
-    """A drive to one goal, as judged by physics and the true map.
+    """A drive to one goal, measured by physics and the true map.
 
     Attributes:
         goal: Index of the goal, from 1.
-        outcome: How it ended.
+        outcome: Outcome.
         time: Duration [s].
-        distance: Metres driven.
+        distance: Distance driven [m].
         shortest: Length of the shortest safe path [m].
-        forbidden_distance: Metres driven where the true map forbids it.
+        forbidden_distance: Distance driven where the true map forbids it [m].
         steering_variation: Integral of the squared yaw rate [rad2/s].
-        energy: What the motors gave [J]; None where the plant has none.
+        energy: Work of the motors [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions, one a control step, float64, shape (k, 3).
     """
@@ -61,14 +61,14 @@ def run_trial(
     """Drive a task's goals in a row with the robot's own controller.
 
     Args:
-        simulated_robot: The robot, with a controller.
+        simulated_robot: Robot with a controller.
         task: Start and goals.
         terminations: Rules of each drive.
-        rng: Start jitter and every noise.
-        on_step: Called with the senses after each control step.
+        rng: Source of the start's jitter and of all noise.
+        on_step: Function that is called with the readings after each control step.
 
     Returns:
-        One leg for each goal that was tried; the last may have failed.
+        One attempt for each goal that was tried; the last may have failed.
     """
     world = simulated_robot.scene.world
     start = jittered(task.start, rng)
@@ -76,24 +76,31 @@ def run_trial(
     attempts: list[GoalAttempt] = []
     for number, goal in enumerate(task.goals, start=1):
         monitor = EpisodeMonitor(world, terminations)
-        state = readings.truth
-        if state is None:
-            raise ValueError("truth: expected the simulator's true state, got none")
+        state = _truth(readings)
         monitor.begin(state, np.array(goal))
         simulated_robot.navigator.set_goal(np.array(goal))
         shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
         while outcome is None:
-            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
-            if readings.truth is None:
-                raise ValueError("truth: expected the simulator's true state, got none")
-            outcome = monitor.watch(readings.truth)
+            readings = simulated_robot.step(readings)
+            outcome = monitor.update(_truth(readings))
             if on_step is not None:
                 on_step(readings)
         attempts.append(_attempt(number, outcome, shortest, monitor))
         if outcome is not Outcome.GOAL:
             break
     return tuple(attempts)
+
+
+def _truth(readings: SensorReadings) -> VehicleState:
+    """Return the true state, which a simulation always gives.
+
+    Raises:
+        ValueError: If there is none.
+    """
+    if readings.truth is None:
+        raise ValueError("truth: expected the simulator's true state, got none")
+    return readings.truth
 
 
 def safe_length(

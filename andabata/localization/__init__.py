@@ -1,1 +1,1 @@
-"""Where am I: measurements in, pose and covariance out."""
+"""Localization: sensor readings in, pose and covariance out."""

@@ -1,4 +1,4 @@
-"""Datum of the map: given, or the first good fix, with the magnetic field that holds there."""
+"""Datum of the map: given by the user or the first good fix, and the magnetic field there."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -19,63 +19,65 @@ from andabata.machine.geo_reference import (
     wrapped_longitude,
 )
 from andabata.machine.magnetic_model import magnetic_field
-from andabata.machine.proprioception import TESLA
+from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.sensor_readings import SensorReadings
 
 MAX_DISTANCE = 10_000.0
-"""Largest distance of the first fixes from a datum that is told [m]."""
+"""Largest distance of the first fixes from a given datum [m]."""
 
 MAX_JUMP = 1_000.0
 """Largest distance of one of the first fixes from their median [m]."""
 
 _MAX_HEIGHT_ERROR = 10.0
-"""Largest difference between the datum's altitude and what the fixes make of it [m]."""
+"""Largest difference between the datum's altitude and the one that follows from the fixes [m]."""
 
 _FIELD = {"declination_deg", "inclination_deg", "field"}
+"""Names of the fields of ``GeoReference`` that describe the magnetic field."""
 
 _MAX_MISFIT = 5.0
-"""Difference of the field that the compass reads from the one expected from which it is said [uT]:
-five times what the robot's own iron makes."""
+"""Difference of the measured from the expected magnetic field from which there is a note [uT]: five
+times the robot's hard iron."""
 
 
 class DatumError(ValueError):
-    """A datum that does not belong to the fixes, or that nothing tells."""
+    """Datum that does not fit the fixes, or that cannot be determined."""
 
 
 @dataclass(frozen=True)
 class Datum:
-    """Geodetic reference of the map and who told it.
+    """Geodetic reference of the map, and the sources that it comes from.
 
     Attributes:
-        reference: Origin of the map and the field expected there.
-        source: Teller of the origin.
-        magnetic_source: Teller of the field.
-        loose: Whether strength and dip of the field are only a model's: the compass then tells the
-            heading alone.
-        sensed: Strength [uT] and dip [deg] that the compass read at the start, None without.
+        reference: Origin of the map and the magnetic field expected there.
+        source: Source of the origin.
+        magnetic_source: Source of the magnetic field.
+        heading_only: True if strength and inclination of the field come from a model: the compass
+            then corrects the heading alone.
+        measured: Strength [uT] and inclination [deg] that the compass measured at the start, None
+            without a compass.
     """
 
     reference: GeoReference
     source: str
     magnetic_source: str
-    loose: bool = False
-    sensed: tuple[float, float] | None = None
+    heading_only: bool = False
+    measured: tuple[float, float] | None = None
 
     @property
     def expected(self) -> GeoReference:
-        """Reference whose field is the one that the compass has to compare with.
+        """Reference with the field that the compass is expected to measure.
 
-        A compass that nobody calibrated still tells the heading: it is compared with what it read
-        at the start, turned to the declination that is expected.
+        An uncalibrated compass still measures the heading: it is compared with its own reading at
+        the start, turned to the expected declination.
         """
-        if not self.loose or self.sensed is None:
+        if not self.heading_only or self.measured is None:
             return self.reference
-        strength, dip = self.sensed
+        strength, dip = self.measured
         return self.reference.model_copy(update={"inclination_deg": dip, "field": strength})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it, ready for JSON."""
-        reference, (strength, dip) = self.reference, self.sensed or (None, None)
+        """Return the datum as a dictionary for JSON."""
+        reference, (strength, dip) = self.reference, self.measured or (None, None)
         return {
             "datum": {
                 "latitude_deg": reference.latitude_deg,
@@ -88,7 +90,7 @@ class Datum:
                 "inclination_deg": reference.inclination_deg,
                 "field_ut": reference.field,
                 "source": self.magnetic_source,
-                "heading_only": self.loose,
+                "heading_only": self.heading_only,
                 "compass_inclination_deg": dip,
                 "compass_field_ut": strength,
             },
@@ -96,7 +98,7 @@ class Datum:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """All of it in words, for the user."""
+        """Description of the datum, one text per line."""
         reference = self.reference
         place = place_text(reference.latitude_deg, reference.longitude_deg)
         dip, strength = reference.inclination_deg, reference.field
@@ -105,9 +107,9 @@ class Datum:
             f"declination {reference.declination_deg:.1f} degrees, inclination {dip:.0f} degrees, "
             f"{strength:.1f} uT ({self.magnetic_source})",
         ]
-        if self.sensed is not None and self._misfit > _MAX_MISFIT:
+        if self.measured is not None and self._misfit > _MAX_MISFIT:
             found.append(
-                f"the compass reads {self.sensed[0]:.1f} uT that dip by {self.sensed[1]:.0f} "
+                f"the compass reads {self.measured[0]:.1f} uT that dip by {self.measured[1]:.0f} "
                 f"degrees, expected {strength:.1f} uT and {dip:.0f} degrees: it is not calibrated, "
                 "or disturbed, or was elsewhere; its heading alone is used"
             )
@@ -115,8 +117,8 @@ class Datum:
 
     @property
     def _misfit(self) -> float:
-        """Difference of the sensed and the expected field in the vertical plane [uT]."""
-        strength, dip = self.sensed or (0.0, 0.0)
+        """Difference of the measured and the expected field in the vertical plane [uT]."""
+        strength, dip = self.measured or (0.0, 0.0)
         there = np.deg2rad([dip, self.reference.inclination_deg])
         lengths = np.array([strength, self.reference.field])
         level, down = lengths * np.cos(there), lengths * np.sin(there)
@@ -124,10 +126,13 @@ class Datum:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> "Datum":
-        """Return what ``as_dict`` gave.
+        """Return a datum from its dictionary.
+
+        Args:
+            data: Dictionary as ``as_dict`` returns it.
 
         Raises:
-            DatumError: If it is not that.
+            DatumError: If a key is missing or a value invalid.
         """
         try:
             place, field = data["datum"], data["magnetic"]
@@ -151,47 +156,53 @@ class Datum:
             raise DatumError(f"datum: expected a place and a field, got {data!r}") from error
 
     def with_compass(self, readings: SensorReadings) -> "Datum":
-        """Return the datum with strength and dip of the field as the compass reads them.
+        """Return the datum with strength and inclination of the field as the compass measures them.
 
         Args:
-            readings: Readings at the start; without compass or inertial unit nothing changes.
+            readings: Readings at the start; the datum stays as it is without compass or inertial
+                unit.
         """
         field = levelled_field(readings)
         if field is None:
             return self
-        ahead, left, up = field / TESLA
+        ahead, left, up = field / MICROTESLA
         level = np.hypot(ahead, left)
         strength, dip = float(np.hypot(level, up)), float(np.rad2deg(np.arctan2(-up, level)))
         if not MIN_FIELD < strength < MAX_FIELD:
-            return self  # No field on Earth: the filter refuses it, and says so.
-        return replace(self, sensed=(strength, dip))
+            return self  # No field on Earth: the filter rejects and reports it.
+        return replace(self, measured=(strength, dip))
 
 
-def datum_of_heading(readings: SensorReadings, yaw: float) -> Datum:
-    """Return a datum nowhere in particular whose declination is what a told heading makes of it.
+def datum_from_heading(readings: SensorReadings, yaw: float) -> Datum:
+    """Return a datum without a place, whose declination follows from a given heading.
 
     Args:
         readings: Readings at the start; without a compass the default's field is expected.
-        yaw: Heading that is told [rad].
+        yaw: Given heading [rad].
     """
-    nowhere = Datum(GeoReference(), "the default, since no fix tells it", "the default", loose=True)
+    default = Datum(
+        GeoReference(), "the default, without any fix", "the default", heading_only=True
+    )
     field = levelled_field(readings)
     if field is None:
-        return nowhere
+        return default
     east, north = Rotation.from_euler("Z", yaw).apply(field)[:2]
     turned = {"declination_deg": float(np.rad2deg(np.arctan2(east, north)))}
-    reference = nowhere.reference.model_copy(update=turned)
-    source = "the compass, by the heading that is told"
-    return replace(nowhere, reference=reference, magnetic_source=source).with_compass(readings)
+    reference = default.reference.model_copy(update=turned)
+    source = "the compass, by the given heading"
+    return replace(default, reference=reference, magnetic_source=source).with_compass(readings)
 
 
 def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which fixes are good and near to the others.
+    """Return which fixes are valid and near the others.
 
-    A receiver that has just begun may send where it last was, or anything.
+    A receiver that has just been turned on may send its last position, or any other.
 
     Args:
         fixes: Rows as in ``SensorReadings.gnss``, shape (k, 5).
+
+    Returns:
+        True for consistent fixes, shape (k,).
     """
     kept = check_fixes(fixes).good
     if not kept.any():
@@ -206,19 +217,19 @@ def consistent_fixes(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
     return kept
 
 
-def refused_fixes(fixes: NDArray[np.float64], until: float = np.inf) -> Counter[str]:
-    """Return how many of the first fixes cannot tell the place, by reason.
+def rejected_fixes(fixes: NDArray[np.float64], until: float = np.inf) -> Counter[str]:
+    """Return the number of the first fixes that cannot be used, by reason.
 
     Args:
-        fixes: Rows as in ``SensorReadings.gnss``, shape (k, 5); all of them tell which fit each other.
-        until: Stamp of the first that is not counted [s].
+        fixes: Rows as in ``SensorReadings.gnss``, shape (k, 5); all serve to find outliers.
+        until: Stamp of the first fix that is not counted [s].
     """
     early = ~(fixes[:, 0] >= until)
     check = check_fixes(fixes[early])
-    refused = Counter(check.refused)
+    rejected = Counter(check.rejected)
     if jumped := int((check.good & ~consistent_fixes(fixes)[early]).sum()):
-        refused[f"more than {MAX_JUMP / 1000:.0f} km from the others at the start"] += jumped
-    return refused
+        rejected[f"more than {MAX_JUMP / 1000:.0f} km from the others at the start"] += jumped
+    return rejected
 
 
 def make_datum(
@@ -227,19 +238,19 @@ def make_datum(
     year: float,
     start: NDArray[np.float64] | None = None,
 ) -> Datum | None:
-    """Return the datum: what is given, and where nothing is, the first fix that fits the others.
+    """Return the datum that the user gives, or else the first fix that is near the others.
 
-    The World Magnetic Model tells what is not given of the field.
+    Fields of the magnetic field that are not given come from the World Magnetic Model.
 
     Args:
         given: Fields of ``GeoReference`` that the user gives.
-        fixes: The first rows as in ``SensorReadings.gnss``, shape (k, 5).
+        fixes: First rows as in ``SensorReadings.gnss``, shape (k, 5).
         year: Decimal year of the first fix.
-        start: Place in the map of the first fix that fits [m], shape (3,), where it is told; None
-            puts the origin there.
+        start: Given position in the map of the first consistent fix [m], shape (3,); None puts the
+            origin there.
 
     Returns:
-        None where neither a place is given nor a fix is good.
+        Datum, or None if neither a place is given nor a fix is valid.
 
     Raises:
         DatumError: If one of latitude and longitude is given without the other, or the fixes lie
@@ -266,14 +277,14 @@ def make_datum(
     if source == "given":
         check_distance(reference, fixes, source)
         if start is not None and altitude is not None and len(altitudes):
-            # Above the sea or above the ellipsoid: the receiver's count is the one that comes back.
+            # Above the sea or above the ellipsoid: only the receiver's own vertical datum fits.
             counted = float(altitudes[0]) - float(start[2])
             if abs(counted - altitude) > _MAX_HEIGHT_ERROR:
                 reference = reference.model_copy(update={"altitude": counted})
                 source += f", but altitude {counted:.0f} m by the fixes instead of {altitude:.0f} m"
     elif start is not None:
         reference = _shifted(reference, start)
-        source += ", at the start that is told"
+        source += ", at the given start"
     return _with_field(reference, source, given, year)
 
 
@@ -289,11 +300,11 @@ def _shifted(reference: GeoReference, start: NDArray[np.float64]) -> GeoReferenc
 def _with_field(
     reference: GeoReference, source: str, given: Mapping[str, float], year: float
 ) -> Datum:
-    """Return a datum with the field that is given, and by the model what is not."""
-    told = {name: given[name] for name in sorted(_FIELD & set(given))}
-    sources = [f"given ({', '.join(told)})"] if told else []
+    """Return a datum whose field is given or, where it is not, the World Magnetic Model's."""
+    chosen = {name: given[name] for name in sorted(_FIELD & set(given))}
+    sources = [f"given ({', '.join(chosen)})"] if chosen else []
     fields: dict[str, float] = {}
-    if len(told) < len(_FIELD):
+    if len(chosen) < len(_FIELD):
         model = magnetic_field(
             reference.latitude_deg, reference.longitude_deg, reference.altitude or 0.0, year
         )
@@ -303,17 +314,18 @@ def _with_field(
             "field": model.flux_density,
         }
         sources.append(model.source)
-    loose = not {"inclination_deg", "field"} <= set(told)
-    return Datum(reference.model_copy(update=fields | told), source, "; ".join(sources), loose)
+    heading_only = not {"inclination_deg", "field"} <= set(chosen)
+    reference = reference.model_copy(update=fields | chosen)
+    return Datum(reference, source, "; ".join(sources), heading_only)
 
 
 def check_distance(reference: GeoReference, fixes: NDArray[np.float64], source: str) -> None:
-    """Refuse fixes that lie far from a datum that is told, whatever their altitude.
+    """Check that fixes lie near a given datum, whatever their altitude.
 
     Args:
-        reference: The datum.
-        fixes: The first rows as in ``SensorReadings.gnss``, shape (k, 5).
-        source: Teller of the datum.
+        reference: Datum of the map.
+        fixes: First rows as in ``SensorReadings.gnss``, shape (k, 5).
+        source: Source of the datum.
 
     Raises:
         DatumError: If the first fix that fits the others is more than 10 km away.

@@ -1,4 +1,4 @@
-"""Check of satellite fixes before anything believes them: what is refused, and what is assumed."""
+"""Validation of satellite fixes before they are used: what is rejected, and what is assumed."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -9,39 +9,42 @@ from numpy.typing import NDArray
 from andabata.machine.geo_reference import MAX_ALTITUDE, MAX_LATITUDE_DEG, MIN_ALTITUDE
 
 MAX_SIGMA = 1000.0
-"""Largest standard deviation of a fix that is believed [m]."""
+"""Largest standard deviation of an accepted fix [m]."""
 
 NO_COVARIANCE = "no covariance: the default is taken"
+"""Assumption about a fix without a covariance."""
+
 NO_ALTITUDE = "no altitude: the horizontal place is used"
+"""Assumption about a fix without an altitude."""
 
 
 @dataclass(frozen=True)
 class FixCheck:
-    """Outcome of a check.
+    """Result of a validation.
 
     Attributes:
-        good: Which rows can be used, bool, shape (k,).
-        refused: Number of refused rows by reason. A receiver that says that it has no fix is
-            neither good nor refused.
-        assumed: Number of good rows in which something was missing, by what was done.
+        good: True for rows that can be used, bool, shape (k,).
+        rejected: Number of rejected rows, by reason. A row in which the receiver reports no fix is
+            neither good nor rejected.
+        assumed: Number of good rows with something missing, by what was assumed.
     """
 
     good: NDArray[np.bool_]
-    refused: Counter[str]
+    rejected: Counter[str]
     assumed: Counter[str]
 
 
 def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
-    """Return which fixes can be used.
+    """Validate fixes and return which can be used.
 
     Args:
-        fixes: Rows of stamp [s], latitude, longitude [deg], altitude [m], which is NaN where it is
-            unknown, horizontal variance [m2], which is infinite without a fix and NaN or zero where
-            it is unknown; shape (k, 5).
+        fixes: Rows of stamp [s], latitude, longitude [deg], altitude [m], NaN if unknown, and
+            horizontal variance [m2], infinite without a fix and NaN or zero if unknown; shape
+            (k, 5).
     """
     stamp, latitude, longitude, altitude, variance = fixes.T
-    open_rows = ~np.isposinf(variance)  # The others say themselves that they are no fix.
-    good, refused = open_rows.copy(), Counter[str]()
+    # An infinite variance is the receiver's own report of no fix: nothing to reject.
+    good, rejected = ~np.isposinf(variance), Counter[str]()
     with np.errstate(invalid="ignore"):
         for reason, bad in (
             ("a stamp that is no number", ~np.isfinite(stamp)),
@@ -67,7 +70,8 @@ def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
             (f"a standard deviation beyond {MAX_SIGMA:.0f} m", variance > MAX_SIGMA**2),
         ):
             if count := int((good & bad).sum()):
-                refused[reason] += count
+                # A row counts for its first reason alone.
+                rejected[reason] += count
                 good &= ~bad
     assumed = Counter[str]()
     for text, missing in (
@@ -76,4 +80,4 @@ def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
     ):
         if count := int((good & missing).sum()):
             assumed[text] += count
-    return FixCheck(good, refused, assumed)
+    return FixCheck(good, rejected, assumed)

@@ -1,4 +1,4 @@
-"""Initial pose of a robot that nobody told: from gravity, the compass and a fix."""
+"""Initial pose of a robot at rest from its own sensors: gravity, the compass and a fix."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,28 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 
 _WINDOW = 1.0
-"""Span of the latest rows of a sense that are averaged [s]: before, the robot may have turned."""
+"""Span of the latest rows of a sensor that are averaged [s]: before, the robot may have turned."""
 
 
 def initial_pose(readings: SensorReadings, reference: GeoReference) -> Pose | None:
-    """Return the pose of a robot at rest: tilt by gravity, heading by the compass, place by a fix.
+    """Return the pose of a robot at rest: tilt by gravity, heading by compass, position by a fix.
 
     Args:
-        readings: Readings of the robot while it stood.
+        readings: Readings of the robot at rest.
         reference: Datum of the map, and the magnetic field there.
 
     Returns:
-        The pose in the map, good to some metres and some ten degrees; None while one of the three
-        senses has said nothing that can be used.
+        Pose in the map, accurate to some metres and some ten degrees; None while one of the three
+        sensors has sent nothing that can be used.
     """
-    tilt, field, place = _tilt(readings), levelled_field(readings), _place(readings, reference)
-    if tilt is None or field is None or place is None:
+    tilt, field = _tilt(readings), levelled_field(readings)
+    position = _position(readings, reference)
+    if tilt is None or field is None or position is None:
         return None
+    # The levelled field and the field of the place differ by the yaw.
     north = np.arctan2(reference.flux[1], reference.flux[0])
     yaw = float(north - np.arctan2(field[1], field[0]))
-    pose = Pose.from_euler(place, *tilt, yaw)
+    pose = Pose.from_euler(position, *tilt, yaw)
     if readings.antenna is None:
         return pose
     arm = Rotation.from_quat(pose.quaternion).apply(readings.antenna)
@@ -39,7 +41,11 @@ def initial_pose(readings: SensorReadings, reference: GeoReference) -> Pose | No
 def levelled_field(readings: SensorReadings) -> NDArray[np.float64] | None:
     """Return the mean magnetic field, forward, left and up by gravity [T], shape (3,).
 
-    None while the inertial unit or the compass has said nothing that is a number.
+    Args:
+        readings: Readings of the robot at rest.
+
+    Returns:
+        Field, or None while inertial unit or compass have sent no finite row.
     """
     tilt, field = _tilt(readings), _mean(readings.mag, slice(1, 4))
     if tilt is None or field is None:
@@ -57,8 +63,8 @@ def _tilt(readings: SensorReadings) -> tuple[float, float] | None:
     return float(np.arctan2(force[1], force[2])), pitch
 
 
-def _place(readings: SensorReadings, reference: GeoReference) -> NDArray[np.float64] | None:
-    """Return the place in the map [m], shape (3,); at the datum's height without an altitude."""
+def _position(readings: SensorReadings, reference: GeoReference) -> NDArray[np.float64] | None:
+    """Return the position in the map [m], shape (3,), at the datum's height without altitude."""
     if readings.gnss is None or not len(readings.gnss):
         return None
     rows = _latest(readings.gnss[check_fixes(readings.gnss).good])
@@ -67,9 +73,9 @@ def _place(readings: SensorReadings, reference: GeoReference) -> NDArray[np.floa
     known = np.isfinite(rows[:, 3]) & (reference.altitude is not None)
     ground = reference.altitude or 0.0
     geodetic = np.column_stack([rows[:, 1:3], np.where(known, rows[:, 3], ground)])
-    places = reference.to_map(geodetic)
-    height = places[known, 2].mean() if known.any() else 0.0
-    return np.array([places[:, 0].mean(), places[:, 1].mean(), height])
+    positions = reference.to_map(geodetic)
+    height = positions[known, 2].mean() if known.any() else 0.0
+    return np.array([positions[:, 0].mean(), positions[:, 1].mean(), height])
 
 
 def _latest(rows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,8 +84,8 @@ def _latest(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _mean(rows: NDArray[np.float64] | None, columns: slice) -> NDArray[np.float64] | None:
-    """Return the mean of a sense's latest whole rows, None without any."""
+    """Return the mean of a sensor's latest finite rows, None without any."""
     if rows is None:
         return None
-    whole = _latest(rows[np.isfinite(rows).all(axis=1)])
-    return whole[:, columns].mean(axis=0) if len(whole) else None
+    finite = _latest(rows[np.isfinite(rows).all(axis=1)])
+    return finite[:, columns].mean(axis=0) if len(finite) else None

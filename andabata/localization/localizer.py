@@ -1,4 +1,4 @@
-"""Where am I: the seam between senses and everything that needs a pose."""
+"""Interface between the sensors and everything that needs a pose."""
 
 from enum import StrEnum
 from typing import Protocol
@@ -8,7 +8,13 @@ from andabata.machine.sensor_readings import SensorReadings
 
 
 class Health(StrEnum):
-    """How far a localizer can be trusted."""
+    """Health of a localizer.
+
+    Attributes:
+        OK: All sensors send data that are accepted.
+        DEGRADED: Some sensor is missing; the pose is still usable.
+        LOST: No usable pose; the robot has to stand still.
+    """
 
     OK = "ok"
     DEGRADED = "degraded"
@@ -16,31 +22,37 @@ class Health(StrEnum):
 
 
 class Localizer(Protocol):
-    """Whatever turns senses into poses.
+    """Estimator of poses from sensor readings.
 
-    Poses come in two frames (REP-105): ``map``, in which goals stand and where a satellite fix may
-    shift the robot, and ``odom``, which drifts but never jumps, and in which clouds are put
-    together.
+    Poses are in two frames (REP-105): ``map``, the frame of goals, in which a satellite fix may
+    shift the pose, and ``odom``, which drifts but never jumps, the frame in which clouds are
+    assembled.
     """
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
-        """Start afresh at a pose in the map at ``stamp`` [s]; ``rough`` is one that senses told."""
+        """Start again at a pose.
+
+        Args:
+            pose: Pose in the map.
+            stamp: Time [s].
+            rough: True if the pose comes from the sensors themselves.
+        """
 
     def update(self, readings: SensorReadings) -> None:
-        """Take in one control period of senses."""
+        """Update the estimate with the readings of one control period."""
 
     @property
     def pose(self) -> Pose:
-        """The latest estimated pose of ``base_footprint`` in the map."""
+        """Latest estimated pose of ``base_footprint`` in the map."""
 
     @property
     def odometry(self) -> Pose:
-        """The latest pose of ``base_footprint`` in ``odom``."""
+        """Latest pose of ``base_footprint`` in ``odom``."""
 
     @property
     def track(self) -> PoseTrack:
-        """Poses in ``odom`` by time, for placing each beam with the pose of its own instant."""
+        """Poses in ``odom`` over time, to place each beam with the pose of its own instant."""
 
     @property
     def health(self) -> Health:
-        """Whether to drive by it."""
+        """Health of the estimate."""

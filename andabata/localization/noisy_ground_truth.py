@@ -1,6 +1,7 @@
-"""The true pose with stated errors: for labelled clouds and for ablation."""
+"""Localizer from ground truth with known errors, for labelled clouds and ablations."""
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
@@ -10,17 +11,16 @@ from andabata.machine.sensor_readings import SensorReadings
 
 
 class NoisyGroundTruthConfig(BaseModel):
-    """Errors of a localizer that knows the truth but for GNSS and compass.
+    """Errors of the ground-truth localizer.
 
-    Each error is a first-order Gauss-Markov process, since a filtered receiver's error wanders
-    instead of jumping.
-    Assumption: half the paper's 1 m of horizontal resolution remains after filtering.
+    Each error is a first-order Gauss-Markov process: the error of a filtered receiver is correlated
+    in time. Assumption: half the paper's 1 m of horizontal resolution remains after filtering.
 
     Attributes:
         position_sigma: Standard deviation of each horizontal coordinate [m].
         position_time: Correlation time of the position error [s].
         yaw_sigma: Standard deviation of the heading [rad].
-        yaw_time: Correlation time of the heading error [s].
+        yaw_time: Correlation time of the errors of heading, roll and pitch [s].
         tilt_sigma: Standard deviation of roll and of pitch [rad].
     """
 
@@ -34,9 +34,15 @@ class NoisyGroundTruthConfig(BaseModel):
 
 
 class NoisyGroundTruthLocalizer:
-    """The true pose plus wandering GNSS, compass and inclinometer errors."""
+    """True pose plus time-correlated errors of GNSS, compass and inclinometer."""
 
     def __init__(self, config: NoisyGroundTruthConfig, rng: np.random.Generator) -> None:
+        """Begin without errors; ``reset`` draws them.
+
+        Args:
+            config: Standard deviations and correlation times.
+            rng: Source of the errors.
+        """
         self._rng = rng
         self._sigma = np.array(
             [config.position_sigma] * 2 + [config.yaw_sigma] + [config.tilt_sigma] * 2
@@ -46,7 +52,13 @@ class NoisyGroundTruthLocalizer:
         self._track = PoseTrack()
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
-        """Draw fresh errors and start at ``pose``, the true one."""
+        """Draw new errors and start at the true pose.
+
+        Args:
+            pose: True pose in the map.
+            stamp: Time [s].
+            rough: Ignored.
+        """
         self._error = self._sigma * self._rng.standard_normal(5)
         self._track.clear()
         position, quaternion = self._disturb(pose.position[None], pose.quaternion[None])
@@ -54,25 +66,34 @@ class NoisyGroundTruthLocalizer:
         self._track.append(stamp, self._pose.position, self._pose.quaternion)
 
     def update(self, readings: SensorReadings) -> None:
-        """Let the errors wander for one period and add them to the true poses in it.
+        """Advance the errors by one period and add them to the true poses in it.
+
+        Args:
+            readings: Readings of the period, with the true track.
 
         Raises:
-            ValueError: If the senses hold no truth (they come from a record, not from a
+            ValueError: If the readings hold no true track (they come from a record, not from a
                 simulation).
         """
         if readings.true_track is None:
-            raise ValueError("true_track: expected the true poses of the period, got none")
+            raise ValueError(
+                "true_track: expected the true poses of the period, got none; use localizer=ukf "
+                "outside of a simulation"
+            )
         rows = readings.true_track
         if not len(rows):  # Before the first period.
             return
-        draw = self._rng.standard_normal(5)  # Also without errors: the others' draws stay theirs.
+        draw = self._rng.standard_normal(
+            5
+        )  # Always drawn, so that the stream does not depend on sigma.
         if not self._sigma.any():
             self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
             self._pose = Pose(rows[-1, 1:4], rows[-1, 4:8])
             return
         keep = np.exp(-(readings.stamp - self._track.latest) / self._time)
-        wander = self._sigma * np.sqrt(1 - keep * keep) * draw
-        before, self._error = self._error, keep * self._error + wander
+        driving = self._sigma * np.sqrt(1 - keep * keep) * draw
+        before, self._error = self._error, keep * self._error + driving
+        # Linear within the period: the pose never jumps.
         share = np.linspace(0, 1, len(rows) + 1)[1:, None]
         errors = (1 - share) * before + share * self._error
         positions, quaternions = self._disturb(rows[:, 1:4], rows[:, 4:8], errors)
@@ -81,11 +102,18 @@ class NoisyGroundTruthLocalizer:
 
     def _disturb(
         self,
-        positions: np.ndarray,
-        quaternions: np.ndarray,
-        errors: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return poses moved by errors x, y, yaw, roll, pitch, shape (k, 5)."""
+        positions: NDArray[np.float64],
+        quaternions: NDArray[np.float64],
+        errors: NDArray[np.float64] | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return poses with errors added.
+
+        Args:
+            positions: True positions [m], shape (k, 3).
+            quaternions: True rotations x, y, z, w, shape (k, 4).
+            errors: Errors of x, y [m], yaw, roll and pitch [rad], shape (k, 5); None for the
+                present ones.
+        """
         errors = np.broadcast_to(self._error, (len(positions), 5)) if errors is None else errors
         positions = positions.copy()
         positions[:, :2] += errors[:, :2]
@@ -94,20 +122,20 @@ class NoisyGroundTruthLocalizer:
 
     @property
     def pose(self) -> Pose:
-        """The latest pose, with its error."""
+        """Latest pose, errors included."""
         return self._pose
 
     @property
     def odometry(self) -> Pose:
-        """The same: the errors wander slowly."""
+        """Latest pose: its errors change so slowly that it serves as odometry."""
         return self._pose
 
     @property
     def health(self) -> Health:
-        """Always well."""
+        """Health, which is always OK."""
         return Health.OK
 
     @property
     def track(self) -> PoseTrack:
-        """The poses by time, with their errors."""
+        """Poses over time, errors included."""
         return self._track

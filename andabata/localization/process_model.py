@@ -1,18 +1,24 @@
-"""The robot's model: the state, how it moves, and what each sensor is expected to say of it.
+"""Process and measurement models of the robot's filter.
 
-The state, by index:
+State, by index; the constants below name each element:
 
 ====== ============================================================================
 0-2    roll, pitch, yaw of ``base_footprint`` in the map [rad], intrinsic z-y-x
 3-5    bias of the gyro [rad/s]
 6-8    position of ``base_footprint`` in the map [m]
-9-10   forward speed, and sideways speed beyond what turning on a slope explains [m/s]
-11-13  magnetic field that the robot itself makes, in the base frame [uT]
-14-15  wandering error of the satellite fixes, east and north [m]
-16-17  bias of the accelerometer, forward and sideways [m/s2]
+9-10   forward speed, and lateral speed beyond what turning on a slope explains [m/s]
+11-13  hard iron: magnetic field of the robot itself, in the base frame [uT]
+14-15  time-correlated error of the satellite fixes, east and north [m]
+16-17  bias of the accelerometer, forward and lateral [m/s2]
 ====== ============================================================================
 
-The attitude comes first: of the 37 sigma points only seven differ in it.
+The attitude comes first: a sigma point differs from the mean in the attitude only if it lies along
+one of the first three columns of the covariance's Cholesky factor. The other 30 of the 37 points
+share the sines of the mean.
+
+Process, for a gyro reading w and a step dt: attitude kinematics of z-y-x angles, position moved by
+the speeds along the body's axes, first-order Gauss-Markov processes for lateral speed and satellite
+error, random walks for all biases and the forward speed.
 """
 
 from typing import NamedTuple
@@ -21,496 +27,841 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.ukf import (
-    Spread,
-    combine_points,
+    SigmaWeights,
     correct,
-    correct_one,
-    cross_points,
-    draw_points,
-    turn_of,
+    correct_state,
+    cross_covariance,
+    draw_sigma_points,
+    unscented_transform,
+    wrap_angle,
 )
 from andabata.machine.proprioception import GRAVITY
 from terrain.kernel import kernel
 
+ROLL, PITCH, YAW = 0, 1, 2
+GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z = 3, 4, 5
+X, Y, Z = 6, 7, 8
+SPEED, LATERAL_SPEED = 9, 10
+HARD_IRON_X, HARD_IRON_Y, HARD_IRON_Z = 11, 12, 13
+GNSS_EAST, GNSS_NORTH = 14, 15
+ACCEL_BIAS_X, ACCEL_BIAS_Y = 16, 17
+
 STATES = 18
-ANGULAR = np.array([True] * 3 + [False] * 15)
-_ATTITUDES = 3
-"""The first columns of the Cholesky factor, those that move the attitude."""
+"""Number of states."""
 
-IMU, WHEELS, GRAVITY_SENSE, COMPASS, FIX, REST = range(6)
-"""Sensors, each with a row of counts."""
+ATTITUDE = slice(ROLL, YAW + 1)
+GYRO_BIAS = slice(GYRO_BIAS_X, GYRO_BIAS_Z + 1)
+POSITION = slice(X, Z + 1)
+HORIZONTAL = slice(X, Y + 1)
+HARD_IRON = slice(HARD_IRON_X, HARD_IRON_Z + 1)
+GNSS_ERROR = slice(GNSS_EAST, GNSS_NORTH + 1)
+ACCEL_BIAS = slice(ACCEL_BIAS_X, ACCEL_BIAS_Y + 1)
 
-SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "rest")
+ANGULAR = np.arange(STATES) <= YAW
+"""True for states that are angles, shape (18,)."""
+
+_ATTITUDE_COLUMNS = 3
+"""Number of columns of the Cholesky factor that change the attitude: the first ones."""
+
+_SIN_ROLL, _COS_ROLL, _SIN_PITCH, _COS_PITCH, _SIN_YAW, _COS_YAW, _CREEP, _TRIG_COLUMNS = range(8)
+"""Columns of the table of a point's attitude, and their number."""
+
+_CONSIDERED = np.array(
+    [
+        ROLL,
+        PITCH,
+        GYRO_BIAS_X,
+        GYRO_BIAS_Y,
+        GYRO_BIAS_Z,
+        SPEED,
+        LATERAL_SPEED,
+        ACCEL_BIAS_X,
+        ACCEL_BIAS_Y,
+    ]
+)
+"""States of the motion, which do not depend on the place on Earth: tilt, speeds, biases of gyro and
+accelerometer. With a field from a model, magnetometer and fixes consider them (Schmidt 1966)."""
+
+IMU, WHEELS, GRAVITY_UPDATE, COMPASS, GNSS, ZERO_RATE = range(6)
+"""Rows of the table of counts, one per kind of measurement."""
+
+SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "zero_rate")
+"""Names of these rows."""
+
+ACCEPTED, GATED, REJECTED = range(3)
+"""Columns of the table of counts: accepted, beyond the gate, invalid."""
+
+_STAMP, _GYRO, _FORCE = 0, 1, 4
+"""First columns of an inertial row: stamp [s], angular velocity [rad/s], specific force [m/s2]."""
+
+_LEFT, _RIGHT = 1, 2
+"""Columns of an encoder row [rad/s]."""
+
+_HORIZONTAL_SIGMA, _VERTICAL_SIGMA = 4, 5
+"""Columns of a fix after stamp, x, y, z [m]."""
+
+_STAMP_TOLERANCE = 1e-9
+"""Largest difference of two stamps that count as the same instant [s]."""
 
 
-class Noise(NamedTuple):
-    """Numbers of the model, all of them standard deviations.
+class NoiseModel(NamedTuple):
+    """Process and measurement noise, as standard deviations.
 
     Attributes:
-        turn: Gyro noise [rad/sqrt(s)].
-        bias_walk: Of the gyro's bias [rad/s/sqrt(s)].
-        slip: Horizontal position error that dead reckoning gathers [m/sqrt(s)].
-        heave: Vertical one [m/sqrt(s)].
-        push: Random walk of the forward speed [m/s/sqrt(s)].
-        drift: Sideways speed in the long run [m/s].
-        drift_time: Its correlation time [s].
-        iron_walk: Of the robot's own field [uT/sqrt(s)].
-        wander: Of the satellite error in the long run [m].
-        wander_time: Its correlation time [s].
-        force_walk: Of the accelerometer's bias [m/s2/sqrt(s)].
-        wheels: Forward speed by encoders [m/s].
-        shake: Acceleration that is not gravity, level; twice that upright [m/s2].
-        compass: A magnetometer's axis [uT].
-        rest: Gyro reading at rest [rad/s].
+        gyro: Process: noise density of the gyro [rad/sqrt(s)].
+        gyro_bias_walk: Process: random walk of the gyro's bias [rad/s/sqrt(s)].
+        position_walk: Process: horizontal error of dead reckoning [m/sqrt(s)].
+        height_walk: Process: vertical error of dead reckoning [m/sqrt(s)].
+        speed_walk: Process: random walk of the forward speed [m/s/sqrt(s)].
+        lateral_speed: Process: stationary standard deviation of the lateral speed [m/s].
+        lateral_speed_time: Process: correlation time of the lateral speed [s].
+        hard_iron_walk: Process: random walk of the hard iron [uT/sqrt(s)].
+        gnss_error: Process: stationary standard deviation of the correlated satellite error [m].
+        gnss_error_time: Process: correlation time of that error [s].
+        accel_bias_walk: Process: random walk of the accelerometer's bias [m/s2/sqrt(s)].
+        wheel_speed: Measurement: forward speed by encoders [m/s].
+        vibration: Measurement: acceleration other than gravity, horizontal; vertical is twice that
+            [m/s2].
+        mag: Measurement: an axis of the magnetometer [uT].
+        zero_rate: Measurement: gyro reading at rest [rad/s].
     """
 
-    turn: float = 2e-4
-    bias_walk: float = 2e-5
-    slip: float = 0.01
-    heave: float = 0.03
-    push: float = 0.5
-    drift: float = 0.012
-    drift_time: float = 5.0
-    iron_walk: float = 0.001
-    wander: float = 0.25
-    wander_time: float = 60.0
-    force_walk: float = 0.003
-    wheels: float = 0.05
-    shake: float = 0.75
-    compass: float = 0.4
-    rest: float = 0.01
+    gyro: float = 2e-4
+    gyro_bias_walk: float = 2e-5
+    position_walk: float = 0.01
+    height_walk: float = 0.03
+    speed_walk: float = 0.5
+    lateral_speed: float = 0.012
+    lateral_speed_time: float = 5.0
+    hard_iron_walk: float = 0.001
+    gnss_error: float = 0.25
+    gnss_error_time: float = 60.0
+    accel_bias_walk: float = 0.003
+    wheel_speed: float = 0.05
+    vibration: float = 0.75
+    mag: float = 0.4
+    zero_rate: float = 0.01
 
 
-class Body(NamedTuple):
-    """Numbers of the robot and of the place.
+class BodyParameters(NamedTuple):
+    """Parameters of the robot, and the magnetic field of the place.
 
     Attributes:
-        radius: Of the wheels [m].
-        creep: See ``RobotModel``, as the next two.
-        creep_slope: See there.
-        pivot: See there.
-        flux_x: Magnetic field to the east [uT].
-        flux_y: To the north [uT].
-        flux_z: Upwards [uT].
-        loose: Whether the field is known only roughly: compass and fixes then correct heading,
-            place and their own errors, while tilt, speeds and biases are those of gravity, gyro and
-            wheels, wherever on Earth the robot is.
-        period: Longest step of a prediction [s]; longer gaps are refused.
+        wheel_radius: ``RobotModel.wheel_radius`` [m].
+        creep: ``RobotModel.creep`` [m].
+        creep_slope: ``RobotModel.creep_slope``.
+        pivot: ``RobotModel.pivot`` [m].
+        flux_east: Magnetic flux density to the east [uT].
+        flux_north: Magnetic flux density to the north [uT].
+        flux_up: Magnetic flux density upwards [uT].
+        heading_only: True if the field is known only roughly. Magnetometer and fixes then correct
+            heading, position and their own errors; tilt, speeds and biases depend on gravity, gyro
+            and wheels alone, wherever on Earth the robot is.
+        max_step: Longest step of a prediction [s]; longer gaps are rejected.
     """
 
-    radius: float
+    wheel_radius: float
     creep: float
     creep_slope: float
     pivot: float
-    flux_x: float
-    flux_y: float
-    flux_z: float
-    loose: bool = False
-    period: float = 2.0
+    flux_east: float
+    flux_north: float
+    flux_up: float
+    heading_only: bool = False
+    max_step: float = 2.0
 
 
 class Gates(NamedTuple):
-    """Largest squared Mahalanobis distances that are believed.
+    """Largest normalised innovations squared (NIS) that are accepted.
 
-    Chi-square limits at 0.999, and for fixes, whose detours are no noise, at 0.99.
+    Quantiles of the chi-square distribution at 0.999 with one and three degrees of freedom; for
+    fixes, whose multipath is no noise, at 0.99 with three.
+
+    Attributes:
+        wheels: Gate of the forward speed by encoders.
+        vector: Gate of gravity, magnetic field and gyro at rest.
+        gnss: Gate of satellite fixes.
     """
 
     wheels: float = 10.83
     vector: float = 16.27
-    fix: float = 11.34
+    gnss: float = 11.34
 
 
-class Sensed(NamedTuple):
-    """What was measured in a period, oldest first.
+class Measurements(NamedTuple):
+    """Measurements of a period, oldest first.
 
     Attributes:
         imu: Rows of stamp [s], angular velocity [rad/s], specific force [m/s2]; shape (k, 7).
-        wheels: Rows of stamp, left, right wheel speed [rad/s]; shape (k, 3).
-        field: Rows of stamp, flux density [uT]; shape (k, 4).
-        fixes: Rows of stamp, x, y, z, horizontal and vertical sigma [m]; shape (k, 6).
+        wheels: Rows of stamp [s], left, right wheel speed [rad/s]; shape (k, 3).
+        mag: Rows of stamp [s], magnetic flux density in the base frame [uT]; shape (k, 4).
+        gnss: Rows of stamp [s], x, y, z, horizontal and vertical sigma [m]; shape (k, 6).
     """
 
     imu: NDArray[np.float64]
     wheels: NDArray[np.float64]
-    field: NDArray[np.float64]
-    fixes: NDArray[np.float64]
+    mag: NDArray[np.float64]
+    gnss: NDArray[np.float64]
 
 
-class Room(NamedTuple):
-    """Arrays that live as long as the filter."""
+class Workspace(NamedTuple):
+    """Buffers of the filter, allocated once.
+
+    Attributes:
+        points: Sigma points, shape (37, 18).
+        deviations: Deviations of the points from their mean, shape (37, 18).
+        factor: Cholesky factor of the covariance, shape (18, 18).
+        predicted: Expected measurement of each point, shape (37, 3).
+        predicted_deviations: Deviations of these from their mean, shape (37, 3).
+        expected: Expected measurement, shape (3,).
+        innovation: Measurement less expectation, shape (3,).
+        S: Covariance of the innovation, shape (3, 3).
+        cross: Covariance of state and expected measurement, shape (18, 3).
+        gain: Kalman gain, shape (18, 3).
+        trig: Sine and cosine of roll, pitch and yaw of each point, and its share of the creep,
+            shape (37, 7).
+        angular: ``ANGULAR``, as compiled code takes it.
+        linear: False for each component of a measurement: none is an angle; shape (3,).
+    """
 
     points: NDArray[np.float64]
     deviations: NDArray[np.float64]
     factor: NDArray[np.float64]
-    seen: NDArray[np.float64]
-    apart: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    predicted_deviations: NDArray[np.float64]
     expected: NDArray[np.float64]
     innovation: NDArray[np.float64]
-    spread: NDArray[np.float64]
+    S: NDArray[np.float64]
     cross: NDArray[np.float64]
     gain: NDArray[np.float64]
     trig: NDArray[np.float64]
     angular: NDArray[np.bool_]
-    flat: NDArray[np.bool_]
+    linear: NDArray[np.bool_]
 
     @classmethod
-    def make(cls) -> "Room":
-        """Return fresh arrays."""
+    def allocate(cls) -> "Workspace":
+        """Return new buffers."""
         n, p = STATES, 2 * STATES + 1
         return cls(
-            np.zeros((p, n)),
-            np.zeros((p, n)),
-            np.zeros((n, n)),
-            np.zeros((p, 3)),
-            np.zeros((p, 3)),
-            np.zeros(3),
-            np.zeros(3),
-            np.zeros((3, 3)),
-            np.zeros((n, 3)),
-            np.zeros((n, 3)),
-            np.zeros((p, 7)),
-            ANGULAR.copy(),
-            np.zeros(3, dtype=np.bool_),
+            points=np.zeros((p, n)),
+            deviations=np.zeros((p, n)),
+            factor=np.zeros((n, n)),
+            predicted=np.zeros((p, 3)),
+            predicted_deviations=np.zeros((p, 3)),
+            expected=np.zeros(3),
+            innovation=np.zeros(3),
+            S=np.zeros((3, 3)),
+            cross=np.zeros((n, 3)),
+            gain=np.zeros((n, 3)),
+            trig=np.zeros((p, _TRIG_COLUMNS)),
+            angular=ANGULAR.copy(),
+            linear=np.zeros(3, dtype=np.bool_),
         )
 
 
-class Weights(NamedTuple):
-    """A ``Spread`` as compiled code takes it."""
+class FilterModel(NamedTuple):
+    """All parameters of the filter.
 
-    gain: float
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    Attributes:
+        body: Parameters of the robot, and the magnetic field.
+        noise: Process and measurement noise.
+        gates: Limits of the NIS.
+        weights: Weights of the sigma points.
+    """
 
-    @classmethod
-    def make(cls) -> "Weights":
-        """Return the weights of the state's sigma points."""
-        spread = Spread.merwe(STATES)
-        return cls(spread.gain, spread.mean, spread.covariance)
-
-
-class Belief(NamedTuple):
-    """All numbers of the filter."""
-
-    body: Body
-    noise: Noise
+    body: BodyParameters
+    noise: NoiseModel
     gates: Gates
-    weights: Weights
+    weights: SigmaWeights
 
 
 @kernel
-def _turns(body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill what each point's attitude decides; most points share the mean's.
-
-    That is sine and cosine of roll, pitch and yaw, and the share of the creep.
-    """
-    points, trig = room.points, room.trig
+def _fill_trigonometry(body: BodyParameters, workspace: Workspace) -> None:
+    """Fill the sines and cosines of each point's attitude, and its share of the creep."""
+    points, trig = workspace.points, workspace.trig
     n = points.shape[1]
     for k in range(points.shape[0]):
         column = (k - 1) % n
-        if k == 0 or column < _ATTITUDES:
+        # Points along the later columns of the Cholesky factor have the attitude of the mean.
+        if k == 0 or column < _ATTITUDE_COLUMNS:
             for a in range(3):
                 trig[k, 2 * a] = np.sin(points[k, a])
                 trig[k, 2 * a + 1] = np.cos(points[k, a])
-            trig[k, 6] = np.tanh(trig[k, 0] / body.creep_slope)
+            trig[k, _CREEP] = np.tanh(trig[k, _SIN_ROLL] / body.creep_slope)
         else:
-            for a in range(7):
+            for a in range(_TRIG_COLUMNS):
                 trig[k, a] = trig[0, a]
 
 
 @kernel
-def _aside(k, rate, body, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the sideways speed of a point that turns at a rate [rad/s]."""
-    sliding = abs(rate) * body.creep * room.trig[k, 6] + rate * body.pivot * room.trig[k, 2]
-    return room.points[k, 10] - sliding
+def _lateral_speed(k: int, yaw_rate: float, body: BodyParameters, workspace: Workspace) -> float:
+    """Return the lateral speed of a point [m/s] that turns at a yaw rate [rad/s].
+
+    A turning body creeps down a cross slope and turns about a point uphill of its middle, as the
+    kinematic plant does.
+    """
+    trig = workspace.trig
+    sliding = (
+        abs(yaw_rate) * body.creep * trig[k, _CREEP] + yaw_rate * body.pivot * trig[k, _SIN_PITCH]
+    )
+    return workspace.points[k, LATERAL_SPEED] - sliding
 
 
 @kernel
-def predict(x, P, wx, wy, wz, dt, body, noise, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Move the state by a step of ``dt`` [s] with a gyro reading [rad/s].
+def predict(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    imu: NDArray[np.float64],
+    dt: float,
+    model: FilterModel,
+    workspace: Workspace,
+) -> bool:
+    """Predict state and covariance over a step, with a gyro reading as input.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        imu: Inertial row, of which the angular velocity is used, shape (7,).
+        dt: Length of the step [s].
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
 
     Returns:
-        Whether the covariance is still positive definite.
+        True if the covariance is positive definite; if not, nothing was changed.
     """
-    points = room.points
-    if not draw_points(x, P, weights.gain, room.factor, points):
+    body, noise, weights = model.body, model.noise, model.weights
+    points, trig = workspace.points, workspace.trig
+    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
         return False
-    _turns(body, room)
-    fade, forget = np.exp(-dt / noise.drift_time), np.exp(-dt / noise.wander_time)
-    trig = room.trig
+    _fill_trigonometry(body, workspace)
+    # Decay of the two Gauss-Markov processes.
+    lateral_decay = np.exp(-dt / noise.lateral_speed_time)
+    gnss_decay = np.exp(-dt / noise.gnss_error_time)
+    wx, wy, wz = imu[_GYRO], imu[_GYRO + 1], imu[_GYRO + 2]
     for k in range(points.shape[0]):
-        sr, cr, sp, cp = trig[k, 0], trig[k, 1], trig[k, 2], trig[k, 3]
-        sy, cy = trig[k, 4], trig[k, 5]
-        p, q, r = wx - points[k, 3], wy - points[k, 4], wz - points[k, 5]
-        ahead, aside = points[k, 9], _aside(k, r, body, room)
-        level = cp * ahead + sp * sr * aside
-        points[k, 6] += dt * (cy * level - sy * cr * aside)
-        points[k, 7] += dt * (sy * level + cy * cr * aside)
-        points[k, 8] += dt * (-sp * ahead + cp * sr * aside)
-        lean = sr * q + cr * r
-        points[k, 0] += dt * (p + lean * sp / cp)
-        points[k, 1] += dt * (cr * q - sr * r)
-        points[k, 2] += dt * lean / cp
-        points[k, 10] *= fade
-        points[k, 14] *= forget
-        points[k, 15] *= forget
-    combine_points(points, weights.mean, weights.covariance, room.angular, x, room.deviations, P)
-    for a in range(3):
-        P[a, a] += noise.turn**2 * dt
-        P[3 + a, 3 + a] += noise.bias_walk**2 * dt
-        P[6 + a, 6 + a] += (noise.slip if a < 2 else noise.heave) ** 2 * dt
-        P[11 + a, 11 + a] += noise.iron_walk**2 * dt
-    P[9, 9] += noise.push**2 * dt
-    P[10, 10] += noise.drift**2 * (1 - fade * fade)
-    for a in range(2):
-        P[14 + a, 14 + a] += noise.wander**2 * (1 - forget * forget)
-        P[16 + a, 16 + a] += noise.force_walk**2 * dt
+        sr, cr = trig[k, _SIN_ROLL], trig[k, _COS_ROLL]
+        sp, cp = trig[k, _SIN_PITCH], trig[k, _COS_PITCH]
+        sy, cy = trig[k, _SIN_YAW], trig[k, _COS_YAW]
+        # Body rates p, q, r: the gyro's reading less its bias.
+        p = wx - points[k, GYRO_BIAS_X]
+        q = wy - points[k, GYRO_BIAS_Y]
+        r = wz - points[k, GYRO_BIAS_Z]
+        # Position: the velocity in the base, rotated into the map.
+        forward, lateral = points[k, SPEED], _lateral_speed(k, r, body, workspace)
+        level = cp * forward + sp * sr * lateral
+        points[k, X] += dt * (cy * level - sy * cr * lateral)
+        points[k, Y] += dt * (sy * level + cy * cr * lateral)
+        points[k, Z] += dt * (-sp * forward + cp * sr * lateral)
+        # Attitude: rates of the z-y-x angles from body rates (Euler's kinematic equations).
+        horizontal_rate = sr * q + cr * r
+        points[k, ROLL] += dt * (p + horizontal_rate * sp / cp)
+        points[k, PITCH] += dt * (cr * q - sr * r)
+        points[k, YAW] += dt * horizontal_rate / cp
+        points[k, LATERAL_SPEED] *= lateral_decay
+        points[k, GNSS_EAST] *= gnss_decay
+        points[k, GNSS_NORTH] *= gnss_decay
+    unscented_transform(points, weights, workspace.angular, x, workspace.deviations, P)
+    _add_process_noise(P, dt, lateral_decay, gnss_decay, noise)
     return True
 
 
 @kernel
-def _finish(x, P, z0, z1, z2, r0, r1, r2, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Correct with a measurement whose expectations stand in the room.
+def _add_process_noise(
+    P: NDArray[np.float64], dt: float, lateral_decay: float, gnss_decay: float, noise: NoiseModel
+) -> None:
+    """Add the process noise of a step [s] to a covariance, in place.
+
+    Random walks add ``sigma^2 dt``; Gauss-Markov processes add ``sigma^2 (1 - decay^2)``, which
+    keeps their stationary variance.
+    """
+    for a in range(3):
+        P[ROLL + a, ROLL + a] += noise.gyro**2 * dt
+        P[GYRO_BIAS_X + a, GYRO_BIAS_X + a] += noise.gyro_bias_walk**2 * dt
+        P[X + a, X + a] += (noise.position_walk if a < 2 else noise.height_walk) ** 2 * dt
+        P[HARD_IRON_X + a, HARD_IRON_X + a] += noise.hard_iron_walk**2 * dt
+    P[SPEED, SPEED] += noise.speed_walk**2 * dt
+    P[LATERAL_SPEED, LATERAL_SPEED] += noise.lateral_speed**2 * (1 - lateral_decay * lateral_decay)
+    for a in range(2):
+        P[GNSS_EAST + a, GNSS_EAST + a] += noise.gnss_error**2 * (1 - gnss_decay * gnss_decay)
+        P[ACCEL_BIAS_X + a, ACCEL_BIAS_X + a] += noise.accel_bias_walk**2 * dt
+
+
+@kernel
+def _correct_by_points(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    z: NDArray[np.float64],
+    variance: tuple[float, float, float],
+    gate: float,
+    weights: SigmaWeights,
+    workspace: Workspace,
+) -> float:
+    """Correct with a measurement whose expectation at each point stands in ``predicted``.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        z: Measurement, shape (3,).
+        variance: Variance of each component of the measurement.
+        gate: Largest NIS that is accepted.
+        weights: Weights of the sigma points.
+        workspace: Buffers of the filter.
 
     Returns:
-        The squared Mahalanobis distance.
+        The NIS.
     """
-    seen, expected = room.seen, room.expected
-    combine_points(
-        seen, weights.mean, weights.covariance, room.flat, expected, room.apart, room.spread
+    predicted = workspace.predicted
+    unscented_transform(
+        predicted,
+        weights,
+        workspace.linear,
+        workspace.expected,
+        workspace.predicted_deviations,
+        workspace.S,
     )
-    cross_points(room.factor, weights.gain, weights.covariance[1], seen, room.cross)
-    return _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room)
+    cross_covariance(workspace.factor, weights, predicted, workspace.cross)
+    return _correct_by_moments(x, P, z, variance, gate, workspace)
 
 
 @kernel
-def _innovate(x, P, z0, z1, z2, r0, r1, r2, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Correct with a measurement whose expectation and covariances stand in the room."""
-    room.spread[0, 0] += r0
-    room.spread[1, 1] += r1
-    room.spread[2, 2] += r2
-    room.innovation[0] = z0 - room.expected[0]
-    room.innovation[1] = z1 - room.expected[1]
-    room.innovation[2] = z2 - room.expected[2]
-    return correct(x, P, room.angular, room.cross, room.spread, room.innovation, gate, room.gain)
+def _correct_by_moments(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    z: NDArray[np.float64],
+    variance: tuple[float, float, float],
+    gate: float,
+    workspace: Workspace,
+) -> float:
+    """Correct with a measurement whose expectation and covariances stand in the workspace.
 
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        z: Measurement, shape (3,).
+        variance: Variance of each component of the measurement.
+        gate: Largest NIS that is accepted.
+        workspace: Buffers of the filter; ``expected``, ``S`` and ``cross`` are filled.
 
-@kernel
-def see_wheels(x, P, speed, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct with the encoders' forward speed [m/s]."""
-    return correct_one(x, P, room.angular, 9, speed, noise.wheels**2, gate, room.gain)
-
-
-@kernel
-def see_gravity(x, P, imu, body, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct with a specific force [m/s2]: gravity and what turning while driving adds.
-
-    ``imu`` is stamp, angular velocity and specific force, shape (7,). Wheels on rough ground shake
-    it, mostly up and down. Its length is no reason to believe it less: choosing the quiet instants
-    would make gravity look smaller and lean the robot on every slope.
+    Returns:
+        The NIS.
     """
-    if not draw_points(x, P, weights.gain, room.factor, room.points):
-        return np.nan
-    _turns(body, room)
-    for k in range(room.points.shape[0]):
-        sr, cr, sp, cp = room.trig[k, 0], room.trig[k, 1], room.trig[k, 2], room.trig[k, 3]
-        p, q, r = imu[1] - room.points[k, 3], imu[2] - room.points[k, 4], imu[3] - room.points[k, 5]
-        ahead, aside = room.points[k, 9], _aside(k, r, body, room)
-        room.seen[k, 0] = -GRAVITY * sp - r * aside + room.points[k, 16]
-        room.seen[k, 1] = GRAVITY * cp * sr + r * ahead + room.points[k, 17]
-        room.seen[k, 2] = GRAVITY * cp * cr + p * aside - q * ahead
-    r0 = noise.shake**2
-    return _finish(x, P, imu[4], imu[5], imu[6], r0, r0, 4 * r0, gate, weights, room)
+    S, innovation = workspace.S, workspace.innovation
+    S[0, 0] += variance[0]
+    S[1, 1] += variance[1]
+    S[2, 2] += variance[2]
+    innovation[0] = z[0] - workspace.expected[0]
+    innovation[1] = z[1] - workspace.expected[1]
+    innovation[2] = z[2] - workspace.expected[2]
+    return correct(x, P, workspace.angular, workspace.cross, S, innovation, gate, workspace.gain)
 
 
 @kernel
-def see_field(x, P, field, body, noise, gate, weights, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct with a magnetic field: stamp and flux density in the base frame [uT], shape (4,)."""
-    if not draw_points(x, P, weights.gain, room.factor, room.points):
-        return np.nan
-    _turns(body, room)
-    for k in range(room.points.shape[0]):
-        sr, cr, sp, cp = room.trig[k, 0], room.trig[k, 1], room.trig[k, 2], room.trig[k, 3]
-        sy, cy = room.trig[k, 4], room.trig[k, 5]
-        ahead = cy * body.flux_x + sy * body.flux_y
-        aside = cy * body.flux_y - sy * body.flux_x
-        up = sp * ahead + cp * body.flux_z
-        room.seen[k, 0] = cp * ahead - sp * body.flux_z + room.points[k, 11]
-        room.seen[k, 1] = cr * aside + sr * up + room.points[k, 12]
-        room.seen[k, 2] = cr * up - sr * aside + room.points[k, 13]
-    r0 = noise.compass**2
-    return _finish(x, P, field[1], field[2], field[3], r0, r0, r0, gate, weights, room)
+def correct_wheels(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    speed: float,
+    model: FilterModel,
+    workspace: Workspace,
+) -> float:
+    """Correct with the forward speed by encoders [m/s] and return the NIS.
 
-
-@kernel
-def see_fix(x, P, fix, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct with a fix: stamp, x, y, z [m], horizontal and vertical sigma [m], shape (6,).
-
-    It is linear in the state, so that no points have to be drawn, as in ``see_rest``.
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        speed: Forward speed [m/s].
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
     """
-    cross = room.cross
+    variance, gate = model.noise.wheel_speed**2, model.gates.wheels
+    return correct_state(x, P, workspace.angular, SPEED, speed, variance, gate, workspace.gain)
+
+
+@kernel
+def correct_gravity(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    imu: NDArray[np.float64],
+    model: FilterModel,
+    workspace: Workspace,
+) -> float:
+    """Correct with a specific force, gravity plus centripetal acceleration, and return the NIS.
+
+    Wheels on rough ground shake the reading, mostly vertically. Its length is no reason to weight
+    it less: selecting quiet instants would bias gravity and tilt the estimate on every slope.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        imu: Inertial row: stamp, angular velocity [rad/s], specific force [m/s2], shape (7,).
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
+    """
+    body, weights = model.body, model.weights
+    points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
+    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
+        return np.nan
+    _fill_trigonometry(body, workspace)
+    for k in range(points.shape[0]):
+        sr, cr = trig[k, _SIN_ROLL], trig[k, _COS_ROLL]
+        sp, cp = trig[k, _SIN_PITCH], trig[k, _COS_PITCH]
+        p = imu[_GYRO] - points[k, GYRO_BIAS_X]
+        q = imu[_GYRO + 1] - points[k, GYRO_BIAS_Y]
+        r = imu[_GYRO + 2] - points[k, GYRO_BIAS_Z]
+        # Specific force f = R' (0, 0, g) + w x v + bias, with v = (forward, lateral, 0).
+        forward, lateral = points[k, SPEED], _lateral_speed(k, r, body, workspace)
+        predicted[k, 0] = -GRAVITY * sp - r * lateral + points[k, ACCEL_BIAS_X]
+        predicted[k, 1] = GRAVITY * cp * sr + r * forward + points[k, ACCEL_BIAS_Y]
+        predicted[k, 2] = GRAVITY * cp * cr + p * lateral - q * forward
+    variance = model.noise.vibration**2
+    variances = (variance, variance, 4 * variance)
+    gate = model.gates.vector
+    return _correct_by_points(x, P, imu[_FORCE:], variances, gate, weights, workspace)
+
+
+@kernel
+def correct_mag(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    mag: NDArray[np.float64],
+    model: FilterModel,
+    workspace: Workspace,
+) -> float:
+    """Correct with a magnetic field and return the NIS.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        mag: Row of stamp and flux density in the base frame [uT], shape (4,).
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
+    """
+    body, weights = model.body, model.weights
+    points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
+    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
+        return np.nan
+    _fill_trigonometry(body, workspace)
+    for k in range(points.shape[0]):
+        sr, cr = trig[k, _SIN_ROLL], trig[k, _COS_ROLL]
+        sp, cp = trig[k, _SIN_PITCH], trig[k, _COS_PITCH]
+        sy, cy = trig[k, _SIN_YAW], trig[k, _COS_YAW]
+        # Field of the Earth turned into the base, by yaw, pitch and roll in turn, plus hard iron.
+        ahead = cy * body.flux_east + sy * body.flux_north
+        aside = cy * body.flux_north - sy * body.flux_east
+        up = sp * ahead + cp * body.flux_up
+        predicted[k, 0] = cp * ahead - sp * body.flux_up + points[k, HARD_IRON_X]
+        predicted[k, 1] = cr * aside + sr * up + points[k, HARD_IRON_Y]
+        predicted[k, 2] = cr * up - sr * aside + points[k, HARD_IRON_Z]
+    variance = model.noise.mag**2
+    variances = (variance, variance, variance)
+    gate = model.gates.vector
+    return _correct_by_points(x, P, mag[1:], variances, gate, weights, workspace)
+
+
+@kernel
+def correct_gnss(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    fix: NDArray[np.float64],
+    model: FilterModel,
+    workspace: Workspace,
+) -> float:
+    """Correct with a satellite fix and return the NIS.
+
+    The measurement, position plus correlated error, is linear in the state: its moments follow from
+    the covariance, and no points have to be drawn.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        fix: Row of stamp, x, y, z, horizontal and vertical sigma [m], shape (6,).
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
+    """
+    cross, S, expected = workspace.cross, workspace.S, workspace.expected
+    # With H the sum of position and error: cross = P H', S = H P H'.
     for i in range(STATES):
-        cross[i, 0] = P[i, 6] + P[i, 14]
-        cross[i, 1] = P[i, 7] + P[i, 15]
-        cross[i, 2] = P[i, 8]
+        cross[i, 0] = P[i, X] + P[i, GNSS_EAST]
+        cross[i, 1] = P[i, Y] + P[i, GNSS_NORTH]
+        cross[i, 2] = P[i, Z]
     for j in range(3):
-        room.spread[0, j] = cross[6, j] + cross[14, j]
-        room.spread[1, j] = cross[7, j] + cross[15, j]
-        room.spread[2, j] = cross[8, j]
-    room.expected[0], room.expected[1], room.expected[2] = x[6] + x[14], x[7] + x[15], x[8]
-    r0, r2 = fix[4] ** 2, fix[5] ** 2
-    return _innovate(x, P, fix[1], fix[2], fix[3], r0, r0, r2, gate, room)
-
-
-_MOTION = np.array([0, 1, 3, 4, 5, 9, 10, 16, 17])
-"""States of the motion, which need no place on Earth: tilt, speeds, biases of gyro and
-accelerometer."""
+        S[0, j] = cross[X, j] + cross[GNSS_EAST, j]
+        S[1, j] = cross[Y, j] + cross[GNSS_NORTH, j]
+        S[2, j] = cross[Z, j]
+    expected[0], expected[1] = x[X] + x[GNSS_EAST], x[Y] + x[GNSS_NORTH]
+    expected[2] = x[Z]
+    horizontal, vertical = fix[_HORIZONTAL_SIGMA] ** 2, fix[_VERTICAL_SIGMA] ** 2
+    variances = (horizontal, horizontal, vertical)
+    return _correct_by_moments(x, P, fix[1:4], variances, model.gates.gnss, workspace)
 
 
 @kernel
-def _keep(x, P, old_x, old_P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Put the motion's states back as they were before a correction.
+def correct_zero_rate(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    imu: NDArray[np.float64],
+    model: FilterModel,
+    workspace: Workspace,
+) -> float:
+    """Correct the gyro's bias with a reading at rest (zero angular rate update); return the NIS.
 
-    Their covariance with the other states stays corrected: that is the filter of Schmidt (1966),
-    which considers states that a measurement does not correct.
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        imu: Inertial row while the wheels stand still, shape (7,).
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
     """
-    for i in _MOTION:
+    for a in range(3):
+        for i in range(STATES):
+            workspace.cross[i, a] = P[i, GYRO_BIAS_X + a]
+        for b in range(3):
+            workspace.S[a, b] = P[GYRO_BIAS_X + a, GYRO_BIAS_X + b]
+        workspace.expected[a] = x[GYRO_BIAS_X + a]
+    variance = model.noise.zero_rate**2
+    variances = (variance, variance, variance)
+    return _correct_by_moments(x, P, imu[_GYRO:_FORCE], variances, model.gates.vector, workspace)
+
+
+@kernel
+def _restore_considered(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    old_x: NDArray[np.float64],
+    old_P: NDArray[np.float64],
+) -> None:
+    """Restore the considered states as they were before a correction, in place.
+
+    Their covariance with the other states stays corrected: this is the consider filter of Schmidt
+    (1966), in which a measurement does not correct some of the states that it depends on.
+    """
+    for i in _CONSIDERED:
         x[i] = old_x[i]
-        for j in _MOTION:
+        for j in _CONSIDERED:
             P[i, j] = old_P[i, j]
 
 
 @kernel
-def see_rest(x, P, imu, noise, gate, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct the gyro's bias with what it reads while the wheels stand still."""
-    for a in range(3):
-        for i in range(STATES):
-            room.cross[i, a] = P[i, 3 + a]
-        for b in range(3):
-            room.spread[a, b] = P[3 + a, 3 + b]
-        room.expected[a] = x[3 + a]
-    r0 = noise.rest**2
-    return _innovate(x, P, imu[1], imu[2], imu[3], r0, r0, r0, gate, room)
-
-
-@kernel
-def _count(counts, sensor, distance, gate):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Count a measurement as believed, gated or refused: columns 0, 1 and 2."""
-    if distance <= gate:
-        counts[sensor, 0] += 1
-    elif distance > gate:
-        counts[sensor, 1] += 1
+def _count(counts: NDArray[np.int64], sensor: int, nis: float, gate: float) -> None:
+    """Count a measurement as accepted, gated or, if its NIS is NaN, rejected."""
+    if nis <= gate:
+        counts[sensor, ACCEPTED] += 1
+    elif nis > gate:
+        counts[sensor, GATED] += 1
     else:
-        counts[sensor, 2] += 1
+        counts[sensor, REJECTED] += 1
 
 
 @kernel
-def _whole(row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return whether all numbers of a row are finite."""
-    return np.isfinite(row).all()
+def _is_finite(row: NDArray[np.float64]) -> bool:
+    """Return true if all numbers of a row are finite."""
+    return bool(np.isfinite(row).all())
 
 
 @kernel
-def run_period(x, P, now, odometry, sensed, belief, room, counts, track):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Take in one period: predict from inertial row to inertial row, and correct in between.
-
-    Each measurement corrects the state at the first inertial row that is not older than it: at most
-    10 ms late. What is not finite, or runs back, is refused and counted.
+def _take_wheels(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    now: float,
+    rows: NDArray[np.float64],
+    first: int,
+    model: FilterModel,
+    workspace: Workspace,
+    counts: NDArray[np.int64],
+) -> tuple[int, bool]:
+    """Correct with the encoder rows up to an instant.
 
     Args:
         x: State, changed in place, shape (18,).
         P: Covariance, changed in place, shape (18, 18).
         now: Stamp of the state [s].
-        odometry: x, y, z [m] and yaw [rad] of dead reckoning, changed in place, shape (4,).
-        sensed: A ``Sensed``.
-        belief: A ``Belief``.
-        room: Arrays to work in.
-        counts: Believed, gated and refused measurements of each sensor, changed in place.
-        track: Room for stamp, position and quaternion in the frame of the odometry at each
-            inertial row, shape (k, 8).
+        rows: Encoder rows of the period, shape (k, 3).
+        first: Index of the first row that was not taken yet.
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
+        counts: Table of counts, changed in place.
 
     Returns:
-        The state's new stamp [s], the rows of the track that were filled, and whether the
-        covariance held.
+        Index of the next row, and true if the last valid row says that the wheels stand still.
     """
-    imu, wheels, field, fixes = sensed
-    body, noise, gates, weights = belief
-    filled = 0
-    w = m = f = 0
+    still = False
+    while first < len(rows) and not rows[first, _STAMP] > now + _STAMP_TOLERANCE:
+        if _is_finite(rows[first]):
+            left, right = rows[first, _LEFT], rows[first, _RIGHT]
+            speed = model.body.wheel_radius * (left + right) / 2
+            still = left == 0.0 and right == 0.0
+            nis = correct_wheels(x, P, speed, model, workspace)
+            _count(counts, WHEELS, nis, model.gates.wheels)
+        else:
+            counts[WHEELS, REJECTED] += 1
+        first += 1
+    return first, still
+
+
+@kernel
+def _take_mag(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    now: float,
+    rows: NDArray[np.float64],
+    first: int,
+    model: FilterModel,
+    workspace: Workspace,
+    counts: NDArray[np.int64],
+) -> int:
+    """Correct with the magnetometer rows up to an instant; see ``_take_wheels``.
+
+    Returns:
+        Index of the next row.
+    """
     old_x, old_P = x, P
+    while first < len(rows) and not rows[first, _STAMP] > now + _STAMP_TOLERANCE:
+        if _is_finite(rows[first]):
+            if model.body.heading_only:
+                old_x, old_P = x.copy(), P.copy()
+            nis = correct_mag(x, P, rows[first], model, workspace)
+            if model.body.heading_only:
+                _restore_considered(x, P, old_x, old_P)
+            _count(counts, COMPASS, nis, model.gates.vector)
+        else:
+            counts[COMPASS, REJECTED] += 1
+        first += 1
+    return first
+
+
+@kernel
+def _take_gnss(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    now: float,
+    rows: NDArray[np.float64],
+    first: int,
+    model: FilterModel,
+    workspace: Workspace,
+    counts: NDArray[np.int64],
+) -> int:
+    """Correct with the satellite fixes up to an instant; see ``_take_wheels``.
+
+    Returns:
+        Index of the next row.
+    """
+    old_x, old_P = x, P
+    while first < len(rows) and not rows[first, _STAMP] > now + _STAMP_TOLERANCE:
+        if _is_finite(rows[first]):
+            if model.body.heading_only:
+                old_x, old_P = x.copy(), P.copy()
+            nis = correct_gnss(x, P, rows[first], model, workspace)
+            if model.body.heading_only:
+                _restore_considered(x, P, old_x, old_P)
+            _count(counts, GNSS, nis, model.gates.gnss)
+        else:
+            counts[GNSS, REJECTED] += 1
+        first += 1
+    return first
+
+
+@kernel
+def run_period(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    now: float,
+    odometry: NDArray[np.float64],
+    measurements: Measurements,
+    model: FilterModel,
+    workspace: Workspace,
+    counts: NDArray[np.int64],
+    track: NDArray[np.float64],
+) -> tuple[float, int, bool]:
+    """Filter one period: predict from inertial row to inertial row, and correct in between.
+
+    Each measurement corrects the state at the first inertial row that is not older than it: at most
+    10 ms late. Rows that are not finite, or whose stamps decrease, are rejected and counted.
+
+    Args:
+        x: State, changed in place, shape (18,).
+        P: Covariance, changed in place, shape (18, 18).
+        now: Stamp of the state [s].
+        odometry: Dead reckoning x, y, z [m] and yaw [rad], changed in place, shape (4,).
+        measurements: Measurements of the period.
+        model: Parameters of the filter.
+        workspace: Buffers of the filter.
+        counts: Table of counts by sensor, changed in place, shape (6, 3).
+        track: Buffer of stamp [s], position [m] and quaternion in ``odom`` at each inertial row,
+            shape (k, 8).
+
+    Returns:
+        New stamp of the state [s], number of rows of the track that were filled, and true if the
+        covariance stayed positive definite.
+    """
+    imu = measurements.imu
+    filled = 0
+    next_wheels = next_mag = next_gnss = 0
     for i in range(len(imu)):
-        dt = imu[i, 0] - now
-        turning = np.isfinite(imu[i, 0]) and _whole(imu[i, 1:4])
-        if not turning or not 0.0 < dt <= body.period:
-            counts[IMU, 2] += 1
+        dt = imu[i, _STAMP] - now
+        is_valid = np.isfinite(imu[i, _STAMP]) and _is_finite(imu[i, _GYRO:_FORCE])
+        if not is_valid or not 0.0 < dt <= model.body.max_step:
+            counts[IMU, REJECTED] += 1
             continue
-        if not predict(x, P, imu[i, 1], imu[i, 2], imu[i, 3], dt, body, noise, weights, room):
+        if not predict(x, P, imu[i], dt, model, workspace):
             return now, filled, False
-        now = imu[i, 0]
-        counts[IMU, 0] += 1
-        still = False
-        while w < len(wheels) and not wheels[w, 0] > now + 1e-9:
-            if _whole(wheels[w]):
-                speed = body.radius * (wheels[w, 1] + wheels[w, 2]) / 2
-                still = wheels[w, 1] == 0.0 and wheels[w, 2] == 0.0
-                distance = see_wheels(x, P, speed, noise, gates.wheels, room)
-                _count(counts, WHEELS, distance, gates.wheels)
-            else:
-                counts[WHEELS, 2] += 1
-            w += 1
-        if _whole(imu[i]):
-            distance = see_gravity(x, P, imu[i], body, noise, gates.vector, weights, room)
-            _count(counts, GRAVITY_SENSE, distance, gates.vector)
+        now = imu[i, _STAMP]
+        counts[IMU, ACCEPTED] += 1
+        next_wheels, still = _take_wheels(
+            x, P, now, measurements.wheels, next_wheels, model, workspace, counts
+        )
+        # A bridged gap has no specific force, which is NaN there.
+        if _is_finite(imu[i]):
+            nis = correct_gravity(x, P, imu[i], model, workspace)
+            _count(counts, GRAVITY_UPDATE, nis, model.gates.vector)
             if still:
-                distance = see_rest(x, P, imu[i], noise, gates.vector, room)
-                _count(counts, REST, distance, gates.vector)
-        while m < len(field) and not field[m, 0] > now + 1e-9:
-            if _whole(field[m]):
-                if body.loose:
-                    old_x, old_P = x.copy(), P.copy()
-                distance = see_field(x, P, field[m], body, noise, gates.vector, weights, room)
-                if body.loose:
-                    _keep(x, P, old_x, old_P)
-                _count(counts, COMPASS, distance, gates.vector)
-            else:
-                counts[COMPASS, 2] += 1
-            m += 1
-        while f < len(fixes) and not fixes[f, 0] > now + 1e-9:
-            if _whole(fixes[f]):
-                if body.loose:
-                    old_x, old_P = x.copy(), P.copy()
-                distance = see_fix(x, P, fixes[f], gates.fix, room)
-                if body.loose:
-                    _keep(x, P, old_x, old_P)
-                _count(counts, FIX, distance, gates.fix)
-            else:
-                counts[FIX, 2] += 1
-            f += 1
-        _reckon(x, imu[i], dt, body, odometry)
-        _write(now, x, odometry, track[filled])
+                nis = correct_zero_rate(x, P, imu[i], model, workspace)
+                _count(counts, ZERO_RATE, nis, model.gates.vector)
+        next_mag = _take_mag(x, P, now, measurements.mag, next_mag, model, workspace, counts)
+        next_gnss = _take_gnss(x, P, now, measurements.gnss, next_gnss, model, workspace, counts)
+        _advance_odometry(x, imu[i], dt, model.body, odometry)
+        _write_pose(now, x, odometry, track[filled])
         filled += 1
     return now, filled, True
 
 
 @kernel
-def _reckon(x, imu, dt, body, odometry):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Move the odometry: it follows gyro and wheels and never jumps."""
-    sr, cr, sp, cp = np.sin(x[0]), np.cos(x[0]), np.sin(x[1]), np.cos(x[1])
-    rate = imu[3] - x[5]
-    lean = sr * (imu[2] - x[4]) + cr * rate
-    aside = x[10] - rate * body.pivot * sp
-    aside -= abs(rate) * body.creep * np.tanh(sr / body.creep_slope)
-    odometry[3] = turn_of(odometry[3] + dt * lean / cp)
+def _advance_odometry(
+    x: NDArray[np.float64],
+    imu: NDArray[np.float64],
+    dt: float,
+    body: BodyParameters,
+    odometry: NDArray[np.float64],
+) -> None:
+    """Advance dead reckoning by a step: it follows gyro and wheels and never jumps.
+
+    The process is that of ``predict``, with a yaw of its own that no correction changes.
+
+    Args:
+        x: State after the step, shape (18,).
+        imu: Inertial row, shape (7,).
+        dt: Length of the step [s].
+        body: Parameters of the robot.
+        odometry: Dead reckoning x, y, z [m] and yaw [rad], changed in place, shape (4,).
+    """
+    sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
+    yaw_rate = imu[_GYRO + 2] - x[GYRO_BIAS_Z]
+    horizontal_rate = sr * (imu[_GYRO + 1] - x[GYRO_BIAS_Y]) + cr * yaw_rate
+    lateral = x[LATERAL_SPEED] - yaw_rate * body.pivot * sp
+    lateral -= abs(yaw_rate) * body.creep * np.tanh(sr / body.creep_slope)
+    odometry[3] = wrap_angle(odometry[3] + dt * horizontal_rate / cp)
     sy, cy = np.sin(odometry[3]), np.cos(odometry[3])
-    level = cp * x[9] + sp * sr * aside
-    odometry[0] += dt * (cy * level - sy * cr * aside)
-    odometry[1] += dt * (sy * level + cy * cr * aside)
-    odometry[2] += dt * (-sp * x[9] + cp * sr * aside)
+    level = cp * x[SPEED] + sp * sr * lateral
+    odometry[0] += dt * (cy * level - sy * cr * lateral)
+    odometry[1] += dt * (sy * level + cy * cr * lateral)
+    odometry[2] += dt * (-sp * x[SPEED] + cp * sr * lateral)
 
 
 @kernel
-def _write(now, x, odometry, row):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write stamp, position and quaternion x, y, z, w of the odometry."""
-    sr, cr, sp, cp = np.sin(x[0] / 2), np.cos(x[0] / 2), np.sin(x[1] / 2), np.cos(x[1] / 2)
+def _write_pose(
+    now: float, x: NDArray[np.float64], odometry: NDArray[np.float64], row: NDArray[np.float64]
+) -> None:
+    """Write stamp, position and quaternion x, y, z, w of dead reckoning to a row of the track."""
+    sr, cr = np.sin(x[ROLL] / 2), np.cos(x[ROLL] / 2)
+    sp, cp = np.sin(x[PITCH] / 2), np.cos(x[PITCH] / 2)
     sy, cy = np.sin(odometry[3] / 2), np.cos(odometry[3] / 2)
     row[0] = now
     for a in range(3):

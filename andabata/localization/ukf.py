@@ -1,11 +1,13 @@
-"""An unscented Kalman filter (Merwe and Wan 2000), compiled; it knows no sensor.
+"""Unscented Kalman filter (Julier and Uhlmann 1997; Merwe and Wan 2000), compiled, for any model.
 
-The functions work on arrays that live as long as the filter. A caller draws sigma points, sends
-them through its own model and hands them back. Before each correction the points are drawn afresh:
-several sensors between two predictions would otherwise meet stale ones.
+Symbols follow the literature: state ``x`` with covariance ``P``, measurement ``z`` with covariance
+of the innovation ``S``, Kalman gain ``K``. The functions work on arrays that the caller keeps. A
+caller draws sigma points, propagates them through its own model and hands them back. Before each
+correction the points are drawn again: several sensors correct between two predictions, and points
+from before an earlier correction would no longer represent the state.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,35 +15,43 @@ from numpy.typing import NDArray
 from terrain.kernel import kernel
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Where the sigma points lie and what they weigh.
+class SigmaWeights(NamedTuple):
+    """Positions and weights of the sigma points.
 
     Attributes:
-        gain: Points lie ``gain`` columns of the covariance's Cholesky factor from the mean.
+        reach: Distance of the points from the mean, in columns of the covariance's Cholesky factor:
+            ``sqrt(n + lambda)``.
         mean: Weights of the mean, float64, shape (2 n + 1,).
         covariance: Weights of the covariance, float64, shape (2 n + 1,).
     """
 
-    gain: float
+    reach: float
     mean: NDArray[np.float64]
     covariance: NDArray[np.float64]
 
     @classmethod
-    def merwe(cls, n: int, alpha: float = 1.0, beta: float = 2.0, kappa: float = 0.0) -> "Spread":
-        """Return the scaled points of Merwe for a state of ``n`` numbers.
+    def merwe(
+        cls, n: int, alpha: float = 1.0, beta: float = 2.0, kappa: float = 0.0
+    ) -> "SigmaWeights":
+        """Return the scaled points of Merwe (2004) for a state of ``n`` numbers.
 
-        With the defaults no weight is negative, so that a covariance can't lose its definiteness.
+        With the defaults no weight is negative, so that a covariance remains positive definite.
+
+        Args:
+            n: Number of states.
+            alpha: Scaling of the points' distance.
+            beta: Weight of the mean's point in the covariance; 2 is best for a normal distribution.
+            kappa: Second scaling of the points' distance.
         """
         from filterpy.kalman import MerweScaledSigmaPoints
 
         points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
-        gain = float(np.sqrt(alpha**2 * (n + kappa)))
-        return cls(gain, np.array(points.Wm, dtype=float), np.array(points.Wc, dtype=float))
+        reach = float(np.sqrt(alpha**2 * (n + kappa)))
+        return cls(reach, np.array(points.Wm, dtype=float), np.array(points.Wc, dtype=float))
 
 
 @kernel
-def turn_of(angle):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def wrap_angle(angle: float) -> float:
     """Return an angle [rad] wrapped to (-pi, pi]."""
     if -np.pi < angle <= np.pi:
         return angle
@@ -49,24 +59,31 @@ def turn_of(angle):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
 
 
 @kernel
-def draw_points(x, P, gain, L, points):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def draw_sigma_points(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    reach: float,
+    L: NDArray[np.float64],
+    points: NDArray[np.float64],
+) -> bool:
     """Draw sigma points around a mean.
 
     Point 0 is the mean, 1 to n lie on one side and n + 1 to 2 n on the other. Column ``j`` of a
-    Cholesky factor is zero above row ``j``: point ``1 + j`` shares the numbers before ``j`` with
-    the mean, which spares a model most of its sines.
+    Cholesky factor is zero above row ``j``: point ``1 + j`` shares the states before ``j`` with the
+    mean, which saves a model most of its sines.
 
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
-        gain: See ``Spread``.
-        L: Room for the Cholesky factor, shape (n, n).
-        points: Room for the points, shape (2 n + 1, n).
+        reach: ``SigmaWeights.reach``.
+        L: Buffer of the Cholesky factor, shape (n, n).
+        points: Buffer of the points, shape (2 n + 1, n).
 
     Returns:
-        Whether the covariance is positive definite; if not, the points are worth nothing.
+        True if the covariance is positive definite; if not, the points are invalid.
     """
     n = len(x)
+    # Cholesky factor P = L L', column by column.
     for j in range(n):
         rest = P[j, j]
         for k in range(j):
@@ -80,123 +97,168 @@ def draw_points(x, P, gain, L, points):  # type: ignore[no-untyped-def]  # noqa:
             for k in range(j):
                 total -= L[i, k] * L[j, k]
             L[i, j] = total / pivot
+    # Pairs of points: x +- reach * L[:, j].
     for i in range(n):
         points[0, i] = x[i]
         for j in range(n):
-            shift = gain * L[i, j] if j <= i else 0.0
+            shift = reach * L[i, j] if j <= i else 0.0
             points[1 + j, i] = x[i] + shift
             points[1 + n + j, i] = x[i] - shift
     return True
 
 
 @kernel
-def combine_points(points, weights, weights_c, angular, mean, deviations, P):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Turn sigma points into mean and covariance.
+def unscented_transform(
+    points: NDArray[np.float64],
+    weights: SigmaWeights,
+    angular: NDArray[np.bool_],
+    mean: NDArray[np.float64],
+    deviations: NDArray[np.float64],
+    P: NDArray[np.float64],
+) -> None:
+    """Compute mean and covariance of sigma points.
 
-    Angles are averaged as turns from point 0, so that a mean near pi is no mean near zero.
+    Angles are averaged as differences from point 0, so that the mean of angles near pi is near pi.
 
     Args:
-        points: Shape (p, m).
-        weights: Of the mean, shape (p,).
-        weights_c: Of the covariance, shape (p,).
-        angular: Which numbers are angles, bool, shape (m,).
-        mean: Room for the mean, shape (m,).
-        deviations: Room for the points' deviations from the mean, shape (p, m).
-        P: Room for the covariance, shape (m, m).
+        points: Sigma points, shape (p, m).
+        weights: Weights of the points.
+        angular: True for states that are angles, bool, shape (m,).
+        mean: Buffer of the mean, shape (m,).
+        deviations: Buffer of the points' deviations from the mean, shape (p, m).
+        P: Buffer of the covariance, shape (m, m).
     """
     p, m = points.shape
     for i in range(m):
         mean[i] = 0.0
         for j in range(m):
             P[i, j] = 0.0
+    # Differences from point 0.
     for k in range(p):
         for i in range(m):
             deviations[k, i] = points[k, i] - points[0, i]
-    for i in range(m):  # Apart from the rest: a branch in there would empty the vector unit.
+    # Angles in a loop of their own: a branch in the loop above would prevent vector instructions.
+    for i in range(m):
         if angular[i]:
             for k in range(p):
-                deviations[k, i] = turn_of(deviations[k, i])
+                deviations[k, i] = wrap_angle(deviations[k, i])
+    # Weighted mean of the differences, then the covariance about it.
     for k in range(p):
         for i in range(m):
-            mean[i] += weights[k] * deviations[k, i]
+            mean[i] += weights.mean[k] * deviations[k, i]
     for k in range(p):
         for i in range(m):
             deviations[k, i] -= mean[i]
         for i in range(m):
-            share = weights_c[k] * deviations[k, i]
+            weighted = weights.covariance[k] * deviations[k, i]
             for j in range(m):
-                P[i, j] += share * deviations[k, j]
+                P[i, j] += weighted * deviations[k, j]
+    # Back from differences to states; the covariance is made exactly symmetric.
     for i in range(m):
         mean[i] += points[0, i]
         if angular[i]:
-            mean[i] = turn_of(mean[i])
+            mean[i] = wrap_angle(mean[i])
         for j in range(i):
             P[j, i] = P[i, j]
 
 
 @kernel
-def cross_points(L, reach, weight, seen, cross):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write the covariance of state and expected measurement.
+def cross_covariance(
+    L: NDArray[np.float64],
+    weights: SigmaWeights,
+    expected: NDArray[np.float64],
+    cross: NDArray[np.float64],
+) -> None:
+    """Compute the covariance of state and expected measurement.
 
-    Points lie in pairs, ``reach`` columns of the factor to both sides of the mean: what a pair sees
-    differently counts for that column, and the mean itself for nothing.
+    Points lie in pairs on both sides of the mean and have the same weight: the sum over all points
+    reduces to the differences within the pairs, and point 0 does not count.
 
     Args:
-        L: The Cholesky factor that the points were drawn with, shape (n, n).
-        reach: See ``Spread.gain``.
-        weight: Of the covariance, of any point but the mean.
-        seen: Expected measurement of each point, shape (2 n + 1, m).
-        cross: Room for the covariance, shape (n, m).
+        L: Cholesky factor that the points were drawn with, shape (n, n).
+        weights: Weights of the points.
+        expected: Expected measurement of each point, shape (2 n + 1, m).
+        cross: Buffer of the covariance, shape (n, m).
     """
     n, m = cross.shape
+    weight = weights.covariance[1]
     for i in range(n):
         for j in range(m):
             cross[i, j] = 0.0
     for c in range(n):
         for j in range(m):
-            share = weight * reach * (seen[1 + c, j] - seen[1 + n + c, j])
-            for i in range(c, n):
+            share = weight * weights.reach * (expected[1 + c, j] - expected[1 + n + c, j])
+            for i in range(c, n):  # The factor is zero above its diagonal.
                 cross[i, j] += L[i, c] * share
 
 
 @kernel
-def correct(x, P, angular, cross, S, innovation, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct mean and covariance in place, unless the measurement is too far off.
-
-    Args:
-        x: Mean, shape (n,).
-        P: Covariance, shape (n, n).
-        angular: Which numbers of the state are angles, bool, shape (n,).
-        cross: Covariance of state and expected measurement, shape (n, m).
-        S: Covariance of the innovation, the noise included, shape (m, m); overwritten by its
-            Cholesky factor.
-        innovation: Measurement less expectation, angles wrapped, shape (m,); overwritten.
-        gate: Largest squared Mahalanobis distance that is believed.
-        gain: Room for the Kalman gain, shape (n, m).
-
-    Returns:
-        The squared Mahalanobis distance; over ``gate``, or not a number, nothing was changed.
-    """
-    n, m = cross.shape
+def _factorise(S: NDArray[np.float64]) -> bool:
+    """Replace a covariance by its lower Cholesky factor; return false if it has none."""
+    m = len(S)
     for j in range(m):
         for k in range(j):
             S[j, j] -= S[j, k] * S[j, k]
         if not S[j, j] > 0.0:
-            return np.nan
+            return False
         S[j, j] = np.sqrt(S[j, j])
         for i in range(j + 1, m):
             for k in range(j):
                 S[i, j] -= S[i, k] * S[j, k]
             S[i, j] /= S[j, j]
-    distance = 0.0
-    for i in range(m):  # Forward substitution: the innovation in units of its own spread.
+    return True
+
+
+@kernel
+def _whiten(F: NDArray[np.float64], innovation: NDArray[np.float64]) -> float:
+    """Replace an innovation y by ``F^-1 y`` and return its square, the NIS ``y' S^-1 y``."""
+    nis = 0.0
+    for i in range(len(innovation)):  # Forward substitution.
         for k in range(i):
-            innovation[i] -= S[i, k] * innovation[k]
-        innovation[i] /= S[i, i]
-        distance += innovation[i] * innovation[i]
-    if not distance <= gate:
-        return distance
-    # With S = F F', gain = cross F'^-1: then P loses gain gain', and x moves by gain F^-1 y.
+            innovation[i] -= F[i, k] * innovation[k]
+        innovation[i] /= F[i, i]
+        nis += innovation[i] * innovation[i]
+    return nis
+
+
+@kernel
+def correct(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    angular: NDArray[np.bool_],
+    cross: NDArray[np.float64],
+    S: NDArray[np.float64],
+    innovation: NDArray[np.float64],
+    gate: float,
+    gain: NDArray[np.float64],
+) -> float:
+    """Correct mean and covariance in place, unless the measurement lies beyond the gate.
+
+    The gate compares the normalised innovation squared (NIS, Bar-Shalom et al. 2001, section 5.4),
+    which is chi-square distributed for a consistent filter.
+
+    Args:
+        x: Mean, shape (n,).
+        P: Covariance, shape (n, n).
+        angular: True for states that are angles, bool, shape (n,).
+        cross: Covariance of state and expected measurement, shape (n, m).
+        S: Covariance of the innovation, measurement noise included, shape (m, m); overwritten by
+            its Cholesky factor.
+        innovation: Measurement less expectation, angles wrapped, shape (m,); overwritten.
+        gate: Largest NIS that is accepted.
+        gain: Buffer of the gain, shape (n, m).
+
+    Returns:
+        The NIS; if it is larger than the gate, or NaN, nothing was changed.
+    """
+    n, m = cross.shape
+    if not _factorise(S):
+        return np.nan
+    nis = _whiten(S, innovation)
+    if not nis <= gate:
+        return nis
+    # With S = F F' the gain K = cross S^-1 is G F^-1 with G = cross F'^-1: then x moves by
+    # G F^-1 y, and K S K' = G G' is subtracted from P, which keeps P symmetric.
     for i in range(n):
         for j in range(m):
             total = cross[i, j]
@@ -206,48 +268,57 @@ def correct(x, P, angular, cross, S, innovation, gate, gain):  # type: ignore[no
         for j in range(m):
             x[i] += gain[i, j] * innovation[j]
         if angular[i]:
-            x[i] = turn_of(x[i])
+            x[i] = wrap_angle(x[i])
         for j in range(i + 1):
             for k in range(m):
                 P[i, j] -= gain[i, k] * gain[j, k]
             P[j, i] = P[i, j]
-    return distance
+    return nis
 
 
 @kernel
-def correct_one(x, P, angular, number, z, r, gate, gain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Correct in place with a measurement of one number of the state itself.
+def correct_state(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    angular: NDArray[np.bool_],
+    index: int,
+    z: float,
+    variance: float,
+    gate: float,
+    gain: NDArray[np.float64],
+) -> float:
+    """Correct in place with a measurement of one state itself.
 
-    A line through sigma points is itself: nothing has to be drawn, and the result is the same.
+    The measurement is linear, where the unscented transform is exact: no points have to be drawn.
 
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
-        angular: Which numbers of the state are angles, bool, shape (n,).
-        number: Which number is measured, no angle.
+        angular: True for states that are angles, bool, shape (n,).
+        index: Index of the measured state, which is no angle.
         z: Measurement.
-        r: Its variance.
-        gate: Largest squared Mahalanobis distance that is believed.
-        gain: Room, shape (n, m).
+        variance: Variance of the measurement.
+        gate: Largest NIS that is accepted.
+        gain: Buffer of the gain, shape (n, m).
 
     Returns:
-        The squared Mahalanobis distance; over ``gate``, or not a number, nothing was changed.
+        The NIS; if it is larger than the gate, or NaN, nothing was changed.
     """
     n = len(x)
-    spread, innovation = P[number, number] + r, z - x[number]
-    if not spread > 0.0:
+    s, innovation = P[index, index] + variance, z - x[index]
+    if not s > 0.0:
         return np.nan
-    distance = innovation * innovation / spread
-    if not distance <= gate:
-        return distance
-    root = np.sqrt(spread)
+    nis = innovation * innovation / s
+    if not nis <= gate:
+        return nis
+    root = np.sqrt(s)
     for i in range(n):
-        gain[i, 0] = P[i, number] / root
+        gain[i, 0] = P[i, index] / root
     for i in range(n):
         x[i] += gain[i, 0] * innovation / root
         if angular[i]:
-            x[i] = turn_of(x[i])
+            x[i] = wrap_angle(x[i])
         for j in range(i + 1):
             P[i, j] -= gain[i, 0] * gain[j, 0]
             P[j, i] = P[i, j]
-    return distance
+    return nis

@@ -1,1 +1,1 @@
-"""The body and the senses: robot, kinematics, the two plants, lidar, proprioception, one clock."""
+"""Body and sensors of the robot: parameters, kinematics, plants, laser, proprioception, clock."""

@@ -1,4 +1,13 @@
-"""The geometry of the vertical sweeps, used both to cast beams and to place what they measured."""
+"""Geometry of the vertical sweeps: rays to cast, and points from measured ranges.
+
+Each beam has the pose of its own instant (motion compensation, "deskewing"). The same formula
+serves the simulated laser, which casts the rays, and the cloud assembly, which places the returns.
+
+A beam's direction in the head's plane is its elevation, the plane's direction in the base is the
+head's angle: both are rotations about an axis, so that the direction follows from sines of sums.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +17,34 @@ from andabata.machine.sensor_readings import Sweeps
 from terrain.kernel import inlined_kernel, kernel
 from traversability.cloud import PointCloud
 
+_SIN, _COS = range(2)
+"""Last axis of a table of sines and cosines."""
+
+_QX, _QY, _QZ, _QW = 3, 4, 5, 6
+"""Columns of a pose's quaternion; x, y, z [m] come before."""
+
+
+class _BeamAngles(NamedTuple):
+    """Sines and cosines that the directions of some sweeps' beams are made of.
+
+    Attributes:
+        heads: Head angle of each sweep's first beam, shape (s, 2).
+        steps: Rotation of the head from the first beam to each beam, shape (b, 2).
+        tilts: Elevation of each beam from the zenith, shape (1 or s, b, 2).
+        height: Height of the optical centre above the poses' origin [m].
+    """
+
+    heads: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    tilts: NDArray[np.float64]
+    height: float
+
 
 class BeamTables:
-    """Sines and cosines of a laser's beams, kept while these stay the same, and room for rays.
+    """Cache of a laser's sines and cosines, and buffers for its rays.
 
-    A beam's direction is a sum of angles, and needs no sine of its own: that is three quarters of
-    the work.
+    The tables are computed again only if the beams change. The sine of a sum of angles then takes
+    two products: calls of sine and cosine would be three quarters of the work.
     """
 
     def __init__(self) -> None:
@@ -24,30 +55,49 @@ class BeamTables:
         self._poses = np.empty((0, 7))
         self._times = np.empty(0)
 
-    def room(
+    def buffers(
         self, count: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32]]:
-        """Return memory for times, poses (count, 7) and rays (count, 6), the same at each call."""
+        """Return buffers for times (count,), poses (count, 7) and rays (count, 6).
+
+        The memory is the same at each call.
+
+        Args:
+            count: Number of beams.
+        """
         if len(self._rays) < count:
             self._times, self._poses = np.empty(count), np.empty((count, 7))
             self._rays = np.empty((count, 6), dtype=np.float32)
         return self._times[:count], self._poses[:count], self._rays[:count]
 
-    def of(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return sine and cosine of the head's turn from beam to beam, and of the elevations.
+    def sin_cos(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return sine and cosine of the head's rotation to each beam, and of the elevations.
 
-        Shapes (b, 2) and (1 or s, b, 2).
+        Args:
+            sweeps: Sweeps whose beams are cast or placed.
+
+        Returns:
+            Rotations, shape (b, 2), and elevations from the zenith, shape (1 or s, b, 2).
         """
         step = sweeps.head_rate * sweeps.beam_period
         if sweeps.elevations is not self._elevations or step != self._step:
             self._elevations, self._step = sweeps.elevations, step
             turns = np.arange(sweeps.elevations.shape[-1], dtype=np.float64) * step
-            self._steps = _sines(turns)
-            self._tilts = _sines(np.atleast_2d(sweeps.elevations).astype(np.float64))
+            self._steps = _sin_cos(turns)
+            self._tilts = _sin_cos(np.atleast_2d(sweeps.elevations).astype(np.float64))
         return self._steps, self._tilts
 
+    def angles(self, sweeps: Sweeps, height: float) -> _BeamAngles:
+        """Return all sines and cosines of the sweeps' beams.
 
-def _sines(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+        Args:
+            sweeps: Sweeps whose beams are cast or placed.
+            height: Height of the optical centre [m].
+        """
+        return _BeamAngles(_sin_cos(sweeps.head_angles), *self.sin_cos(sweeps), height)
+
+
+def _sin_cos(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sine and cosine in a last axis of two."""
     return np.stack([np.sin(angles), np.cos(angles)], axis=-1)
 
@@ -55,38 +105,58 @@ def _sines(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 def beam_rays(
     sweeps: Sweeps, track: PoseTrack, lidar_height: float, tables: BeamTables
 ) -> NDArray[np.float32]:
-    """Return where each beam leaves and where it points, from the pose of its own instant.
+    """Return origin and direction of each beam, from the pose of its own instant.
 
     Args:
-        sweeps: The sweeps; their ranges are not looked at.
-        track: Where the robot is when.
-        lidar_height: Optical centre above ``base_footprint`` [m].
-        tables: The caller's.
+        sweeps: Sweeps to cast; their ranges are not read.
+        track: Poses of the robot over time.
+        lidar_height: Height of the optical centre above ``base_footprint`` [m].
+        tables: Cache of the laser.
 
     Returns:
-        Origin in the map [m] and unit direction of each, float32, shape (s * b, 6), in memory that
-        the next call writes to.
+        Rows of origin in the map [m] and unit direction, float32, shape (s * b, 6), in a buffer
+        that the next call overwrites.
     """
-    times, poses, rays = tables.room(sweeps.ranges.size)
-    heads = _sines(sweeps.head_angles)
-    steps, tilts = tables.of(sweeps)
+    times, poses, rays = tables.buffers(sweeps.ranges.size)
+    angles = tables.angles(sweeps, lidar_height)
     offsets = np.arange(sweeps.ranges.shape[1]) * sweeps.beam_period
     np.add.outer(sweeps.stamps, offsets, out=times.reshape(sweeps.ranges.shape))
     interpolate(*track.table, times, poses)
-    _rays(poses, heads, steps, tilts, lidar_height, rays)
+    _fill_rays(poses, angles, rays)
     return rays
 
 
 @kernel
-def _leave(rows, stamps, period, beams, times):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write when some beams leave."""
+def _beam_times(
+    rows: NDArray[np.int64],
+    stamps: NDArray[np.float64],
+    period: float,
+    beams: int,
+    times: NDArray[np.float64],
+) -> None:
+    """Fill the times at which some beams are emitted.
+
+    Args:
+        rows: Numbers of the beams, counted through all sweeps, shape (k,).
+        stamps: Time of each sweep's first beam [s], shape (s,).
+        period: Time from beam to beam [s].
+        beams: Number of beams of a sweep.
+        times: Times that are filled [s], shape (k,).
+    """
     for place, k in enumerate(rows):
         times[place] = stamps[k // beams] + (k % beams) * period
 
 
 @kernel
-def _rays(poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Turn each beam from the head's plane into the base and into the map."""
+def _fill_rays(poses: NDArray[np.float64], angles: _BeamAngles, rays: NDArray[np.float32]) -> None:
+    """Fill origin and direction of every beam, in the map.
+
+    Args:
+        poses: Pose of each beam's instant, shape (s * b, 7).
+        angles: Sines and cosines of the beams.
+        rays: Rays that are filled, shape (s * b, 6).
+    """
+    heads, steps, tilts, height = angles
     beams = tilts.shape[1]
     for sweep in range(len(heads)):
         for beam in range(beams):
@@ -97,8 +167,21 @@ def _rays(poses, heads, steps, tilts, height, rays):  # type: ignore[no-untyped-
 
 
 @kernel
-def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where some beams ended, float32, shape (k, 3); ``poses`` are those of the rows."""
+def _place_returns(
+    rows: NDArray[np.int64],
+    poses: NDArray[np.float64],
+    angles: _BeamAngles,
+    ranges: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Return the end points of some beams [m], float32, shape (k, 3).
+
+    Args:
+        rows: Numbers of the beams, counted through all sweeps, shape (k,).
+        poses: Pose of each of these beams' instants, shape (k, 7).
+        angles: Sines and cosines of the beams.
+        ranges: Range of every beam of the sweeps [m], shape (s * b,).
+    """
+    heads, steps, tilts, height = angles
     points = np.empty((len(rows), 3), dtype=np.float32)
     for place, k in enumerate(rows):
         sweep, beam = divmod(k, tilts.shape[1])
@@ -109,13 +192,25 @@ def _places(rows, poses, heads, steps, tilts, height, ranges):  # type: ignore[n
 
 
 @inlined_kernel
-def _ray(sweep, beam, row, poses, heads, steps, tilts, height):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return where a beam leaves at the pose of a row, and where it points, in the map."""
+def _ray(
+    sweep: int,
+    beam: int,
+    row: int,
+    poses: NDArray[np.float64],
+    heads: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    tilts: NDArray[np.float64],
+    height: float,
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return origin [m] and unit direction of a beam in the map, at the pose of a row."""
+    # Direction in the base: (sin(tilt) cos(h), sin(tilt) sin(h), cos(tilt)) at the head angle
+    # h = head + step, by the addition theorems.
     plane = sweep % len(tilts)
-    outward, c = tilts[plane, beam, 0], tilts[plane, beam, 1]
-    a = outward * (heads[sweep, 1] * steps[beam, 1] - heads[sweep, 0] * steps[beam, 0])
-    b = outward * (heads[sweep, 0] * steps[beam, 1] + heads[sweep, 1] * steps[beam, 0])
-    x, y, z, w = poses[row, 3], poses[row, 4], poses[row, 5], poses[row, 6]
+    outward, c = tilts[plane, beam, _SIN], tilts[plane, beam, _COS]
+    a = outward * (heads[sweep, _COS] * steps[beam, _COS] - heads[sweep, _SIN] * steps[beam, _SIN])
+    b = outward * (heads[sweep, _SIN] * steps[beam, _COS] + heads[sweep, _COS] * steps[beam, _SIN])
+    # Rotation matrix of the pose times that direction; its third column also carries the height.
+    x, y, z, w = poses[row, _QX], poses[row, _QY], poses[row, _QZ], poses[row, _QW]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -138,40 +233,50 @@ def place_beams(
     tables: BeamTables,
     rows: NDArray[np.int64] | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Place what the beams measured, each with the pose of its own instant.
+    """Return the end points of beams, each placed with the pose of its own instant.
 
     Args:
-        sweeps: The sweeps.
-        track: Where the robot believes it was when.
-        lidar_height: Optical centre above ``base_footprint`` [m], where the sweeps tell no mounting
-            in ``base_link``.
-        tables: The caller's.
-        rows: Which beams, counted through all sweeps; None for those that returned.
+        sweeps: Sweeps that were measured.
+        track: Estimated poses of the robot over time.
+        lidar_height: Height of the optical centre above ``base_footprint`` [m], for sweeps without
+            a mounting in ``base_link``.
+        tables: Cache of the laser.
+        rows: Numbers of the beams, counted through all sweeps; None for those with a return.
 
     Returns:
         Points in the map [m], float32, shape (m, 3), and their times [s], shape (m,).
     """
     if rows is None:
         rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    heads, ranges = _sines(sweeps.head_angles), sweeps.ranges.ravel()
-    _, poses, _ = tables.room(len(rows))
+    ranges = sweeps.ranges.ravel()
+    _, poses, _ = tables.buffers(len(rows))
     times = np.empty(len(rows))
-    _leave(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
+    _beam_times(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
     interpolate(*track.table, times, poses)
     if sweeps.mounting is not None:
         lift = lidar_height if sweeps.frame == "sensor" else 0.0
-        _mount(poses, sweeps.mounting, lift, len(rows))
+        _apply_mounting(poses, sweeps.mounting, lift, len(rows))
         lidar_height = 0.0
-    return _places(rows, poses, heads, *tables.of(sweeps), lidar_height, ranges), times
+    return _place_returns(rows, poses, tables.angles(sweeps, lidar_height), ranges), times
 
 
 @kernel
-def _mount(poses, mounting, lift, count):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Turn poses of the base into those of a head that is mounted on it, in place."""
+def _apply_mounting(
+    poses: NDArray[np.float64], mounting: NDArray[np.float64], lift: float, count: int
+) -> None:
+    """Replace poses of the base by those of a head that is mounted on it, in place.
+
+    Args:
+        poses: Poses of the base, shape (count or more, 7).
+        mounting: Pose of the head in the base, shape (7,).
+        lift: Height added to the mounting [m].
+        count: Number of poses.
+    """
     a, b, c = mounting[0], mounting[1], mounting[2] + lift
-    u, v, s, t = mounting[3], mounting[4], mounting[5], mounting[6]
+    u, v, s, t = mounting[_QX], mounting[_QY], mounting[_QZ], mounting[_QW]
     for k in range(count):
-        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+        # Position: that of the base plus the rotated offset.
+        x, y, z, w = poses[k, _QX], poses[k, _QY], poses[k, _QZ], poses[k, _QW]
         poses[k, 0] += (
             (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
         )
@@ -181,20 +286,25 @@ def _mount(poses, mounting, lift, count):  # type: ignore[no-untyped-def]  # noq
         poses[k, 2] += (
             2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
         )
-        poses[k, 3] = w * u + x * t + y * s - z * v
-        poses[k, 4] = w * v - x * s + y * t + z * u
-        poses[k, 5] = w * s + x * v - y * u + z * t
-        poses[k, 6] = w * t - x * u - y * v - z * s
+        # Rotation: product of the two quaternions.
+        poses[k, _QX] = w * u + x * t + y * s - z * v
+        poses[k, _QY] = w * v - x * s + y * t + z * u
+        poses[k, _QZ] = w * s + x * v - y * u + z * t
+        poses[k, _QW] = w * t - x * u - y * v - z * s
 
 
 _STILL = PoseTrack(1)
 _STILL.append(0.0, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
-def cloud_of_sweeps(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
-    """Return what a laser of several beams sends of its sweeps: points with times in ``sensor``.
+def sweeps_to_cloud(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
+    """Return the message of a multi-beam laser: points with times, in ``sensor``.
 
-    Times count whole nanoseconds, as a message holds them.
+    The points are not motion compensated. Times are whole nanoseconds, as a message holds them.
+
+    Args:
+        sweeps: Sweeps that were measured.
+        tables: Cache of the laser.
     """
     rows = np.flatnonzero(np.isfinite(sweeps.ranges))
     points, times = place_beams(sweeps, _STILL, 0.0, tables, rows)
@@ -204,13 +314,13 @@ def cloud_of_sweeps(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
 
 
 def place_points(cloud: PointCloud, track: PoseTrack, lidar_height: float) -> NDArray[np.float32]:
-    """Place a 3D laser's points, each with the pose of its own instant.
+    """Return a 3D laser's points, each placed with the pose of its own instant.
 
     Args:
         cloud: Points with times, in ``sensor`` (mounted level at ``lidar_height``), ``base_link``
             (its origin where ``base_footprint``'s is) or the levelled ``base_footprint``.
-        track: Where the robot believes it was when.
-        lidar_height: Optical centre above ``base_footprint`` [m].
+        track: Estimated poses of the robot over time.
+        lidar_height: Height of the optical centre above ``base_footprint`` [m].
 
     Returns:
         Points in the map [m], float32, shape (n, 3).
@@ -226,26 +336,36 @@ def place_points(cloud: PointCloud, track: PoseTrack, lidar_height: float) -> ND
         raise ValueError("stamps: expected a time of each point, got none")
     height = lidar_height if cloud.frame == "sensor" else 0.0
     level = cloud.frame == "base_footprint"
-    return _moved(cloud.points, track.at(cloud.stamps), height, level)
+    return _transformed(cloud.points, track.at(cloud.stamps), height, level)
 
 
 @kernel
-def _moved(points, poses, height, level):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return points turned and shifted by a pose each, by its heading alone where ``level``."""
-    found = np.empty((len(points), 3), dtype=np.float32)
+def _transformed(
+    points: NDArray[np.float32], poses: NDArray[np.float64], height: float, level: bool
+) -> NDArray[np.float32]:
+    """Return points transformed by a pose each [m], float32, shape (n, 3).
+
+    Args:
+        points: Points [m], shape (n, 3).
+        poses: Pose of each point's instant, shape (n, 7).
+        height: Height added to the points [m].
+        level: True to rotate by the heading alone: the points are levelled already.
+    """
+    out = np.empty((len(points), 3), dtype=np.float32)
     for k in range(len(points)):
-        x, y, z, w = poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6]
+        x, y, z, w = poses[k, _QX], poses[k, _QY], poses[k, _QZ], poses[k, _QW]
         if level:
+            # The twist about z of a quaternion (swing-twist decomposition).
             size = np.sqrt(z * z + w * w)
             x, y, z, w = 0.0, 0.0, z / size, w / size
         a, b, c = points[k, 0], points[k, 1], points[k, 2] + height
-        found[k, 0] = poses[k, 0] + (
+        out[k, 0] = poses[k, 0] + (
             (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
         )
-        found[k, 1] = poses[k, 1] + (
+        out[k, 1] = poses[k, 1] + (
             2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - x * w) * c
         )
-        found[k, 2] = poses[k, 2] + (
+        out[k, 2] = poses[k, 2] + (
             2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
         )
-    return found
+    return out

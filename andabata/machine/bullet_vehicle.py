@@ -1,11 +1,10 @@
-"""The reference plant: a rigid body on four driven wheels in pybullet."""
+"""Reference plant: a rigid body on four driven wheels in pybullet."""
 
 import math
 import tempfile
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
@@ -14,47 +13,62 @@ from andabata.machine.clock import TICK
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
-from andabata.machine.wheel_contact import quaternion, stand
+from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from worlds.bodies import build_bodies
+from worlds.quiet_pybullet import pybullet
 from worlds.world import Start, World
 
 _WHEELS = ("front_left", "rear_left", "front_right", "rear_right")
+"""Names of the wheels, in the order of ``BulletVehicle._wheels``."""
+
+_CONTACT_LINK, _CONTACT_POSITION, _CONTACT_DISTANCE = 3, 6, 8
+"""Columns of pybullet's contact points: link of the robot, position in the map [m], distance
+[m]."""
+
+_TOUCH_DISTANCE = 0.005
+"""Largest distance of two bodies that counts as contact [m]."""
+
+_DROP = 0.02
+"""Height above the ground at which the body is put down [m]."""
+
+_UP = 8
+"""Element of a rotation matrix, row by row: vertical component of the body's z axis."""
 
 
 class BulletConfig(BaseModel):
-    """Numbers of the physics. pybullet's own friction lets a skid-steer robot hardly turn.
+    """Parameters of the physics. With pybullet's own friction a skid-steer robot hardly turns.
 
     Attributes:
         step: Physics step [s].
         friction: Coulomb friction of tyres on soil (assumption).
-        sideways: Friction along the axle as a share of that along the wheel (assumption: tyres
-            scrub over loose soil).
-        settle: Time that the body gets to come to rest where it is put down [s].
-        touch_height: Contact of a wheel with something solid counts as a collision this far above
-            the ground; below, the wheel climbs it [m].
-        tipped: Tilt beyond which the body does not come back [rad].
+        lateral_friction_ratio: Friction along the axle as a share of that along the wheel
+            (assumption: tyres scrub over loose soil).
+        settle_time: Time for the body to come to rest after it is put down [s].
+        collision_height: Height above the ground from which contact of a wheel with a solid object
+            is a collision [m]; a wheel climbs what is lower.
+        tip_angle: Tilt beyond which the body has rolled over for good [rad].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     step: float = Field(default=0.005, gt=0, le=0.01)
     friction: float = Field(default=0.9, gt=0)
-    sideways: float = Field(default=0.5, gt=0, le=1)
-    settle: float = Field(default=0.5, ge=0)
-    touch_height: float = Field(default=0.05, gt=0)
-    tipped: float = Field(default=np.deg2rad(60.0), gt=0)
+    lateral_friction_ratio: float = Field(default=0.5, gt=0, le=1)
+    settle_time: float = Field(default=0.5, ge=0)
+    collision_height: float = Field(default=0.05, gt=0)
+    tip_angle: float = Field(default=np.deg2rad(60.0), gt=0)
 
 
 class BulletVehicle:
-    """A robot in its own physics client, without a window."""
+    """Rigid-body robot in a physics client of its own, without a window."""
 
     def __init__(self, world: World, robot: RobotModel, config: BulletConfig | None = None) -> None:
         """Build world and robot.
 
         Args:
-            world: Where it stands.
-            robot: The body.
-            config: The physics.
+            world: Ground and objects.
+            robot: Parameters of the body.
+            config: Parameters of the physics.
         """
         self._config = config or BulletConfig()
         self._robot = robot
@@ -79,7 +93,7 @@ class BulletVehicle:
         self._work = 0.0
 
     def _load(self, robot: RobotModel) -> int:
-        """Return the robot's body number."""
+        """Load the robot from its URDF and return pybullet's number of the body."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "robot.urdf"
             path.write_text(robot.to_urdf(), encoding="utf-8")
@@ -96,14 +110,14 @@ class BulletVehicle:
         return body
 
     def _prepare_wheels(self) -> None:
-        """Give the wheels friction that differs along their axle, and take the motors' brakes."""
+        """Set anisotropic friction of the wheels and release the brakes of their motors."""
         for wheel in self._wheels:
             pybullet.changeDynamics(
                 self._body,
                 wheel,
                 lateralFriction=self._config.friction,
                 # The axle is the wheel's own y; x and z turn with it and have to be equal.
-                anisotropicFriction=[1.0, self._config.sideways, 1.0],
+                anisotropicFriction=[1.0, self._config.lateral_friction_ratio, 1.0],
                 rollingFriction=0.0,
                 spinningFriction=0.0,
                 restitution=0.0,
@@ -130,9 +144,11 @@ class BulletVehicle:
     def place(self, start: Start) -> None:
         """Put the body down, let it come to rest, and set its time to zero."""
         x, y, c, s = start.x, start.y, np.cos(start.yaw), np.sin(start.yaw)
-        height, roll, pitch = stand(self._heights, self._ground.cell, x, y, c, s, self._contacts)
+        height, roll, pitch = fit_wheel_plane(
+            self._heights, self._ground.cell, x, y, c, s, self._contacts
+        )
         turn = Rotation.from_quat(quaternion(roll, pitch, start.yaw))
-        base = turn.apply([0.0, 0.0, self._robot.centre_of_mass + 0.02])
+        base = turn.apply([0.0, 0.0, self._robot.centre_of_mass + _DROP])
         pybullet.resetBasePositionAndOrientation(
             self._body,
             (base + np.array([start.x, start.y, height])).tolist(),
@@ -143,7 +159,7 @@ class BulletVehicle:
         for wheel in self._wheels:
             pybullet.resetJointState(self._body, wheel, 0.0, 0.0, physicsClientId=self._client)
         self._collided = self._tipped = False
-        self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle / TICK))
+        self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
         self._stamp = self._work = 0.0
         self._collided = False
 
@@ -164,7 +180,7 @@ class BulletVehicle:
             physicsClientId=self._client,
         )
         self._collided = False
-        rows, upright = [], math.cos(self._config.tipped)
+        rows, upright = [], math.cos(self._config.tip_angle)
         for _ in range(ticks):
             for _ in range(round(TICK / self._config.step)):
                 pybullet.stepSimulation(physicsClientId=self._client)
@@ -173,23 +189,24 @@ class BulletVehicle:
             speeds, power = self._wheels_now()
             rows.append(pose + speeds)
             self._work += power * TICK
-            self._tipped |= turn[8] < upright
+            self._tipped |= turn[_UP] < upright
         self._stamp += ticks * TICK
         return np.array(rows).reshape(ticks, 9)
 
     def _touches(self) -> bool:
-        """Return whether the body touches something solid, or a wheel does above its climb."""
+        """Return true if the body touches a solid object, or a wheel one that it cannot climb."""
         for solid in self._bodies.solids:
             for contact in pybullet.getContactPoints(
                 self._body, solid, physicsClientId=self._client
             ):
-                link, place, distance = contact[3], contact[6], contact[8]
-                if distance > 0.005:
+                link, place = contact[_CONTACT_LINK], contact[_CONTACT_POSITION]
+                distance = contact[_CONTACT_DISTANCE]
+                if distance > _TOUCH_DISTANCE:
                     continue
                 if link not in self._wheels:
                     return True
                 ground = float(self._ground.height_at(place[0], place[1]))
-                if place[2] - ground > self._config.touch_height:
+                if place[2] - ground > self._config.collision_height:
                     return True
         return False
 
@@ -201,12 +218,12 @@ class BulletVehicle:
         turn = pybullet.getMatrixFromQuaternion(orientation)
         # pybullet's base is the centre of mass; base_footprint lies under it on the base's own z.
         up = self._robot.centre_of_mass
-        return (x - turn[2] * up, y - turn[5] * up, z - turn[8] * up, *orientation), turn
+        return (x - turn[2] * up, y - turn[5] * up, z - turn[_UP] * up, *orientation), turn
 
     def _wheels_now(self) -> tuple[tuple[float, float], float]:
         """Return the mean speed of the wheels of each side [rad/s], and the motors' power [W].
 
-        What turns a motor gives nothing back.
+        Motors do not recuperate: negative power of a wheel counts as zero.
         """
         joints = pybullet.getJointStates(self._body, self._wheels, physicsClientId=self._client)
         left, rear_left, right, rear_right = (joint[1] for joint in joints)
@@ -215,11 +232,12 @@ class BulletVehicle:
 
     @property
     def state(self) -> VehicleState:
-        """The true state."""
+        """True state of the body."""
         pose, rows = self._footprint()
         turn = np.array(rows).reshape(3, 3)
         linear, angular = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
         spin = turn.T @ np.array(angular)
+        # pybullet reports the velocity of the centre of mass; base_footprint lies below it.
         lever = np.array([0.0, 0.0, -self._robot.centre_of_mass])
         return VehicleState(
             stamp=self._stamp,

@@ -1,4 +1,4 @@
-"""Geodetic reference of the map: coordinates there and back, and the magnetic field."""
+"""Geodetic reference of the map: conversions from and to WGS-84, and the magnetic field."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,26 +11,26 @@ _E2 = (2 - 1 / 298.257223563) / 298.257223563
 """First eccentricity of WGS-84, squared."""
 
 MAX_LATITUDE_DEG = 89.0
-"""Limit of the datum's latitude: nearer to a pole east and north turn within a drive."""
+"""Largest latitude of a datum [deg]: nearer to a pole east and north change within a drive."""
 
 MIN_ALTITUDE, MAX_ALTITUDE = -500.0, 9000.0
 """Limits of an altitude on the ground [m]."""
 
 MIN_FIELD, MAX_FIELD = 1.0, 200.0
-"""Limits of a magnetic flux density [uT]; on Earth it is 22 to 68."""
+"""Limits of a magnetic flux density [uT]; on Earth it is 22 to 68 uT."""
 
 
 class GeoReference(BaseModel):
-    """Datum of the map, whose axes point east, north and up there, and the field at it.
+    """Datum of the map, whose axes point east, north and up there, and the magnetic field at it.
 
-    The default is the campus of Malaga, the simulation's place; field and declination there after
-    the World Magnetic Model of 2020, rounded.
+    The default is the campus of Malaga, where the simulation takes place; its field is that of the
+    World Magnetic Model of 2020, rounded.
 
     Attributes:
         latitude_deg: Latitude of the origin, north positive, within 89 degrees.
         longitude_deg: Longitude of the origin, east positive.
-        altitude: Altitude of the map's z = 0 [m], above whatever the receiver counts from; None
-            where it is unknown, until a fix tells it.
+        altitude: Altitude of the map's z = 0 [m], in the receiver's own vertical datum; None where
+            it is unknown, until the first fix with an altitude.
         declination_deg: Angle from true north to magnetic north, east positive.
         inclination_deg: Angle of the field below the horizon.
         field: Magnetic flux density [uT].
@@ -59,7 +59,7 @@ class GeoReference(BaseModel):
     def to_geodetic(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return latitude, longitude [deg] and altitude [m] of map points [m], shape (n, 3).
 
-        Bowring's closed form; within a micrometre up to 10 km of altitude.
+        Source: Bowring 1985, closed form; within a micrometre up to 10 km of altitude.
         """
         x, y, z = (np.asarray(points) @ self._axes.T + self._origin).T
         b = _A * np.sqrt(1 - _E2)
@@ -77,7 +77,7 @@ class GeoReference(BaseModel):
         return np.column_stack([np.rad2deg(latitude), np.rad2deg(np.arctan2(y, x)), altitude])
 
     def distance(self, latitude_deg: float, longitude_deg: float) -> float:
-        """Return the horizontal distance of a place [m], whatever its altitude."""
+        """Return the horizontal distance to a place [m], from the chord through the Earth."""
         places = np.array(
             [[self.latitude_deg, self.longitude_deg, 0.0], [latitude_deg, longitude_deg, 0.0]]
         )
@@ -87,26 +87,26 @@ class GeoReference(BaseModel):
 
     @property
     def _origin(self) -> NDArray[np.float64]:
-        """The origin in Earth-centred coordinates [m], shape (3,)."""
+        """Origin in Earth-centred, Earth-fixed coordinates [m], shape (3,)."""
         altitude = 0.0 if self.altitude is None else self.altitude
         place = np.array([[self.latitude_deg, self.longitude_deg, altitude]])
         return _earth(place)[0]
 
     @property
     def _axes(self) -> NDArray[np.float64]:
-        """``R_earth_map``: east, north and up at the origin as columns, shape (3, 3)."""
+        """Rotation ``R_earth_map``: east, north and up at the origin as columns, shape (3, 3)."""
         north, east = np.deg2rad([self.latitude_deg, self.longitude_deg])
         s, c, sl, cl = np.sin(north), np.cos(north), np.sin(east), np.cos(east)
         return np.array([[-sl, -s * cl, c * cl], [cl, -s * sl, c * sl], [0.0, c, s]])
 
 
 def place_text(latitude_deg: float, longitude_deg: float) -> str:
-    """Return a place in words, to a metre: latitude and longitude [deg]."""
+    """Return latitude and longitude [deg] as text, to a metre."""
     return f"latitude {latitude_deg:.5f}, longitude {longitude_deg:.5f}"
 
 
 def wrapped_longitude(longitude_deg: float) -> float:
-    """Return a longitude [deg] within -180 and 180: some receivers count from 0 to 360."""
+    """Return a longitude [deg] wrapped to -180 to 180: some receivers count from 0 to 360."""
     return (longitude_deg + 180.0) % 360.0 - 180.0 if abs(longitude_deg) > 180.0 else longitude_deg
 
 

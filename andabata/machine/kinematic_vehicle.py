@@ -1,4 +1,7 @@
-"""The fast plant: four wheels that follow the ground, with slip and contact by the map."""
+"""Fast plant: a body whose wheels follow the terrain, with slip, and contact by the true map.
+
+The same compiled step drives a single robot here and the robots of the planar environment.
+"""
 
 import math
 from typing import NamedTuple
@@ -12,36 +15,56 @@ from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
-from andabata.machine.wheel_contact import quaternion, stand
+from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import Start, World
 
+_X, _Y, _YAW, _SPEED, _YAW_RATE, _SPEED_SLIP, _YAW_RATE_SLIP, _LATERAL_SPEED = range(8)
+"""Columns of the motion state: x, y [m], yaw [rad], speed [m/s], yaw rate [rad/s], relative errors
+of these two, sideways speed [m/s]."""
+
+_COLLIDED, _TIPPED = range(2)
+"""Columns of the flags."""
+
+_HEIGHT, _QUATERNION = 2, 3
+"""Columns of a row of the track after x and y: height [m], first of the quaternion x, y, z, w."""
+
+_LEFT, _RIGHT = 7, 8
+"""Columns of a row of the track: actual wheel speeds [rad/s]."""
+
+_IS_WHEEL = 2
+"""Column of the outline after x and y: 1 for a point of a wheel, 0 for one of the body."""
+
+_CLEAR, _NEAR, _SOLID, _LOW = range(4)
+"""States of a cell of the contact map; see ``contact_map``."""
+
 
 class KinematicConfig(BaseModel):
-    """Numbers of the terrain-following plant, as measured in the bullet plant.
+    """Parameters of the terrain-following plant, as measured in the bullet plant.
 
     Attributes:
-        lag: Time constant from commanded to actual twist [s].
+        time_constant: Time constant from commanded to actual twist [s].
         slip_sigma: Standard deviation of the relative error of speed and yaw rate.
         slip_time: Correlation time of that error [s].
         max_climb: Steepest slope that the body climbs [rad].
-        max_tilt: Roll or pitch beyond which it rolls over [rad].
-        bumper: How far the outline of the body is shrunk for contact with the map's raster [m].
+        max_tilt: Roll or pitch beyond which the body rolls over [rad].
+        outline_margin: Distance by which the outline of the body is shrunk for contact with the
+            cells of the true map [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    lag: float = Field(default=0.08, gt=0)
+    time_constant: float = Field(default=0.08, gt=0)
     slip_sigma: float = Field(default=0.06, ge=0, le=1)
     slip_time: float = Field(default=1.0, gt=0)
     max_climb: float = Field(default=np.deg2rad(35.0), gt=0)
     max_tilt: float = Field(default=np.deg2rad(40.0), gt=0)
-    bumper: float = Field(default=0.04, ge=0)
+    outline_margin: float = Field(default=0.04, ge=0)
 
 
 class KinematicVehicle:
-    """A body that keeps its four wheels on the ground and stops at solid things."""
+    """Body that keeps its four wheels on the ground and stops at solid objects."""
 
     def __init__(
         self,
@@ -50,25 +73,25 @@ class KinematicVehicle:
         rng: np.random.Generator,
         config: KinematicConfig | None = None,
     ) -> None:
-        """Stand in a world.
+        """Place a robot at the origin of a world.
 
         Args:
             world: Ground and true map.
-            robot: The body.
-            rng: Wheel slip.
-            config: Lag, slip and limits.
+            robot: Parameters of the body.
+            rng: Source of wheel slip.
+            config: Response, slip and limits.
         """
         self._ground, self._truth = world.ground, world.truth
         self._kinematics = SkidSteer(robot)
         self._config = config or KinematicConfig()
         self._robot, self._rng = robot, rng
-        self._numbers = plant_numbers(robot, self._config)
-        self._contact = contact_map(self._truth, self._numbers.outline)
+        self._parameters = plant_parameters(robot, self._config)
+        self._contact = contact_map(self._truth, self._parameters.outline)
         self._heights = np.ascontiguousarray(self._ground.heights)
         self.place(Start(0.0, 0.0, 0.0))
 
     def place(self, start: Start) -> None:
-        """Put the body down at rest; its time becomes zero."""
+        """Put the body down at rest and set its time to zero."""
         self._motion = np.zeros(8)
         self._motion[:3] = start.x, start.y, start.yaw
         self._stamp = 0.0
@@ -84,23 +107,23 @@ class KinematicVehicle:
         if not (math.isfinite(wheels.left) and math.isfinite(wheels.right)):
             raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
         self._stamp += ticks * TICK
-        self._flags[0] = False
+        self._flags[_COLLIDED] = False
         return self._drive(wheels, self._rng.standard_normal((ticks, 2)))
 
     def _drive(self, wheels: WheelSpeeds, noise: NDArray[np.float64]) -> NDArray[np.float64]:
         """Move tick by tick; ``noise`` is standard normal, shape (ticks, 2)."""
         self._commanded = wheels
         rows = np.empty((len(noise), 9))
-        rows[:, 7], rows[:, 8] = wheels.left, wheels.right
-        truth, numbers = self._truth, self._numbers
+        rows[:, _LEFT], rows[:, _RIGHT] = wheels.left, wheels.right
+        truth, parameters = self._truth, self._parameters
         drive_ticks(
             self._motion,
             np.array(self._kinematics.twist(wheels)),
-            numbers.slip * noise,
-            numbers.limits,
-            numbers.sliding,
-            (self._heights, self._ground.cell, numbers.wheels),
-            (self._contact, truth.x_min, truth.y_min, truth.cell, numbers.outline),
+            parameters.slip * noise,
+            parameters.limits,
+            parameters.sliding,
+            WheelGround(self._heights, self._ground.cell, parameters.wheels),
+            ContactMap(self._contact, truth.x_min, truth.y_min, truth.cell, parameters.outline),
             rows,
             self._flags,
         )
@@ -109,88 +132,156 @@ class KinematicVehicle:
 
     @property
     def state(self) -> VehicleState:
-        """The true state."""
-        collided, tipped = bool(self._flags[0]), bool(self._flags[1])
+        """True state of the body."""
+        collided, tipped = bool(self._flags[_COLLIDED]), bool(self._flags[_TIPPED])
+        speed, lateral = self._motion[_SPEED], self._motion[_LATERAL_SPEED]
         return VehicleState(
             stamp=self._stamp,
             pose=Pose(self._last[:3], self._last[3:7]),
-            linear=np.array([self._motion[3], self._motion[7], 0.0]) * (not collided),
-            angular=np.array([0.0, 0.0, self._motion[4] * (not collided)]),
+            linear=np.array([speed, lateral, 0.0]) * (not collided),
+            angular=np.array([0.0, 0.0, self._motion[_YAW_RATE] * (not collided)]),
             wheels=self._commanded,
             collided=collided,
             tipped=tipped,
         )
 
     def close(self) -> None:
-        """There is nothing to free."""
-
-
-_ROOMY, _NEAR, _HARD, _LOW = range(4)
+        """Do nothing: the plant holds no resources."""
 
 
 def contact_map(truth: TraversabilityMap, outline: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return where a body can touch something, and where a cell is solid.
+    """Return for each cell of the true map what a body can touch there.
+
+    Most cells are far from anything solid: one look-up there replaces the check of the outline.
 
     Args:
-        truth: The map.
-        outline: As in ``PlantNumbers``.
+        truth: True map.
+        outline: Points of the body as in ``PlantParameters``.
 
     Returns:
-        Of each cell: 0 if a body in its middle touches nothing, 1 if it might, 2 if the cell is
-        solid, 3 if it is so low that only wheels strike it, uint8, shape (n, m).
+        0 where a body centred on the cell touches nothing, 1 where it might, 2 where the cell is
+        solid, 3 where it is so low that only wheels strike it; uint8, shape (n, m).
     """
-    room = float(np.hypot(outline[:, 0], outline[:, 1]).max()) + 2 * truth.cell
-    near = np.where(truth.clearance > room, _ROOMY, _NEAR).astype(np.uint8)
-    border = math.ceil(room / truth.cell)
-    inside = np.zeros(near.shape, dtype=np.bool_)
+    radius = float(np.hypot(outline[:, _X], outline[:, _Y]).max()) + 2 * truth.cell
+    states = np.where(truth.clearance > radius, _CLEAR, _NEAR).astype(np.uint8)
+    # Near the border the body may leave the map, which counts as contact.
+    border = math.ceil(radius / truth.cell)
+    inside = np.zeros(states.shape, dtype=np.bool_)
     inside[border:-border, border:-border] = True
-    near[~inside] = _NEAR
-    near[truth.reason == Reason.SOLID] = _HARD
-    near[truth.reason == Reason.LOW] = _LOW
-    return near
+    states[~inside] = _NEAR
+    states[truth.reason == Reason.SOLID] = _SOLID
+    states[truth.reason == Reason.LOW] = _LOW
+    return states
 
 
-class PlantNumbers(NamedTuple):
-    """Numbers of the plant as compiled code takes them.
+class DriveLimits(NamedTuple):
+    """Response and limits of the body, per tick.
 
     Attributes:
-        limits: Share of the slip that stays from tick to tick, share of a commanded change that is
-            made in one, steepest climb and most tilt [rad].
-        sliding: Creep, its slope and the pivot of ``RobotModel``.
-        wheels: Where they touch the ground [m], shape (4, 2).
-        outline: Points of the body [m], and whether each is a wheel's, 0 or 1, shape (k, 3).
-        slip: Standard deviation of what a tick adds to the slip.
+        slip_decay: Share of the slip that remains after a tick (first-order Gauss-Markov).
+        response: Share of a commanded change of twist that is made in a tick (first-order lag).
+        max_climb: Steepest slope that the body climbs [rad].
+        max_tilt: Roll or pitch beyond which the body rolls over [rad].
     """
 
-    limits: NDArray[np.float64]
-    sliding: NDArray[np.float64]
+    slip_decay: float
+    response: float
+    max_climb: float
+    max_tilt: float
+
+
+class Sliding(NamedTuple):
+    """Sideways motion of a body that turns on a slope.
+
+    Attributes:
+        creep: ``RobotModel.creep`` [m].
+        creep_slope: ``RobotModel.creep_slope``.
+        pivot: ``RobotModel.pivot`` [m].
+    """
+
+    creep: float
+    creep_slope: float
+    pivot: float
+
+
+class PlantParameters(NamedTuple):
+    """Parameters of the plant as compiled code takes them.
+
+    Attributes:
+        limits: Response and limits of the body.
+        sliding: Sideways motion on slopes.
+        wheels: Contact points of the wheels [m], shape (4, 2).
+        outline: Points of the body x, y [m] and 1 for a wheel's, 0 else; shape (k, 3).
+        slip: Standard deviation of the slip that a tick adds.
+    """
+
+    limits: DriveLimits
+    sliding: Sliding
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     slip: float
 
 
-def plant_numbers(robot: RobotModel, config: KinematicConfig) -> PlantNumbers:
-    """Return the numbers of a robot's plant."""
-    keep = math.exp(-TICK / config.slip_time)
+class WheelGround(NamedTuple):
+    """Ground under the wheels.
+
+    Attributes:
+        heights: Heights of the ground's nodes [m], shape (nx, ny).
+        cell: Distance between two nodes [m].
+        wheels: Contact points of the wheels in the base frame [m], shape (4, 2).
+    """
+
+    heights: NDArray[np.float32]
+    cell: float
+    wheels: NDArray[np.float64]
+
+
+class ContactMap(NamedTuple):
+    """Solid cells around the body, and the body's outline.
+
+    Attributes:
+        states: Cells as ``contact_map`` returns them, shape (n, m).
+        x_min: Least x of the map [m].
+        y_min: Least y of the map [m].
+        cell: Width of a cell [m].
+        outline: Points of the body as in ``PlantParameters``.
+    """
+
+    states: NDArray[np.uint8]
+    x_min: float
+    y_min: float
+    cell: float
+    outline: NDArray[np.float64]
+
+
+def plant_parameters(robot: RobotModel, config: KinematicConfig) -> PlantParameters:
+    """Return the parameters of a robot's plant.
+
+    Args:
+        robot: Parameters of the body.
+        config: Response, slip and limits.
+    """
+    decay = math.exp(-TICK / config.slip_time)
     corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
-    return PlantNumbers(
-        limits=np.array(
-            [keep, 1 - math.exp(-TICK / config.lag), config.max_climb, config.max_tilt]
+    return PlantParameters(
+        limits=DriveLimits(
+            decay, 1 - math.exp(-TICK / config.time_constant), config.max_climb, config.max_tilt
         ),
-        sliding=np.array([robot.creep, robot.creep_slope, robot.pivot]),
+        sliding=Sliding(robot.creep, robot.creep_slope, robot.pivot),
         wheels=corners * [robot.wheelbase, robot.track],
-        outline=_outline(robot, config.bumper),
-        slip=config.slip_sigma * math.sqrt(1 - keep * keep),
+        outline=_outline(robot, config.outline_margin),
+        # Keeps the variance of the Gauss-Markov process at slip_sigma^2.
+        slip=config.slip_sigma * math.sqrt(1 - decay * decay),
     )
 
 
-def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
-    """Return points of the body, at most 9 cm apart, and of its wheels; see ``PlantNumbers``."""
-    half_x, half_y = robot.length / 2 - bumper, robot.width / 2 - bumper
+def _outline(robot: RobotModel, margin: float) -> NDArray[np.float64]:
+    """Return points of body and wheels as in ``PlantParameters``, at most 9 cm apart."""
+    half_x, half_y = robot.length / 2 - margin, robot.width / 2 - margin
     along, across = np.linspace(-half_x, half_x, 9), np.linspace(-half_y, half_y, 7)
     sides = [(x, y, 0.0) for x in along for y in (-half_y, half_y)]
     ends = [(x, y, 0.0) for y in across for x in (-half_x, half_x)]
-    # A wheel strikes a low thing with its lower half.
+    # A wheel strikes a low object with its lower half.
     reach = robot.wheelbase / 2 + robot.wheel_radius * np.array([-0.7, 0.0, 0.7])
     wheels = [
         (side * x, y, 1.0)
@@ -202,64 +293,123 @@ def _outline(robot: RobotModel, bumper: float) -> NDArray[np.float64]:
 
 
 @kernel
-def drive_ticks(motion, wanted, noise, limits, sliding, ground, contact, rows, flags):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Move for as many ticks as ``rows`` has.
+def drive_ticks(
+    motion: NDArray[np.float64],
+    command: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    limits: DriveLimits,
+    sliding: Sliding,
+    ground: WheelGround,
+    contact: ContactMap,
+    rows: NDArray[np.float64],
+    flags: NDArray[np.bool_],
+) -> None:
+    """Move the body for as many ticks as ``rows`` has.
 
-    ``motion`` holds x, y, yaw, speed, yaw rate, the relative errors of the two and the sideways
-    speed; ``flags`` tells whether the body touched something solid and whether it rolled over.
+    Args:
+        motion: State of the motion, changed in place: x, y [m], yaw [rad], speed [m/s], yaw rate
+            [rad/s], relative errors of these two, sideways speed [m/s]; shape (8,).
+        command: Commanded speed [m/s] and yaw rate [rad/s], shape (2,).
+        noise: Slip of speed and of yaw rate that each tick adds, shape (ticks, 2).
+        limits: Response and limits of the body.
+        sliding: Sideways motion on slopes.
+        ground: Ground under the wheels.
+        contact: Solid cells and outline.
+        rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of each tick, shape
+            (ticks, 7 or more).
+        flags: Collision and roll-over, set in place and never cleared here, shape (2,).
     """
-    keep, blend, max_climb, max_tilt = limits
+    # Unpacked by position, so that plain tuples do as well.
+    slip_decay, response, max_climb, max_tilt = limits
     creep, creep_slope, pivot = sliding
     heights, cell, wheels = ground
-    near, x_min, y_min, raster, outline = contact
-    cosine, sine = np.cos(motion[2]), np.sin(motion[2])
-    height, roll, pitch = stand(heights, cell, motion[0], motion[1], cosine, sine, wheels)
+    states, x_min, y_min, map_cell, outline = contact
+    cosine, sine = np.cos(motion[_YAW]), np.sin(motion[_YAW])
+    height, roll, pitch = fit_wheel_plane(
+        heights, cell, motion[_X], motion[_Y], cosine, sine, wheels
+    )
     for k in range(len(rows)):
+        # Slip is a first-order Gauss-Markov process, the twist follows its command with a lag.
         for c in range(2):
-            motion[5 + c] = keep * motion[5 + c] + noise[k, c]
-            motion[3 + c] += blend * (wanted[c] * (1 + motion[5 + c]) - motion[3 + c])
-        if flags[1]:
-            motion[3] = motion[4] = 0.0
-        if -pitch * np.sign(motion[3]) > max_climb:  # Nose up: the wheels spin.
-            motion[3] = 0.0
-        middle = motion[2] + motion[4] * TICK / 2
-        step, aside = motion[3] * TICK, 0.0
+            motion[_SPEED_SLIP + c] = slip_decay * motion[_SPEED_SLIP + c] + noise[k, c]
+            motion[_SPEED + c] += response * (
+                command[c] * (1 + motion[_SPEED_SLIP + c]) - motion[_SPEED + c]
+            )
+        if flags[_TIPPED]:
+            motion[_SPEED] = motion[_YAW_RATE] = 0.0
+        if -pitch * np.sign(motion[_SPEED]) > max_climb:  # Nose up too steeply: the wheels spin.
+            motion[_SPEED] = 0.0
+        # Midpoint rule: the step is made along the heading in the middle of the tick.
+        mid_yaw = motion[_YAW] + motion[_YAW_RATE] * TICK / 2
+        step, aside = motion[_SPEED] * TICK, 0.0
         if roll != 0.0 or pitch != 0.0:
-            motion[7] = -abs(motion[4]) * creep * np.tanh(np.sin(roll) / creep_slope)
-            motion[7] -= motion[4] * pivot * np.sin(pitch)
-            step, aside = step * np.cos(pitch), motion[7] * TICK * np.cos(roll)
+            # A turning body creeps down a cross slope and turns about a point uphill of its middle.
+            motion[_LATERAL_SPEED] = (
+                -abs(motion[_YAW_RATE]) * creep * np.tanh(np.sin(roll) / creep_slope)
+            )
+            motion[_LATERAL_SPEED] -= motion[_YAW_RATE] * pivot * np.sin(pitch)
+            step, aside = step * np.cos(pitch), motion[_LATERAL_SPEED] * TICK * np.cos(roll)
         else:
-            motion[7] = 0.0
-        c, s = np.cos(middle), np.sin(middle)
-        x = motion[0] + step * c - aside * s
-        y = motion[1] + step * s + aside * c
-        yaw = motion[2] + motion[4] * TICK
+            motion[_LATERAL_SPEED] = 0.0
+        c, s = np.cos(mid_yaw), np.sin(mid_yaw)
+        x = motion[_X] + step * c - aside * s
+        y = motion[_Y] + step * s + aside * c
+        yaw = motion[_YAW] + motion[_YAW_RATE] * TICK
         if not -np.pi < yaw <= np.pi:
             yaw = np.pi - (np.pi - yaw) % (2 * np.pi)
         c, s = np.cos(yaw), np.sin(yaw)
-        if _touches(x, y, c, s, near, x_min, y_min, raster, outline):
-            flags[0] = True
+        # A body that would touch something solid stays where it is.
+        if _touches(x, y, c, s, states, x_min, y_min, map_cell, outline):
+            flags[_COLLIDED] = True
         else:
-            motion[0], motion[1], motion[2], cosine, sine = x, y, yaw, c, s
-        height, roll, pitch = stand(heights, cell, motion[0], motion[1], cosine, sine, wheels)
-        flags[1] |= max(abs(roll), abs(pitch)) > max_tilt
-        rows[k, 0], rows[k, 1], rows[k, 2] = motion[0], motion[1], height
-        rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6] = quaternion(roll, pitch, motion[2])
+            motion[_X], motion[_Y], motion[_YAW], cosine, sine = x, y, yaw, c, s
+        height, roll, pitch = fit_wheel_plane(
+            heights, cell, motion[_X], motion[_Y], cosine, sine, wheels
+        )
+        flags[_TIPPED] |= max(abs(roll), abs(pitch)) > max_tilt
+        rows[k, _X], rows[k, _Y], rows[k, _HEIGHT] = motion[_X], motion[_Y], height
+        qx, qy, qz, qw = quaternion(roll, pitch, motion[_YAW])
+        rows[k, _QUATERNION], rows[k, _QUATERNION + 1] = qx, qy
+        rows[k, _QUATERNION + 2], rows[k, _QUATERNION + 3] = qz, qw
 
 
 @kernel
-def _touches(x0, y0, c, s, near, x_min, y_min, cell, outline):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return whether a point of the outline lies in a solid cell or beyond the map."""
-    n, m = near.shape
+def _touches(
+    x0: float,
+    y0: float,
+    c: float,
+    s: float,
+    states: NDArray[np.uint8],
+    x_min: float,
+    y_min: float,
+    cell: float,
+    outline: NDArray[np.float64],
+) -> bool:
+    """Return true if a point of the outline lies in a solid cell or outside of the map.
+
+    Args:
+        x0: Place of the body in the map [m].
+        y0: Place of the body in the map [m].
+        c: Cosine of the heading.
+        s: Sine of the heading.
+        states: Cells as ``contact_map`` returns them.
+        x_min: Least x of the map [m].
+        y_min: Least y of the map [m].
+        cell: Width of a cell [m].
+        outline: Points of the body, shape (k, 3).
+    """
+    n, m = states.shape
+    # Most places are clear all around the body: one look-up instead of the whole outline.
     i, j = int(np.floor((x0 - x_min) / cell)), int(np.floor((y0 - y_min) / cell))
-    if 0 <= i < n and 0 <= j < m and near[i, j] == _ROOMY:
+    if 0 <= i < n and 0 <= j < m and states[i, j] == _CLEAR:
         return False
     for k in range(len(outline)):
-        x = x0 + c * outline[k, 0] - s * outline[k, 1]
-        y = y0 + s * outline[k, 0] + c * outline[k, 1]
+        x = x0 + c * outline[k, _X] - s * outline[k, _Y]
+        y = y0 + s * outline[k, _X] + c * outline[k, _Y]
         i, j = int(np.floor((x - x_min) / cell)), int(np.floor((y - y_min) / cell))
-        if i < 0 or j < 0 or i >= n or j >= m or near[i, j] == _HARD:
+        if i < 0 or j < 0 or i >= n or j >= m or states[i, j] == _SOLID:
             return True
-        if near[i, j] == _LOW and outline[k, 2] > 0.0:
+        # The body passes over low objects, wheels do not.
+        if states[i, j] == _LOW and outline[k, _IS_WHEEL] > 0.0:
             return True
     return False

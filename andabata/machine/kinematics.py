@@ -1,27 +1,50 @@
-"""Skid-steer kinematics with an effective track (the paper's inverse and direct kinematics)."""
+"""Skid-steer kinematics with an effective track (the paper's inverse and direct kinematics).
+
+A command passes ``apply_dead_zone``, then ``SkidSteer.wheel_speeds``.
+"""
 
 import math
+from dataclasses import dataclass
 
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 
 
-class SkidSteer:
-    """Body twist to wheel speeds and back.
+@dataclass(frozen=True)
+class Twist:
+    """Planar velocity of the body in ``base_footprint``.
 
-    A skid-steer body turns about centres of rotation that lie further out than its wheels, so that
-    the same wheel speeds turn it less than a differential drive would turn. ``slip_factor`` says
-    how much.
+    Attributes:
+        linear: Forward speed [m/s].
+        angular: Yaw rate [rad/s], positive to the left.
+    """
+
+    linear: float
+    angular: float
+
+
+class SkidSteer:
+    """Inverse and direct kinematics of a skid-steer body.
+
+    A skid-steer body turns about centres of rotation that lie further out than its wheels: the same
+    wheel speeds turn it less than they would a differential drive. ``RobotModel.slip_factor`` is
+    the ratio of the effective to the geometric track.
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Take the wheel radius and the effective track of a robot."""
+        """Take wheel radius, effective track and speed limit of a robot.
+
+        Args:
+            robot: Parameters of the body.
+        """
         self._radius = robot.wheel_radius
         self._half_track = robot.effective_track / 2
         self._limit = robot.max_wheel_speed
 
     def wheel_speeds(self, speed: float, yaw_rate: float) -> WheelSpeeds:
-        """Return the wheel speeds for a twist, scaled down together where one exceeds its limit.
+        """Return the wheel speeds for a twist within the wheels' limit.
+
+        Where one side exceeds the limit both are scaled down together, which keeps the curvature.
 
         Args:
             speed: Forward speed [m/s].
@@ -37,7 +60,12 @@ class SkidSteer:
         return WheelSpeeds(wheels.left * scale, wheels.right * scale)
 
     def unlimited_wheel_speeds(self, speed: float, yaw_rate: float) -> WheelSpeeds:
-        """Return the wheel speeds that a measured twist [m/s, rad/s] stands for."""
+        """Return the wheel speeds of a measured twist, whatever the limit.
+
+        Args:
+            speed: Forward speed [m/s].
+            yaw_rate: Yaw rate [rad/s].
+        """
         left = (speed - yaw_rate * self._half_track) / self._radius
         right = (speed + yaw_rate * self._half_track) / self._radius
         return WheelSpeeds(left, right)
@@ -49,5 +77,29 @@ class SkidSteer:
 
 
 def apply_dead_zone(action: float, dead_zone: float) -> float:
-    """Return the executed yaw rate: commands inside (-dead_zone, dead_zone) drive straight on."""
+    """Return the executed yaw rate: commands smaller than the dead zone become zero.
+
+    Args:
+        action: Commanded yaw rate [rad/s].
+        dead_zone: Smallest magnitude that is executed [rad/s].
+    """
     return 0.0 if abs(action) < dead_zone else action
+
+
+def executed_twist(command: Twist, robot: RobotModel) -> Twist:
+    """Return the twist that a robot drives for a command: steering limit, then dead zone.
+
+    Every command passes here once, in simulation, in training and on the robot.
+
+    Args:
+        command: Wanted twist.
+        robot: Steering limit and dead zone.
+
+    Raises:
+        ValueError: If the command is not finite.
+    """
+    if not (math.isfinite(command.angular) and math.isfinite(command.linear)):
+        raise ValueError(f"command: expected a finite twist [m/s, rad/s], got {command}")
+    limit = robot.max_steering
+    clipped = min(max(command.angular, -limit), limit)
+    return Twist(command.linear, apply_dead_zone(clipped, robot.dead_zone))

@@ -1,7 +1,7 @@
-"""The rotating 2D laser and stage 1's horizontal scanner, cast against a world's ray scene."""
+"""Rotating 2D laser and horizontal scanner of stage 1, cast against a world's ray scene."""
 
 from itertools import pairwise
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,38 +18,47 @@ from traversability.grid import PolarGrid
 from worlds.ray_walk import NO_CLASS
 from worlds.rays import RayScene
 
+_DRAWS = np.uint64(3)
+"""Number of random draws per beam: mixed pixel, noise, dropout."""
+
+_NOISE, _DROPOUT = np.uint64(1), np.uint64(2)
+"""Numbers of a beam's draws after the one of its mixed pixel."""
+
 _RETURNS = np.ones(256, dtype=np.float32)
+"""Probability that a surface of each semantic class returns a beam."""
+
 for _semantic, _traits in TRAITS.items():
     _RETURNS[_semantic] = _traits.returns
 
 
 class LidarConfig(BaseModel):
-    """A 2D laser of the UTM-30LX class in a vertical plane on a turning head.
+    """Parameters of a 2D laser of the UTM-30LX class in a vertical plane on a rotating head.
 
-    A spinning laser of several beams is the same thing: each column is a vertical sweep whose beams
-    leave at once.
+    A spinning multi-beam laser is a special case: each column is a vertical sweep whose beams are
+    emitted at once.
 
     Attributes:
-        beams: Beams of a sweep (paper's sensor: 1081).
-        span_deg: Lowest and highest beam over the horizon [deg], all on one side, all at the same
-            time, for a laser of several beams; None for a 2D laser that sees both sides.
-        elevations_deg: Elevation of each beam over the horizon [deg], growing, instead of
-            ``span_deg``, for a laser whose beams are unevenly spaced.
-        weave: For a rosette: cycles down and up through ``span_deg`` from shot to shot; the shots
-            of a sweep then leave one after the other. 0 for fixed rows.
-        field_of_view: Angle that a sweep covers; the gap faces down [rad].
-        sweep_hz: Sweeps per second [Hz].
-        head_rate: Turning speed of the head [rad/s]; half a turn makes a cloud. The default needs
-            133 sweeps for it, the paper's 3.33 s.
-        min_range: Nearer things give no return [m].
-        max_range: Further things give no return [m].
+        beams: Number of beams of a sweep (paper's sensor: 1081).
+        span_deg: Elevations of the lowest and the highest beam of a multi-beam laser [deg], all on
+            one side and emitted at once; None for a 2D laser that scans both sides.
+        elevations_deg: Elevations of all beams [deg], increasing, instead of ``span_deg``, for a
+            multi-beam laser whose beams are unevenly spaced.
+        weave: Number of cycles down and up through ``span_deg`` from shot to shot of a rosette,
+            whose shots are emitted one after the other; 0 for fixed rows.
+        field_of_view: Angle that a sweep covers [rad]; the rest faces down.
+        sweep_hz: Number of sweeps per second [Hz].
+        head_rate: Angular speed of the head [rad/s]; half a turn makes a cloud. The default takes
+            133 sweeps, the paper's 3.33 s.
+        min_range: Range below which there is no return [m].
+        max_range: Range beyond which there is no return [m].
         noise: Standard deviation of the range [m].
         dropout: Probability that a return is lost (assumption).
-        edge_step: Neighbouring beams whose ranges differ by more than this meet an edge [m]
-            (assumption). Neighbours are so close that their spots touch: the next beam of a 2D
-            laser, the same beam in the next column of a laser of several beams, whose rows lie
-            degrees apart. A rosette's shots have none.
-        mixed: Probability that the far beam at an edge falls between the two ranges (assumption).
+        edge_step: Difference in range of neighbouring beams from which there is an edge between
+            them [m] (assumption). The spots of neighbours touch: the next beam of a 2D laser, the
+            same beam in the next column of a multi-beam laser, whose rows lie degrees apart. The
+            shots of a rosette have no neighbours.
+        mixed: Probability of a mixed pixel: the far beam at an edge falls between the two ranges
+            (assumption).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -70,48 +79,48 @@ class LidarConfig(BaseModel):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        """Refuse a table that is not one elevation a beam, in order."""
+        """Refuse a table other than one elevation per beam, in increasing order."""
         table = self.elevations_deg
         if table is None:
             return self
         if self.span_deg is not None or self.weave:
             raise ValueError("elevations_deg: expected no span_deg and no weave beside it, got one")
-        growing = all(low < high for low, high in pairwise(table))
-        if len(table) != self.beams or not growing or table[0] < -90 or table[-1] > 90:
+        increasing = all(low < high for low, high in pairwise(table))
+        if len(table) != self.beams or not increasing or table[0] < -90 or table[-1] > 90:
             raise ValueError(
-                f"elevations_deg: expected {self.beams} growing angles from -90 to 90 degrees, one "
-                f"for each of the beams, got {len(table)}"
+                f"elevations_deg: expected {self.beams} increasing angles from -90 to 90 degrees, "
+                f"one per beam, got {len(table)}"
             )
         return self
 
     @property
     def is_multibeam(self) -> bool:
-        """Whether a sweep is a column of beams on one side, as of a spinning 3D laser."""
+        """True if a sweep is a column of beams on one side, as of a spinning 3D laser."""
         return self.span_deg is not None or self.elevations_deg is not None
 
     @property
     def neighbour_stride(self) -> int:
-        """Number of beams from one to the next beside it, counted through all sweeps; 0 is none."""
+        """Number of beams from one to its neighbour, counted through all sweeps; 0 without any."""
         if self.weave:
             return 0
         return self.beams if self.is_multibeam else 1
 
     @property
     def beam_period(self) -> float:
-        """Time from beam to beam [s]: a turn of a 2D laser's mirror is a sweep period."""
+        """Time from beam to beam [s]; a 2D laser's mirror turns once per sweep."""
         if self.is_multibeam:
             return 1 / (self.sweep_hz * self.beams) if self.weave else 0.0
         return _as_recorded(self.field_of_view / (2 * np.pi) / self.sweep_hz / (self.beams - 1))
 
     def elevations(self, first: int, last: int) -> NDArray[np.float32]:
-        """Return the angle of beams from straight up, negative on the other side [rad].
+        """Return the angles of the beams from the zenith [rad], negative on the other side.
 
         Args:
             first: Number of the first sweep since the start.
             last: Number after the last one.
 
         Returns:
-            float32, shape (b,), or (last - first, b) for a rosette.
+            Angles, float32, shape (b,), or (last - first, b) for a rosette.
         """
         if self.span_deg is not None and self.weave:
             low, high = self.span_deg
@@ -128,12 +137,12 @@ class LidarConfig(BaseModel):
 
 
 def _as_recorded(number: float) -> float:
-    """Return a number as a LaserScan holds it: a record then tells the very same beams."""
+    """Return a number as a LaserScan holds it, in float32, so that a record has the same beams."""
     return float(np.float32(number))
 
 
 class RotatingLidar:
-    """Sweeps of the vertical laser; each beam leaves from the pose of its own instant."""
+    """Model of the vertical laser; each beam is cast from the pose of its own instant."""
 
     def __init__(
         self,
@@ -146,21 +155,29 @@ class RotatingLidar:
         """Mount the laser.
 
         Args:
-            scene: What the beams meet.
-            config: The laser.
-            robot: Height of the optical centre.
-            rng: Noise, dropouts and porous things.
-            reach: Nobody looks at returns further away [m], so that they need not be right. Nearer
-                ones are the same to the bit.
+            scene: Ray scene of the world.
+            config: Parameters of the laser.
+            robot: Parameters of the body, for the height of the optical centre.
+            rng: Source of noise, dropouts and returns of porous objects.
+            reach: Range up to which returns have to be right [m]; returns within it are the same,
+                bit for bit, whatever the reach.
         """
         self._scene = scene
         self._reach = reach
         self._config = config
         self._height = robot.lidar_height
         self._rng = rng
-        self._elevations = config.elevations(0, 1)  # Those of every sweep, but for a rosette.
+        self._elevations = config.elevations(0, 1)  # The same for every sweep, except of a rosette.
         self._tables = BeamTables()
         self._budgets = np.empty(0, dtype=np.float32)
+        self._errors = _RangeErrors(
+            config.noise,
+            config.dropout,
+            config.edge_step,
+            config.mixed,
+            config.min_range,
+            config.max_range,
+        )
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -168,7 +185,7 @@ class RotatingLidar:
         Args:
             start: Begin of the span [s].
             end: End of the span, not included [s]; the track must reach to the last beam.
-            track: Where the robot is when.
+            track: True poses of the robot over time.
         """
         config = self._config
         first = int(np.ceil(start * config.sweep_hz - 1e-6))
@@ -186,13 +203,12 @@ class RotatingLidar:
         rays = beam_rays(empty, track, self._height, self._tables)
         shape, key = empty.ranges.shape, np.uint64(self._rng.integers(2**63))
         true, classes = self._cast(rays, key)
-        ranges = _measured(
+        ranges = _measure(
             true.reshape(shape),
             classes.reshape(shape),
             key,
             _RETURNS,
-            np.array([config.noise, config.dropout, config.edge_step, config.mixed]),
-            np.array([config.min_range, config.max_range]),
+            self._errors,
             config.neighbour_stride,
         )
         return Sweeps(
@@ -210,8 +226,8 @@ class RotatingLidar:
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
 
-        A mixed pixel lies between a near surface and the one behind it, however far. Everything
-        else beyond is nobody's business, and most of the world needs no looking at.
+        A mixed pixel lies between a near surface and the one behind it, however far. All other
+        returns beyond the reach are left out, so that most of the world is never traversed.
         """
         if len(self._budgets) < len(rays):
             self._budgets = np.empty(len(rays), dtype=np.float32)
@@ -221,24 +237,54 @@ class RotatingLidar:
         stride = self._config.neighbour_stride
         if np.isfinite(self._reach) and stride:
             row = self._config.beams if stride == 1 else len(ranges)
-            beside = _maybe_mixed(ranges, row, stride, key, self._config.mixed)
-            if len(beside):
-                far = self._scene.cast(rays[beside], budgets[beside])
-                ranges[beside], classes[beside] = far
+            edges = _possibly_mixed(ranges, row, stride, key, self._config.mixed)
+            if len(edges):
+                far = self._scene.cast(rays[edges], budgets[edges])
+                ranges[edges], classes[edges] = far
         return ranges, classes
 
 
+class _RangeErrors(NamedTuple):
+    """Errors and limits of a range, as compiled code takes them; see ``LidarConfig``.
+
+    Attributes:
+        noise: Standard deviation of the range [m].
+        dropout: Probability that a return is lost.
+        edge_step: Difference in range from which there is an edge [m].
+        mixed: Probability of a mixed pixel at an edge.
+        min_range: Range below which there is no return [m].
+        max_range: Range beyond which there is no return [m].
+    """
+
+    noise: float
+    dropout: float
+    edge_step: float
+    mixed: float
+    min_range: float
+    max_range: float
+
+
 @inlined_kernel
-def _mix(key, beam):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return a beam's draw of where between two surfaces it may fall."""
-    return uniform(key, np.uint64(3) * np.uint64(beam))
+def _mixing_draw(key: np.uint64, beam: int) -> np.float64:
+    """Return a beam's first draw, which decides on a mixed pixel and on its place."""
+    return uniform(key, _DRAWS * np.uint64(beam))
 
 
 @kernel
-def _maybe_mixed(ranges, row, stride, key, mixed):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the beams that met nothing, draw a mixed pixel and have a neighbour that did not.
+def _possibly_mixed(
+    ranges: NDArray[np.float32], row: int, stride: int, key: np.uint64, mixed: float
+) -> NDArray[np.int64]:
+    """Return the beams without a return that draw a mixed pixel and have a neighbour with one.
 
-    Neighbours lie ``stride`` beams apart in the same row, which is a 2D laser's sweep.
+    Args:
+        ranges: True ranges within reach [m], shape (k,).
+        row: Number of beams of a row, in which neighbours lie.
+        stride: Number of beams from one to its neighbour.
+        key: Key of the random numbers.
+        mixed: Probability of a mixed pixel.
+
+    Returns:
+        Numbers of the beams, shape (m,).
     """
     found = np.empty(len(ranges), dtype=np.int64)
     count = 0
@@ -249,20 +295,38 @@ def _maybe_mixed(ranges, row, stride, key, mixed):  # type: ignore[no-untyped-de
                 continue
             before = k - stride >= first and np.isfinite(ranges[k - stride])
             after = k + stride <= last and np.isfinite(ranges[k + stride])
-            if (before or after) and _mix(key, k) < mixed:
+            if (before or after) and _mixing_draw(key, k) < mixed:
                 found[count] = k
                 count += 1
     return found[:count]
 
 
 @kernel
-def _measured(true, classes, key, returns, faults, bounds, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return what the laser reads: noise, dropouts and mixed pixels; ``inf`` is no return.
+def _measure(
+    true: NDArray[np.float32],
+    classes: NDArray[np.uint8],
+    key: np.uint64,
+    returns: NDArray[np.float32],
+    errors: _RangeErrors,
+    stride: int,
+) -> NDArray[np.float32]:
+    """Return measured ranges with noise, dropouts and mixed pixels; ``inf`` is no return.
 
     A lost return loses its class; a mixed pixel keeps that of the surface behind. Each beam has its
-    own draws, so that what one meets changes nothing for the others.
+    own draws, so that none depends on another's surface.
+
+    Args:
+        true: True ranges [m], shape (s, b).
+        classes: True semantic classes, changed in place, shape (s, b).
+        key: Key of the random numbers.
+        returns: Probability that each semantic class returns a beam, shape (256,).
+        errors: Errors and limits of a range.
+        stride: Number of beams from one to its neighbour, 0 without any.
+
+    Returns:
+        Ranges [m], float32, shape (s, b).
     """
-    noise, dropout, edge, mixed = faults
+    noise, dropout, edge, mixed, min_range, max_range = errors
     ranges = np.empty(true.shape, dtype=np.float32)
     last = true.shape[1] - 1
     sweeps, beams = true.shape[0] - 1, true.shape[1]
@@ -273,21 +337,25 @@ def _measured(true, classes, key, returns, faults, bounds, stride):  # type: ign
                 ranges[i, j], classes[i, j] = np.inf, NO_CLASS
                 continue
             beam = i * beams + j
-            number = np.uint64(3) * np.uint64(beam)
+            number = _DRAWS * np.uint64(beam)
+            # Nearer of the two neighbours: along the sweep of a 2D laser, from column to column of
+            # a multi-beam one.
             near = here
             if stride == 1:
                 near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
             elif stride == beams:
                 near = min(true[max(i - 1, 0), j], true[min(i + 1, sweeps), j])
+            # Mixed pixel: the one draw says that there is one and, scaled, where it falls.
             measured = np.float64(here)
             if here - near > edge:
-                mix = _mix(key, beam)
+                mix = _mixing_draw(key, beam)
                 if mix < mixed:
                     measured = near + mix / mixed * (here - near)
-            measured += noise * normal(uniform(key, number + np.uint64(1)))
-            keep = uniform(key, number + np.uint64(2))
+            measured += noise * normal(uniform(key, number + _NOISE))
+            # Dropout, and surfaces that return only a part of the beams.
+            keep = uniform(key, number + _DROPOUT)
             lost = keep >= (1 - dropout) * returns[classes[i, j]]
-            if lost or not bounds[0] <= measured <= bounds[1]:
+            if lost or not min_range <= measured <= max_range:
                 ranges[i, j], classes[i, j] = np.inf, NO_CLASS
             else:
                 ranges[i, j] = measured
@@ -295,12 +363,19 @@ def _measured(true, classes, key, returns, faults, bounds, stride):  # type: ign
 
 
 class HorizontalScanner:
-    """A horizontal 2D scanner with one beam for each sector of the grid (section 5.1)."""
+    """Horizontal 2D scanner with one beam per sector of the grid (section 5.1)."""
 
     def __init__(
         self, scene: RayScene, grid: PolarGrid, robot: RobotModel, rng: np.random.Generator
     ) -> None:
-        """Mount the scanner at the height of the laser's optical centre."""
+        """Mount the scanner at the height of the laser's optical centre.
+
+        Args:
+            scene: Ray scene of the world.
+            grid: Polar grid whose sectors the beams point along.
+            robot: Parameters of the body, for the height of the optical centre.
+            rng: Source of returns of porous objects.
+        """
         self._scene = scene
         self._bearings = grid.bearings
         self._max_range = grid.outer_radius
@@ -309,7 +384,14 @@ class HorizontalScanner:
         self._rays = np.zeros((grid.n_sectors, 6), dtype=np.float32)
 
     def ranges(self, pose: Pose) -> NDArray[np.float32]:
-        """Return the ranges [m], shape (n_sectors,), ``inf`` where nothing is within the grid."""
+        """Return the ranges at a pose [m], shape (n_sectors,).
+
+        Args:
+            pose: True pose of the robot.
+
+        Returns:
+            Ranges [m], float32; ``inf`` is no return within the grid.
+        """
         self._rays[:, :3] = pose.position
         self._rays[:, 2] += self._height
         self._rays[:, 3] = np.cos(self._bearings + pose.yaw)

@@ -1,4 +1,4 @@
-"""Lasers by name: their beam patterns are data."""
+"""Catalogue of lasers: beam patterns by name, as data files."""
 
 import tomllib
 from functools import cache
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class UnknownSensorError(ValueError):
-    """A name that no beam pattern has."""
+    """Name that is not in the catalogue of lasers."""
 
 
 @cache
@@ -19,13 +19,13 @@ def sensor_names() -> tuple[str, ...]:
 
 
 def sensor_settings(name: str) -> dict[str, Any]:
-    """Return the settings of a laser: ``sensing.lidar`` and ``assembly``, for any configuration.
+    """Return the settings ``sensing.lidar`` and ``assembly`` of a laser, for any configuration.
 
     Args:
-        name: One of ``sensor_names``.
+        name: Name as in ``sensor_names``.
 
     Raises:
-        UnknownSensorError: If there is no such laser.
+        UnknownSensorError: If the catalogue has no laser of that name.
     """
     if name not in sensor_names():
         known = ", ".join(sensor_names())

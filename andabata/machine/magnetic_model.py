@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 _MODELS = ((2025.0, "WMM_2025"), (2020.0, "WMM_2020"), (2015.0, "WMM_2015v2"), (2010.0, "WMM_2010"))
-"""Begin of each model's five years and the name of its coefficients, the newest first."""
+"""Decimal year in which each model begins and name of its coefficients, the newest first."""
 
 _END = 2030.0
 """Decimal year in which the newest model ends."""
@@ -12,14 +12,14 @@ _END = 2030.0
 
 @dataclass(frozen=True)
 class MagneticField:
-    """Field of a place at a date.
+    """Magnetic field of a place at a date.
 
     Attributes:
         declination_deg: Angle from true north to magnetic north, east positive.
         inclination_deg: Angle below the horizon.
         flux_density: Total flux density [uT].
-        source: Model and date in words.
-        is_valid: Whether the date lies in the years for which there is a model.
+        source: Name of the model, and the date.
+        is_valid: True if a model is published for the date.
     """
 
     declination_deg: float
@@ -32,22 +32,22 @@ class MagneticField:
 def magnetic_field(
     latitude_deg: float, longitude_deg: float, altitude: float, year: float
 ) -> MagneticField:
-    """Return the field of a place at a date.
+    """Return the magnetic field of a place at a date.
 
-    Before the first model and after the last one the nearest one is continued by its own yearly
-    change, and ``is_valid`` is false.
+    Before the first and after the last model the nearest one is extrapolated by its own secular
+    variation, and ``is_valid`` is false.
 
     Args:
         latitude_deg: Geodetic latitude.
         longitude_deg: Longitude.
-        altitude: Altitude above the ellipsoid [m]; a hundred metres change nothing that counts.
+        altitude: Altitude above the ellipsoid [m]; an error of a hundred metres is negligible.
         year: Decimal year.
     """
     from pygeomag import GeoMag
 
     name = next((name for begin, name in _MODELS if year >= begin), _MODELS[-1][1])
     is_valid = _MODELS[-1][0] <= year <= _END
-    # Far outside the linear change means nothing any more.
+    # A linear extrapolation over more than five years has no value.
     used = min(max(year, _MODELS[-1][0] - 5.0), _END + 5.0)
     found = GeoMag(coefficients_file=f"wmm/{name}.COF").calculate(
         latitude_deg, longitude_deg, altitude / 1000.0, used, allow_date_outside_lifespan=True

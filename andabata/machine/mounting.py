@@ -1,4 +1,4 @@
-"""How a sensor sits on the robot."""
+"""Mounting of a sensor on the robot."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ class Mounting(BaseModel):
     """Pose of a sensor on the robot: sensor coordinates to ``base_footprint``.
 
     Attributes:
-        x: Forward of the base [m].
-        y: Left of the base [m].
-        z: Above the base plane [m].
-        roll: About x [rad].
-        pitch: About y [rad].
-        yaw: About z [rad].
+        x: Position forward of the base [m].
+        y: Position to the left of the base [m].
+        z: Height above the base plane [m].
+        roll: Rotation about x [rad].
+        pitch: Rotation about y [rad].
+        yaw: Rotation about z [rad].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

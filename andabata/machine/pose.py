@@ -1,4 +1,4 @@
-"""Poses, and the track of poses that tells where the robot was at the instant of each beam."""
+"""Poses, and a track of poses over time, interpolated at the instant of each beam."""
 
 import math
 from dataclasses import dataclass
@@ -9,6 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from terrain.kernel import kernel
 
+_QUATERNION = 3
+"""First column of the quaternion in a row of x, y, z and quaternion x, y, z, w."""
+
 
 def wrap(angle: float) -> float:
     """Return an angle [rad] wrapped to (-pi, pi]."""
@@ -17,7 +20,7 @@ def wrap(angle: float) -> float:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where ``base_footprint`` (centre of the wheel contact points, X forward) is in the map.
+    """Pose of ``base_footprint`` (centre of the wheel contact points, X forward) in the map.
 
     Attributes:
         position: Map coordinates [m], float64, shape (3,).
@@ -47,7 +50,7 @@ class Pose:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """``T_map_base``, shape (4, 4)."""
+        """Homogeneous matrix ``T_map_base``, shape (4, 4)."""
         T_map_base = np.eye(4)
         T_map_base[:3, :3] = Rotation.from_quat(self.quaternion).as_matrix()
         T_map_base[:3, 3] = self.position
@@ -55,26 +58,36 @@ class Pose:
 
 
 class PoseTrack:
-    """The latest poses by time, in a ring that lives as long as the robot.
+    """Buffer of the latest poses, ordered by time.
 
     Positions are interpolated linearly and rotations by normalised linear interpolation, which for
     the few milliseconds between two entries differs from slerp by less than a microradian.
     """
 
     def __init__(self, capacity: int = 1024) -> None:
+        """Allocate an empty buffer.
+
+        Args:
+            capacity: Number of poses that it holds; a full one drops its older half.
+        """
         self._stamps = np.full(capacity, -np.inf)
         self._poses = np.zeros((capacity, 7))
         self._count = 0
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all poses."""
         self._stamps.fill(-np.inf)
         self._count = 0
 
     def append(
         self, stamp: float, position: NDArray[np.float64], quaternion: NDArray[np.float64]
     ) -> None:
-        """Add a pose; stamps [s] must grow.
+        """Add a pose.
+
+        Args:
+            stamp: Time [s], later than the last one.
+            position: Coordinates in the track's frame [m], shape (3,).
+            quaternion: Rotation x, y, z, w, shape (4,).
 
         Raises:
             ValueError: If ``stamp`` is not later than the last one.
@@ -87,7 +100,7 @@ class PoseTrack:
             self._poses[: self._count - half] = self._poses[half:].copy()
             self._count -= half
         if self._count and self._poses[self._count - 1, 3:] @ quaternion < 0:
-            quaternion = -quaternion  # The same rotation, on the near side for interpolation.
+            quaternion = -quaternion  # The same rotation; interpolation takes the short way.
         self._stamps[self._count] = stamp
         self._poses[self._count, :3] = position
         self._poses[self._count, 3:] = quaternion
@@ -99,12 +112,21 @@ class PoseTrack:
         positions: NDArray[np.float64],
         quaternions: NDArray[np.float64],
     ) -> None:
-        """Add poses, oldest first: stamps [s] (k,), positions [m] (k, 3), quaternions (k, 4)."""
+        """Add poses, oldest first.
+
+        Args:
+            stamps: Times [s], increasing, shape (k,).
+            positions: Coordinates in the track's frame [m], shape (k, 3).
+            quaternions: Rotations x, y, z, w, shape (k, 4).
+
+        Raises:
+            ValueError: If the stamps do not increase from the last one.
+        """
         count = len(stamps)
         if not count:
             return
         if not (stamps[0] > self.latest and (stamps[1:] > stamps[:-1]).all()):
-            raise ValueError(f"stamps: expected growing from {self.latest} s, got {stamps}")
+            raise ValueError(f"stamps: expected increasing from {self.latest} s, got {stamps}")
         if self._count + count > len(self._stamps):
             for row in zip(stamps, positions, quaternions, strict=True):
                 self.append(float(row[0]), row[1], row[2])
@@ -113,14 +135,14 @@ class PoseTrack:
         self._stamps[rows] = stamps
         self._poses[rows, :3] = positions
         self._poses[rows, 3:] = quaternions
-        _turn_near(self._poses, self._count, self._count + count)
+        _align_signs(self._poses, self._count, self._count + count)
         self._count += count
 
-    def turned(self, rotation: Rotation) -> "PoseTrack":
-        """Return the track of something on the body, whose orientation is turned against it.
+    def rotated(self, rotation: Rotation) -> "PoseTrack":
+        """Return the track of a sensor whose orientation differs from the body's.
 
         Args:
-            rotation: Rotation ``R_body_thing``.
+            rotation: Rotation ``R_body_sensor``.
         """
         track = PoseTrack(max(self._count, 1))
         track.extend(
@@ -142,7 +164,7 @@ class PoseTrack:
 
     @property
     def table(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Stamps [s], shape (k,), and poses as ``at`` returns them, for compiled code.
+        """Stamps [s], shape (k,), and buffer of poses as ``at`` returns them, for compiled code.
 
         Raises:
             ValueError: If the track is empty.
@@ -152,25 +174,38 @@ class PoseTrack:
         return self._stamps[: self._count], self._poses
 
     def at(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the poses at the given instants; before the first and after the last, those.
+        """Return the poses at some instants, clamped to the first and the last pose.
 
         Args:
             stamps: Times [s], shape (n,).
 
         Returns:
-            x, y, z [m], then the quaternion x, y, z, w, float64, shape (n, 7).
+            Rows of x, y, z [m] and quaternion x, y, z, w, float64, shape (n, 7).
 
         Raises:
             ValueError: If the track is empty.
         """
-        found = np.empty((len(stamps), 7))
-        interpolate(*self.table, stamps, found)
-        return found
+        poses = np.empty((len(stamps), 7))
+        interpolate(*self.table, stamps, poses)
+        return poses
 
 
 @kernel
-def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Write the poses at stamps that mostly grow: the search goes on from the last one's place."""
+def interpolate(
+    known: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    stamps: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Interpolate poses at stamps that mostly increase.
+
+    Args:
+        known: Stamps of the known poses [s], increasing, shape (k,), k at least 1.
+        poses: Known poses: position [m] and quaternion x, y, z, w; shape (k or more, 7).
+        stamps: Stamps to interpolate at [s], shape (n,).
+        out: Poses at the stamps, filled, shape (n, 7).
+    """
+    # The search continues at the last stamp's interval: for increasing stamps it costs nothing.
     after = 1
     for k in range(len(stamps)):
         while after > 1 and known[after - 1] > stamps[k]:
@@ -178,23 +213,25 @@ def interpolate(known, poses, stamps, found):  # type: ignore[no-untyped-def]  #
         while after < len(known) - 1 and known[after] < stamps[k]:
             after += 1
         if len(known) == 1:
-            found[k] = poses[0]
+            out[k] = poses[0]
             continue
+        # Share of the interval, clamped: before the first and after the last pose, those.
         share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
         share = min(max(share, 0.0), 1.0)
         square = 0.0
         for c in range(7):
-            found[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
-            if c > 2:
-                square += found[k, c] ** 2
+            out[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
+            if c >= _QUATERNION:
+                square += out[k, c] ** 2
+        # A linear mix of two unit quaternions is shorter than one.
         scale = 1.0 / np.sqrt(square)
-        for c in range(3, 7):
-            found[k, c] *= scale
+        for c in range(_QUATERNION, 7):
+            out[k, c] *= scale
 
 
 @kernel
-def _turn_near(poses, begin, end):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Give each quaternion the sign that lies near the one before."""
+def _align_signs(poses: NDArray[np.float64], begin: int, end: int) -> None:
+    """Flip each quaternion in rows ``begin`` to ``end`` that lies far from the one before it."""
     for k in range(max(begin, 1), end):
-        if np.dot(poses[k - 1, 3:], poses[k, 3:]) < 0:
-            poses[k, 3:] = -poses[k, 3:]
+        if np.dot(poses[k - 1, _QUATERNION:], poses[k, _QUATERNION:]) < 0:
+            poses[k, _QUATERNION:] = -poses[k, _QUATERNION:]

@@ -1,6 +1,11 @@
-"""What the robot feels of itself: IMU, compass, wheel encoders, GNSS, each with its faults."""
+"""Proprioceptive sensors: IMU, magnetometer, wheel encoders and GNSS, each with its errors.
+
+The kernel differentiates true poses into the readings of IMU, encoders and magnetometer; fixes of
+the satellite receiver are drawn once a second.
+"""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,26 +18,44 @@ from terrain.classes import SemanticClass
 from terrain.kernel import kernel
 from terrain.objects import SceneObject
 
-TESLA = 1e-6
-"""A microtesla in tesla."""
+MICROTESLA = 1e-6
+"""Microtesla [T]."""
 
 GRAVITY = 9.81
-"""Acceleration of free fall [m/s2]."""
+"""Standard acceleration of free fall [m/s2]."""
+
+_CANOPY = (SemanticClass.TRUNK, SemanticClass.FOLIAGE)
+"""Classes of objects that shade the satellite receiver."""
+
+_STAMP, _POSITION, _QUATERNION, _WHEELS = 0, 1, 4, 8
+"""First columns of a row of the true track: stamp [s], x, y, z [m], quaternion x, y, z, w, left and
+right wheel speed [rad/s]."""
+
+_GYRO, _ACCELERATION = 1, 4
+"""First columns of an inertial row after its stamp: angular velocity [rad/s], specific force
+[m/s2]."""
+
+_BIAS_ACCELERATION = 3
+"""First element of the accelerometer's bias; the gyro's comes before."""
+
+_NOISE_GYRO, _NOISE_ACCELERATION, _NOISE_WALK, _NOISE_MAG, _NOISE_COLUMNS = 0, 3, 6, 12, 15
+"""First columns of a tick's noise: gyro, accelerometer, walks of the six biases, magnetometer; and
+their number."""
 
 
 class ImuConfig(BaseModel):
-    """An inertial unit of 100 Hz at the middle of the axles.
+    """Inertial measurement unit, one reading per tick, at the middle of the axles.
 
     Noise densities and random walks are those that Burri et al. 2016 (EuRoC) publish for an
     ADIS16448. Turn-on biases are assumptions.
 
     Attributes:
-        gyro_noise: Density [rad/s/sqrt(Hz)].
-        gyro_walk: Random walk of the bias [rad/s2/sqrt(Hz)].
-        gyro_bias: Standard deviation of the bias at turn-on [rad/s].
-        acceleration_noise: Density [m/s2/sqrt(Hz)].
-        acceleration_walk: Random walk of the bias [m/s3/sqrt(Hz)].
-        acceleration_bias: Standard deviation of the bias at turn-on [m/s2].
+        gyro_noise: Noise density of the gyro [rad/s/sqrt(Hz)].
+        gyro_walk: Random walk of the gyro's bias [rad/s2/sqrt(Hz)].
+        gyro_bias: Standard deviation of the gyro's bias at turn-on [rad/s].
+        acceleration_noise: Noise density of the accelerometer [m/s2/sqrt(Hz)].
+        acceleration_walk: Random walk of the accelerometer's bias [m/s3/sqrt(Hz)].
+        acceleration_bias: Standard deviation of the accelerometer's bias at turn-on [m/s2].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -46,25 +69,25 @@ class ImuConfig(BaseModel):
 
 
 class CompassConfig(BaseModel):
-    """A magnetometer of 100 Hz.
+    """Magnetometer, one reading per tick.
 
     Attributes:
         noise: White noise of each axis [uT] (the HMC5883L's data sheet: 0.2 uT and more).
-        iron: Standard deviation of each axis of the field that the robot itself makes and that
-            calibration has left over [uT] (assumption: 1 uT, two degrees of heading).
+        hard_iron: Standard deviation of each axis of the robot's own field that remains after
+            calibration [uT] (assumption: 1 uT, two degrees of heading).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     noise: float = Field(default=0.4, ge=0)
-    iron: float = Field(default=1.0, ge=0)
+    hard_iron: float = Field(default=1.0, ge=0)
 
 
 class EncoderConfig(BaseModel):
-    """Wheel encoders, one a side, read 100 times a second.
+    """Wheel encoders, one per side, one reading per tick.
 
     Attributes:
-        counts: Counts of a turn (assumption: 1024 lines, four edges each).
+        counts: Number of counts per turn (assumption: 1024 lines, four edges each).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -73,42 +96,49 @@ class EncoderConfig(BaseModel):
 
 
 class GnssConfig(BaseModel):
-    """A satellite receiver with one fix a second (paper: 1 m of horizontal resolution).
+    """Satellite receiver with one fix per second (paper: 1 m of horizontal resolution).
 
-    The metre is split, by assumption, into white noise and an error that wanders. Near trees
-    signals are lost or come by a detour.
+    The metre is split, by assumption, into white noise and a time-correlated error (first-order
+    Gauss-Markov). Near trees signals are lost or arrive by multipath.
 
     Attributes:
         noise: White noise of each horizontal axis [m].
-        wander: Standard deviation of each axis of the wandering error [m].
-        wander_time: Its correlation time [s].
-        vertical: Noise of the altitude, as a multiple of the horizontal one.
-        latency: From the instant of a fix to its arrival [s].
-        dropout: Chance that a fix is lost, in the open; the receiver then says that it has none.
-        detour: Chance a second that a detour begins, in the open.
-        detour_shift: Standard deviation of each axis of a detour [m].
-        detour_time: Mean duration of a detour [s].
-        shade: Factor on both chances nearer than ``shade_range`` to a tree.
-        shade_range: See ``shade`` [m].
+        correlated_error: Standard deviation of each axis of the time-correlated error [m].
+        correlation_time: Correlation time of that error [s].
+        vertical_ratio: Ratio of vertical to horizontal noise.
+        latency: Time from the instant of a fix to its arrival [s].
+        dropout: Probability that a fix is lost, in the open; the receiver then reports none.
+        multipath_rate: Probability per second that multipath begins, in the open.
+        multipath_error: Standard deviation of each axis of the error by multipath [m].
+        multipath_time: Mean duration of multipath [s].
+        canopy_factor: Factor on both probabilities within ``canopy_range`` of a tree.
+        canopy_range: Distance from a tree up to which it shades the receiver [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     noise: float = Field(default=0.66, ge=0)
-    wander: float = Field(default=0.25, ge=0)
-    wander_time: float = Field(default=60.0, gt=0)
-    vertical: float = Field(default=2.0, ge=0)
+    correlated_error: float = Field(default=0.25, ge=0)
+    correlation_time: float = Field(default=60.0, gt=0)
+    vertical_ratio: float = Field(default=2.0, ge=0)
     latency: float = Field(default=0.15, ge=0, lt=1)
     dropout: float = Field(default=0.01, ge=0, le=1)
-    detour: float = Field(default=0.005, ge=0, le=1)
-    detour_shift: float = Field(default=6.0, ge=0)
-    detour_time: float = Field(default=4.0, ge=1)
-    shade: float = Field(default=6.0, ge=1)
-    shade_range: float = Field(default=3.0, ge=0)
+    multipath_rate: float = Field(default=0.005, ge=0, le=1)
+    multipath_error: float = Field(default=6.0, ge=0)
+    multipath_time: float = Field(default=4.0, ge=1)
+    canopy_factor: float = Field(default=6.0, ge=1)
+    canopy_range: float = Field(default=3.0, ge=0)
 
 
 class ProprioceptionConfig(BaseModel):
-    """All of them."""
+    """Parameters of all proprioceptive sensors.
+
+    Attributes:
+        imu: Inertial measurement unit.
+        compass: Magnetometer.
+        encoders: Wheel encoders.
+        gnss: Satellite receiver.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -118,8 +148,52 @@ class ProprioceptionConfig(BaseModel):
     gnss: GnssConfig = Field(default_factory=GnssConfig)
 
 
+class ProprioceptiveReadings(NamedTuple):
+    """Readings of a control period, in the units of ``SensorReadings``.
+
+    Attributes:
+        imu: Inertial rows, shape (k, 7).
+        encoders: Encoder rows, shape (k, 3).
+        mag: Magnetometer rows, shape (k, 4).
+        gnss: Fixes that arrived, shape (j, 5).
+    """
+
+    imu: NDArray[np.float64]
+    encoders: NDArray[np.float64]
+    mag: NDArray[np.float64]
+    gnss: NDArray[np.float64]
+
+
+class _Memory(NamedTuple):
+    """State of the sensors from tick to tick, changed in place.
+
+    Attributes:
+        poses: Last two true poses, oldest first: x, y, z [m], quaternion x, y, z, w; shape (2, 7).
+        angles: Angle of the left and the right wheel [rad], shape (2,).
+        bias: Bias of gyro [rad/s] and accelerometer [m/s2], shape (6,).
+    """
+
+    poses: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    bias: NDArray[np.float64]
+
+
+class _Environment(NamedTuple):
+    """Constants that the readings depend on.
+
+    Attributes:
+        flux: Magnetic flux density in the map [uT], shape (3,).
+        hard_iron: Field of the robot itself in the base frame [uT], shape (3,).
+        encoder_step: Angle of an encoder count [rad].
+    """
+
+    flux: NDArray[np.float64]
+    hard_iron: NDArray[np.float64]
+    encoder_step: float
+
+
 class Proprioception:
-    """The senses of one robot in one world, sampled each control period."""
+    """Proprioceptive sensors of one robot in one world, sampled once per control period."""
 
     def __init__(
         self,
@@ -127,50 +201,53 @@ class Proprioception:
         geo_reference: GeoReference,
         objects: Sequence[SceneObject],
     ) -> None:
-        """Mount the senses.
+        """Mount the sensors.
 
         Args:
-            config: Their faults.
-            geo_reference: Where on Earth.
-            objects: Of the world; its trees shade the receiver.
+            config: Errors of the sensors.
+            geo_reference: Datum of the map, and the magnetic field there.
+            objects: Objects of the world; its trees shade the receiver.
         """
         self._config = config
         self._geo_reference = geo_reference
         self._flux = geo_reference.flux
-        trees = [o.vertices[:, :2].mean(axis=0) for o in objects if o.semantic in _SHADING]
+        trees = [o.vertices[:, :2].mean(axis=0) for o in objects if o.semantic in _CANOPY]
         self._trees = cKDTree(np.array(trees)) if trees else None
         gnss = config.gnss
-        self._keep = np.exp(-1 / gnss.wander_time)
-        self._spread = np.array([gnss.noise, gnss.noise, gnss.noise * gnss.vertical])
+        self._decay = np.exp(-1 / gnss.correlation_time)
+        self._sigma = np.array([gnss.noise, gnss.noise, gnss.noise * gnss.vertical_ratio])
 
     def reset(self, pose: NDArray[np.float64], rng: np.random.Generator) -> None:
-        """Draw fresh biases and stand still at a pose (x, y, z, quaternion) at time zero."""
+        """Draw new biases and begin at rest at time zero.
+
+        Args:
+            pose: True pose x, y, z [m], quaternion x, y, z, w, shape (7,).
+            rng: Source of the seed of all further noise.
+        """
         self._rng = np.random.default_rng(rng.integers(2**63))
         imu, gnss = self._config.imu, self._config.gnss
         draw = self._rng.standard_normal
-        self._bias = np.concatenate([imu.gyro_bias * draw(3), imu.acceleration_bias * draw(3)])
-        self._iron = self._config.compass.iron * draw(3)
-        self._wander = gnss.wander * draw(3)
-        self._detour = np.zeros(3)
-        self._poses = np.tile(pose, (2, 1))  # The last two, oldest first.
-        self._angles = np.zeros(2)
-        self._fixes: list[NDArray[np.float64]] = []
-        self._seconds = 0
+        bias = np.concatenate([imu.gyro_bias * draw(3), imu.acceleration_bias * draw(3)])
+        hard_iron = self._config.compass.hard_iron * draw(3)
+        self._correlated = gnss.correlated_error * draw(3)
+        self._multipath = np.zeros(3)
+        self._memory = _Memory(np.tile(pose, (2, 1)), np.zeros(2), bias)
+        step = 2 * np.pi / self._config.encoders.counts
+        self._environment = _Environment(self._flux, hard_iron, step)
+        self._pending: list[NDArray[np.float64]] = []  # Fixes on their way, oldest first.
+        self._second = 0
 
-    def sample(
-        self, rows: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Sense a control period.
+    def sample(self, rows: NDArray[np.float64]) -> ProprioceptiveReadings:
+        """Return the readings of a control period.
 
         Args:
-            rows: At each tick stamp [s], x, y, z [m], quaternion x, y, z, w, actual left and right
-                wheel speed [rad/s]; shape (k, 10).
-
-        Returns:
-            Inertial rows, encoder rows, compass rows and fixes as in ``SensorReadings``.
+            rows: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w, actual left and right wheel
+                speed [rad/s] at each tick; shape (k, 10).
         """
         imu = self._config.imu
-        noise = self._rng.standard_normal((len(rows), 15))
+        # Densities become standard deviations at the tick: white noise by 1 / sqrt(dt), walks by
+        # sqrt(dt).
+        noise = self._rng.standard_normal((len(rows), _NOISE_COLUMNS))
         noise[:, 0:3] *= imu.gyro_noise / np.sqrt(TICK)
         noise[:, 3:6] *= imu.acceleration_noise / np.sqrt(TICK)
         noise[:, 6:9] *= imu.gyro_walk * np.sqrt(TICK)
@@ -178,109 +255,126 @@ class Proprioception:
         noise[:, 12:15] *= self._config.compass.noise
         inertial = np.empty((len(rows), 7))
         encoders = np.empty((len(rows), 3))
-        field = np.empty((len(rows), 4))
-        _feel(
-            rows,
-            self._poses,
-            self._angles,
-            2 * np.pi / self._config.encoders.counts,
-            self._flux,
-            self._iron,
-            self._bias,
-            noise,
-            inertial,
-            encoders,
-            field,
-        )
-        return inertial, encoders, field, self._arrived(rows)
+        mag = np.empty((len(rows), 4))
+        _sample_ticks(rows, self._memory, self._environment, noise, inertial, encoders, mag)
+        return ProprioceptiveReadings(inertial, encoders, mag, self._arrived_fixes(rows))
 
-    def _arrived(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the fixes that arrive in a period, taking a new one each whole second."""
-        if rows[-1, 0] > self._seconds + 1 - TICK / 2:
+    def _arrived_fixes(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the fixes that arrive in a period, after taking one at each whole second in it."""
+        if rows[-1, _STAMP] > self._second + 1 - TICK / 2:
             for row in rows:
-                second = round(row[0])
-                if second > self._seconds and abs(row[0] - second) < TICK / 2:
-                    self._seconds = second
-                    self._receive(row)
-        due = [fix for fix in self._fixes if fix[0] + self._config.gnss.latency <= rows[-1, 0]]
-        self._fixes = self._fixes[len(due) :]
+                second = round(row[_STAMP])
+                if second > self._second and abs(row[_STAMP] - second) < TICK / 2:
+                    self._second = second
+                    self._take_fix(row)
+        latency, now = self._config.gnss.latency, rows[-1, _STAMP]
+        due = [fix for fix in self._pending if fix[0] + latency <= now]
+        self._pending = self._pending[len(due) :]
         return np.array(due).reshape(-1, 5)
 
-    def _receive(self, row: NDArray[np.float64]) -> None:
-        """Take a fix; of one that is lost the receiver says so."""
+    def _take_fix(self, row: NDArray[np.float64]) -> None:
+        """Take a fix at a true row; a lost one is reported as no fix."""
         gnss, draw = self._config.gnss, self._rng.standard_normal
-        wander = gnss.wander * np.sqrt(1 - self._keep**2)
-        self._wander = self._keep * self._wander + wander * draw(3)
+        # First-order Gauss-Markov process of constant variance.
+        driving = gnss.correlated_error * np.sqrt(1 - self._decay**2)
+        self._correlated = self._decay * self._correlated + driving * draw(3)
         shaded = (
             self._trees is not None
-            and len(self._trees.query_ball_point(row[1:3], gnss.shade_range)) > 0
+            and len(self._trees.query_ball_point(row[1:3], gnss.canopy_range)) > 0
         )
-        factor = gnss.shade if shaded else 1.0
+        factor = gnss.canopy_factor if shaded else 1.0
         lost, begins, ends = self._rng.random(3)
-        if self._detour.any():
-            if ends < 1 / gnss.detour_time:
-                self._detour = np.zeros(3)
-        elif begins < gnss.detour * factor:
-            self._detour = gnss.detour_shift * draw(3)
-        error = self._spread * draw(3) + self._wander + self._detour
+        # Multipath is an offset that stays for a geometrically distributed number of seconds.
+        if self._multipath.any():
+            if ends < 1 / gnss.multipath_time:
+                self._multipath = np.zeros(3)
+        elif begins < gnss.multipath_rate * factor:
+            self._multipath = gnss.multipath_error * draw(3)
+        error = self._sigma * draw(3) + self._correlated + self._multipath
         if lost < gnss.dropout * factor:
-            self._fixes.append(np.array([row[0], *[np.nan] * 3, np.inf]))
+            self._pending.append(np.array([row[0], *[np.nan] * 3, np.inf]))
             return
         place = self._geo_reference.to_geodetic((row[1:4] + error)[None])[0]
-        self._fixes.append(np.array([row[0], *place, gnss.noise**2 + gnss.wander**2]))
-
-
-_SHADING = (SemanticClass.TRUNK, SemanticClass.FOLIAGE)
+        # A receiver reports its usual variance and knows nothing of multipath.
+        variance = gnss.noise**2 + gnss.correlated_error**2
+        self._pending.append(np.array([row[0], *place, variance]))
 
 
 @kernel
-def _feel(rows, poses, angles, step, flux, iron, bias, noise, inertial, encoders, field):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill the rows of IMU, encoders and compass from poses.
+def _sample_ticks(
+    rows: NDArray[np.float64],
+    memory: _Memory,
+    environment: _Environment,
+    noise: NDArray[np.float64],
+    imu: NDArray[np.float64],
+    encoders: NDArray[np.float64],
+    mag: NDArray[np.float64],
+) -> None:
+    """Fill the rows of IMU, encoders and magnetometer from true poses.
 
-    A gyro integrates: its reading is the turn from tick to tick. Specific force comes from three
-    positions in a row, which is what an accelerometer with a filter of two ticks reads.
+    A gyro integrates: its reading is the rotation from tick to tick. Specific force comes from
+    three consecutive positions, which is what an accelerometer with a filter of two ticks reads.
+
+    Args:
+        rows: Rows of the true track as in ``Proprioception.sample``, shape (k, 10).
+        memory: State from tick to tick, changed in place.
+        environment: Field, hard iron and encoder count.
+        noise: Scaled noise of each tick, shape (k, 15).
+        imu: Inertial rows that are filled, shape (k, 7).
+        encoders: Encoder rows that are filled, shape (k, 3).
+        mag: Magnetometer rows that are filled [T], shape (k, 4).
     """
+    poses, angles, bias = memory
+    flux, hard_iron, step = environment
     for k in range(len(rows)):
+        # Biases of gyro and accelerometer walk.
         for c in range(6):
-            bias[c] += noise[k, 6 + c]
-        x, y, z, w = rows[k, 4], rows[k, 5], rows[k, 6], rows[k, 7]
+            bias[c] += noise[k, _NOISE_WALK + c]
+        # Rotation from the last pose to this one, in the base frame: conj(q_last) * q.
+        q = _QUATERNION
+        x, y, z, w = rows[k, q], rows[k, q + 1], rows[k, q + 2], rows[k, q + 3]
         px, py, pz, pw = -poses[1, 3], -poses[1, 4], -poses[1, 5], poses[1, 6]
-        # The turn from the last pose to this one, in the base frame.
         dw = pw * w - px * x - py * y - pz * z
         dx = pw * x + px * w + py * z - pz * y
         dy = pw * y - px * z + py * w + pz * x
         dz = pw * z + px * y - py * x + pz * w
-        if dw < 0:
+        if dw < 0:  # The same rotation, the short way.
             dw, dx, dy, dz = -dw, -dx, -dy, -dz
+        # Rotation vector from the quaternion: angle 2 atan2(|v|, w) along v.
         sine = np.sqrt(dx * dx + dy * dy + dz * dz)
         scale = 2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, dw) / sine
-        inertial[k, 0] = rows[k, 0]
-        inertial[k, 1] = scale * dx / TICK + bias[0] + noise[k, 0]
-        inertial[k, 2] = scale * dy / TICK + bias[1] + noise[k, 1]
-        inertial[k, 3] = scale * dz / TICK + bias[2] + noise[k, 2]
-        # Rows of the rotation from base to map.
+        imu[k, 0] = rows[k, _STAMP]
+        imu[k, _GYRO] = scale * dx / TICK + bias[0] + noise[k, _NOISE_GYRO]
+        imu[k, _GYRO + 1] = scale * dy / TICK + bias[1] + noise[k, _NOISE_GYRO + 1]
+        imu[k, _GYRO + 2] = scale * dz / TICK + bias[2] + noise[k, _NOISE_GYRO + 2]
+        # Rows of the rotation matrix from base to map.
         r = (
             (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
             (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
             (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
         )
+        # Specific force: the second difference of positions, less gravity, which points down.
         force = np.zeros(3)
         for a in range(3):
-            force[a] = (rows[k, 1 + a] - 2 * poses[1, a] + poses[0, a]) / TICK**2
+            force[a] = (rows[k, _POSITION + a] - 2 * poses[1, a] + poses[0, a]) / TICK**2
         force[2] += GRAVITY
-        field[k, 0] = rows[k, 0]
+        mag[k, 0] = rows[k, _STAMP]
+        # Both are vectors of the map: the transposed matrix turns them into the base frame.
         for a in range(3):
-            felt, seen = 0.0, 0.0
+            base_force, base_flux = 0.0, 0.0
             for b in range(3):
-                felt += r[b][a] * force[b]
-                seen += r[b][a] * flux[b]
-            inertial[k, 4 + a] = felt + bias[3 + a] + noise[k, 3 + a]
-            field[k, 1 + a] = (seen + iron[a] + noise[k, 12 + a]) * TESLA
-        encoders[k, 0] = rows[k, 0]
+                base_force += r[b][a] * force[b]
+                base_flux += r[b][a] * flux[b]
+            imu[k, _ACCELERATION + a] = (
+                base_force + bias[_BIAS_ACCELERATION + a] + noise[k, _NOISE_ACCELERATION + a]
+            )
+            mag[k, 1 + a] = (base_flux + hard_iron[a] + noise[k, _NOISE_MAG + a]) * MICROTESLA
+        # Encoders report whole counts; the remainder of the angle is kept for the next tick.
+        encoders[k, 0] = rows[k, _STAMP]
         for side in range(2):
             before = np.floor(angles[side] / step)
-            angles[side] += rows[k, 8 + side] * TICK
+            angles[side] += rows[k, _WHEELS + side] * TICK
             encoders[k, 1 + side] = (np.floor(angles[side] / step) - before) * step / TICK
         for c in range(7):
             poses[0, c] = poses[1, c]
-            poses[1, c] = rows[k, 1 + c]
+            poses[1, c] = rows[k, _POSITION + c]

@@ -1,4 +1,4 @@
-"""The robot's numbers, and the URDF generated from them."""
+"""Parameters of the robot, and the URDF generated from them."""
 
 import math
 import tomllib
@@ -9,10 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class RobotModel(BaseModel):
-    """A four-wheel skid-steer robot; the defaults are Andabata (Sanchez et al. 2023, section 3.1).
+    """Four-wheel skid-steer robot; the defaults are Andabata (Sanchez et al. 2023, section 3.1).
 
     Attributes:
-        name: Its name.
+        name: Name of the robot.
         length: Length over all [m] (paper: 0.67).
         width: Width over all [m] (paper: 0.54).
         height: Height over all [m] (paper: 0.81).
@@ -26,19 +26,21 @@ class RobotModel(BaseModel):
             batteries and motors lie low, the laser is light).
         clearance: Height of the body's floor above the ground [m] (assumption).
         slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
-            plant at 0.3 m/s: 1.25 on flat ground, more on rough ground, where wheels lose contact,
-            and this serves both; ``tests/benchmarks/README.md`` has the figures.
-        creep: How fast a turning body creeps down a cross slope at most, for each rad/s of turning
-            [m]: a wheel that is dragged round has no grip left to hold it. Measured in the bullet
-            plant on slopes to 16 degrees, as are the next two.
-        creep_slope: Sine of the roll at which it creeps at three quarters of that.
-        pivot: How far uphill of the middle the body turns about, for each unit of the pitch's sine
-            [m].
-        wheel_torque: Largest torque of a wheel [N m]; 5 or less stall the turn.
-        lidar_height: Optical centre above the ground [m] (inferred from the blind cone).
+            plant at 0.3 m/s: 1.25 on flat ground, more on rough ground, where wheels lose contact;
+            the default is a compromise (``tests/benchmarks/README.md`` has the figures).
+        creep: Largest speed at which a turning body creeps down a cross slope, per yaw rate [m]: a
+            wheel that is dragged round has no lateral grip left. Measured in the bullet plant on
+            slopes to 16 degrees, as are the next two.
+        creep_slope: Sine of the roll at which the creep reaches three quarters of its largest.
+        pivot: Distance uphill of the middle of the point that the body turns about, per unit of the
+            pitch's sine [m].
+        wheel_torque: Largest torque of a wheel [N m]; with 5 or less the robot cannot turn.
+        lidar_height: Height of the optical centre above the ground [m] (inferred from the blind
+            cone).
         speed: Constant longitudinal speed [m/s] (paper: 0.3).
         max_steering: Largest yaw rate command [rad/s] (paper: 0.5).
-        dead_zone: Yaw rate commands below this are zero [rad/s] (paper: 0.15).
+        dead_zone: Smallest yaw rate that is executed [rad/s] (paper: 0.15); smaller commands
+            become zero.
         max_wheel_speed: Largest wheel speed [rad/s].
     """
 
@@ -69,7 +71,7 @@ class RobotModel(BaseModel):
 
     @model_validator(mode="after")
     def _check_sizes(self) -> Self:
-        """Refuse a body that its own wheels or its dead zone contradict."""
+        """Refuse a dead zone or wheels that do not fit the other parameters."""
         if self.dead_zone >= self.max_steering:
             raise ValueError(
                 f"dead_zone: expected less than max_steering ({self.max_steering} rad/s), "
@@ -96,8 +98,11 @@ class RobotModel(BaseModel):
     def load(cls, name: str) -> Self:
         """Return a robot of the package by its name.
 
+        Args:
+            name: Name of a file in ``andabata/machine/robots``.
+
         Raises:
-            ValueError: If there is none of that name.
+            ValueError: If there is no robot of that name.
         """
         folder = files("andabata.machine").joinpath("robots")
         known = sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir())
@@ -131,7 +136,7 @@ class RobotModel(BaseModel):
         return f'<robot name="{self.name}">{"".join(links)}</robot>'
 
     def _wheel(self, name: str, x: int, y: int) -> str:
-        """Return one wheel and its joint."""
+        """Return a wheel and its joint as URDF; ``x`` and ``y`` are the signs of its position."""
         r, w, m = self.wheel_radius, self.wheel_width, self.wheel_mass
         across, along = m * (3 * r * r + w * w) / 12, m * r * r / 2
         cylinder = f'<cylinder radius="{r}" length="{w}"/>'
@@ -147,7 +152,7 @@ class RobotModel(BaseModel):
 
 
 def _box_inertia(mass: float, length: float, width: float, height: float) -> str:
-    """Return a box's inertia about its centre as URDF."""
+    """Return the inertia of a box [kg, m] about its centre as URDF."""
     xx = mass * (width**2 + height**2) / 12
     yy = mass * (length**2 + height**2) / 12
     zz = mass * (length**2 + width**2) / 12

@@ -1,4 +1,4 @@
-"""One clock: the plant moves and the senses sample, one control period at a time."""
+"""Simulator of a robot in a world: plant and sensors on one clock, a control period at a time."""
 
 from dataclasses import replace
 from typing import Literal
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
-from andabata.machine.beams import BeamTables, cloud_of_sweeps
+from andabata.machine.beams import BeamTables, sweeps_to_cloud
 from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
@@ -24,20 +24,25 @@ from worlds.world import Start, World
 
 
 def reseed(stream: np.random.Generator, rng: np.random.Generator) -> None:
-    """Begin a stream of draws afresh, from one draw of ``rng``."""
+    """Seed a random stream from one draw of another.
+
+    Args:
+        stream: Stream that is seeded, in place.
+        rng: Source of the seed.
+    """
     stream.bit_generator.state = np.random.PCG64(int(rng.integers(2**63))).state
 
 
 class SensingConfig(BaseModel):
-    """Which scanner the robot carries.
+    """Sensors of the robot.
 
     Attributes:
-        scanner: ``rotating``, the vertical laser on its turning head, or ``horizontal``, stage 1's
-            32 beams.
-        lidar: The rotating laser.
-        grid: Where the horizontal beams point.
-        proprioception: IMU, compass, encoders and GNSS; None leaves them out.
-        geo_reference: Where on Earth the map lies.
+        scanner: Kind of scanner: ``rotating``, the vertical laser on its turning head, or
+            ``horizontal``, the 32 beams of the curriculum's stage 1.
+        lidar: Parameters of the rotating laser.
+        grid: Polar grid whose sectors the horizontal beams point along.
+        proprioception: Parameters of IMU, magnetometer, encoders and GNSS; None leaves them out.
+        geo_reference: Datum of the map.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,14 +55,15 @@ class SensingConfig(BaseModel):
 
 
 class Simulator:
-    """A robot in a world. Stamps are whole ticks since it was put down, so they never drift.
+    """Robot in a world, with its plant and its sensors.
 
-    A stamp is divided, not multiplied, out of its tick: it survives nanoseconds and back unchanged.
+    Stamps count from the moment that the robot is put down; ``andabata.machine.clock`` says how
+    they are computed.
 
     Attributes:
-        vehicle: The plant.
-        proprioception: IMU, compass, encoders and GNSS, None without them.
-        lidar: The rotating laser, None with the horizontal scanner.
+        vehicle: Plant of the robot.
+        proprioception: Models of IMU, magnetometer, encoders and GNSS, or None.
+        lidar: Model of the rotating laser; None with the horizontal scanner.
     """
 
     def __init__(
@@ -70,18 +76,18 @@ class Simulator:
         rng: np.random.Generator,
         reach: float = np.inf,
     ) -> None:
-        """Build the plant in the world and mount the senses.
+        """Build the plant in the world and mount the sensors.
 
         Args:
-            world: Where to drive.
-            rays: The same world's ray scene.
-            robot: The body.
-            plant: ``bullet`` (the reference) or ``kinematic``.
-            sensing: The scanner.
-            rng: Every noise of plant and senses comes from here.
-            reach: See ``RotatingLidar``.
+            world: Ground and objects.
+            rays: Ray scene of the same world.
+            robot: Parameters of the body.
+            plant: Name of the plant: ``bullet`` (the reference) or ``kinematic``.
+            sensing: Parameters of the sensors.
+            rng: Source of all noise of plant and sensors.
+            reach: Range up to which returns have to be right [m]; see ``RotatingLidar``.
         """
-        # Plant and laser have streams of their own: what one draws changes nothing for the other.
+        # Plant and laser have streams of their own, so that neither depends on the other's draws.
         self._rng, self._streams = rng, (np.random.default_rng(0), np.random.default_rng(0))
         slip, beams = self._streams
         self._reseed()
@@ -103,7 +109,7 @@ class Simulator:
             self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams)
 
     def reset(self, start: Start) -> SensorReadings:
-        """Put the robot down at rest and return what it senses before the first period."""
+        """Put the robot down at rest and return the readings before the first period."""
         self._reseed()
         self.vehicle.place(start)
         self._tick = 0
@@ -116,49 +122,54 @@ class Simulator:
         return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
 
     def _reseed(self) -> None:
-        """Begin the streams of plant and laser afresh."""
+        """Seed the streams of plant and laser."""
         for stream in self._streams:
             reseed(stream, self._rng)
 
-    def step(self, wheels: WheelSpeeds, blind: bool = False) -> SensorReadings:
-        """Drive one control period of 0.1 s and return what was sensed in it.
+    def step(self, wheels: WheelSpeeds, skip_scan: bool = False) -> SensorReadings:
+        """Drive one control period and return its readings.
 
         Args:
             wheels: Commanded wheel speeds.
-            blind: Leave the scanner out, which costs most of the time; ``sweeps`` looks back.
+            skip_scan: True to leave the scanner out, which takes most of the time; ``sweeps``
+                computes past ones.
         """
+        # Ticks are counted in whole numbers and divided; see ``andabata.machine.clock``.
         rows = np.empty((TICKS_PER_STEP, 10))
         rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) / TICK_HZ
         rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP)
         self._tick += TICKS_PER_STEP
         self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
-        return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, blind)
+        return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, skip_scan)
 
     def _sense(
-        self, state: VehicleState, rows: NDArray[np.float64], blind: bool = False
+        self, state: VehicleState, rows: NDArray[np.float64], skip_scan: bool = False
     ) -> SensorReadings:
-        """Sample the senses for the period that ends with the state.
+        """Sample the sensors for the period that ends with a state.
 
-        ``rows`` are stamp [s], pose and wheel speeds at each tick of the period, shape (k, 10).
+        Args:
+            state: True state at the end of the period.
+            rows: Rows of stamp [s], pose and wheel speeds at each tick, shape (k, 10).
+            skip_scan: True to leave the scanner out.
         """
         sweeps = horizontal = None
         frames: tuple[PointCloud, ...] = ()
         begin = (self._tick - len(rows)) / TICK_HZ
-        if self.lidar is not None and state.stamp > begin and not blind:
+        if self.lidar is not None and state.stamp > begin and not skip_scan:
             sweeps = self.lidar.sweeps(begin, state.stamp, self._track)
             if self._many_beams:
-                frames, sweeps = (cloud_of_sweeps(sweeps, self._tables),), None
-        if self._scanner is not None and not blind:
+                frames, sweeps = (sweeps_to_cloud(sweeps, self._tables),), None
+        if self._scanner is not None and not skip_scan:
             horizontal = self._scanner.ranges(state.pose)
-        imu = encoders = field = fixes = None
+        imu = encoders = mag = gnss = None
         if self.proprioception is not None and len(rows):
-            imu, encoders, field, fixes = self.proprioception.sample(rows)
+            imu, encoders, mag, gnss = self.proprioception.sample(rows)
         return SensorReadings(
             stamp=state.stamp,
             imu=imu,
             encoders=encoders,
-            mag=field,
-            gnss=fixes,
+            mag=mag,
+            gnss=gnss,
             sweeps=sweeps,
             frames=frames,
             horizontal=horizontal,
@@ -167,21 +178,23 @@ class Simulator:
         )
 
     def sweeps(self, begin: float, end: float, tilt: Rotation | None = None) -> Sweeps:
-        """Return what the rotating laser saw in a past span [s], up to eight seconds back.
+        """Return the sweeps of the rotating laser in a past span, up to eight seconds back.
 
         Args:
             begin: Begin of the span [s].
-            end: End of it [s].
-            tilt: Rotation ``R_base_laser`` of a laser that is not mounted level.
+            end: End of the span [s].
+            tilt: Rotation ``R_base_laser`` of a laser that is not mounted level; None for level.
 
         Raises:
             ValueError: If the robot has no rotating laser.
         """
         if self.lidar is None:
-            raise ValueError("scanner: expected the rotating laser, got the horizontal one")
-        track = self._track if tilt is None else self._track.turned(tilt)
+            raise ValueError(
+                "scanner: expected rotating, got horizontal; set sensing.scanner=rotating"
+            )
+        track = self._track if tilt is None else self._track.rotated(tilt)
         return self.lidar.sweeps(begin, end, track)
 
     def close(self) -> None:
-        """Free the plant."""
+        """Release the resources of the plant."""
         self.vehicle.close()

@@ -1,4 +1,4 @@
-"""The vehicle's seam: two plants behind one interface."""
+"""Interface of the vehicle, and the choice between its two plants."""
 
 from typing import Literal, Protocol
 
@@ -10,20 +10,25 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.world import Start, World
 
 Plant = Literal["bullet", "kinematic"]
+"""Names of the plants."""
 
 
 class Vehicle(Protocol):
-    """A body with driven wheels on the ground of a world."""
+    """Body with driven wheels on the ground of a world."""
 
     def place(self, start: Start) -> None:
-        """Put the body down at rest; its time becomes zero."""
+        """Put the body down at rest and set its time to zero."""
 
     def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
         """Drive with commanded wheel speeds for a number of ticks.
 
+        Args:
+            wheels: Commanded wheel speeds.
+            ticks: Number of ticks.
+
         Returns:
-            At the end of each tick: x, y, z [m] and quaternion x, y, z, w of ``base_footprint`` in
-            the map, actual left and right wheel speed [rad/s]; shape (ticks, 9).
+            Rows of x, y, z [m] and quaternion x, y, z, w of ``base_footprint`` in the map, actual
+            left and right wheel speed [rad/s] at the end of each tick; shape (ticks, 9).
 
         Raises:
             ValueError: If a wheel speed is not a finite number.
@@ -31,10 +36,10 @@ class Vehicle(Protocol):
 
     @property
     def state(self) -> VehicleState:
-        """The true state; ``collided`` holds for any tick of the last drive."""
+        """True state of the body; ``collided`` is true if any tick of the last drive collided."""
 
     def close(self) -> None:
-        """Free what the plant holds."""
+        """Release the resources of the plant."""
 
 
 def make_vehicle(
@@ -43,14 +48,14 @@ def make_vehicle(
     """Return a plant.
 
     Args:
-        plant: ``bullet``, rigid-body physics, the reference; or ``kinematic``, terrain-following
-            and fast.
-        world: Where it stands.
-        robot: Its numbers.
-        rng: Wheel slip of the kinematic plant.
+        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; or ``kinematic``,
+            terrain-following and fast.
+        world: Ground and objects.
+        robot: Parameters of the body.
+        rng: Source of the kinematic plant's wheel slip.
 
     Raises:
-        ValueError: If there is no such plant.
+        ValueError: If the name is another.
     """
     if plant == "bullet":
         from andabata.machine.bullet_vehicle import BulletVehicle

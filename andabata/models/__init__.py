@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Self
 
-from rl.policy import Policy
+from rl.policy import Policy, load_policy, policy_from_bytes
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.forest import Forest
 
@@ -20,14 +20,14 @@ def shipped_forest() -> Forest:
 
 @cache
 def shipped_ground_classifier() -> GroundClassifier:
-    """Return the classifier of ground_classifier that comes with the package."""
+    """Return the classifier of ground cells that comes with the package."""
     return GroundClassifier.from_bytes(_shipped("ground_classifier.npz"))
 
 
 @cache
 def shipped_policy(name: str = "policy") -> Policy:
     """Return an actor that comes with the package: ``policy`` or ``actor-critic``."""
-    return Policy.from_bytes(_shipped(f"{name}.safetensors"))
+    return policy_from_bytes(_shipped(f"{name}.safetensors"))
 
 
 def _shipped(name: str) -> bytes:
@@ -37,12 +37,12 @@ def _shipped(name: str) -> bytes:
 
 @dataclass(frozen=True)
 class Models:
-    """What a robot has learnt: with what it sees, and who steers. The shipped ones by default.
+    """Trained parts of a robot, the shipped ones by default.
 
     Attributes:
-        forest: Judges the cells of scans.
-        ground_classifier: Judges the ground_classifier of the local map.
-        policy: Steers, where the controller is ``learned``.
+        forest: Classifier of the polar cells of scans.
+        ground_classifier: Classifier of ground cells.
+        policy: Actor of the controllers ``policy`` and ``policy+planner``.
     """
 
     forest: Forest = field(default_factory=shipped_forest)
@@ -67,7 +67,7 @@ class Models:
             GroundClassifier.load(ground_classifier)
             if ground_classifier
             else shipped_ground_classifier(),
-            Policy.load(policy) if policy else shipped_policy(),
+            load_policy(policy) if policy else shipped_policy(),
         )
 
     @property
@@ -87,5 +87,5 @@ class Models:
         return cls(
             Forest.from_bytes(forest),
             GroundClassifier.from_bytes(ground_classifier),
-            Policy.from_bytes(policy),
+            policy_from_bytes(policy),
         )

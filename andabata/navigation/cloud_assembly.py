@@ -1,6 +1,8 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
 from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,33 +11,33 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
-from andabata.navigation.controller import SweepWindow
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
 _SLACK = 1.0
-"""What was measured so long before the first pose or after the last is still placed [s]."""
+"""Time before the first pose or after the last within which measurements are still placed [s]."""
 
 
 class CloudAssemblyConfig(BaseModel):
-    """What is kept of sweeps and of a 3D laser's clouds.
+    """Settings of the cloud assembly.
 
     Attributes:
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
-        settle: What the head has turned past by this much was measured with what lies beside it
-            [rad]; 0 for a head that turns faster than anybody looks.
-        span: A 3D laser's clouds are gathered for so long before they replace the last one [s]; 0
-            takes each by itself, as for a laser that sends whole turns.
-        max_range: Returns further away are dropped [m]: the 10 m grid and what the robot drives
-            until the next cloud.
-        dense_range: Nearer than this, where neighbouring beams fall within millimetres, only one
-            beam in ``dense_stride`` is kept [m].
-        dense_stride: See ``dense_range``. 1 keeps every beam: low rocks are seen by few; 3 brings
-            the paper's 32,000 points (assumption), and the classifier learns with both.
-        body_radius: Returns nearer than this to the vertical axis are the robot's own body [m].
-        stale: A cloud whose newest point is older is no ground to drive on [s]: one and a half
-            times what the paper's laser takes for a cloud (assumption).
+        settle: Turn of the head after which a place was measured with what lies beside it [rad]; 0
+            for a head that turns faster than anybody looks.
+        span: Time for which a 3D laser's clouds are gathered before they replace the last one [s];
+            0 takes each by itself, as for a laser that sends whole turns.
+        max_range: Range beyond which returns are dropped [m]: the 10 m grid and what the robot
+            drives until the next cloud.
+        dense_range: Range below which only one beam in ``dense_stride`` is kept [m]: neighbouring
+            beams fall within millimetres there.
+        dense_stride: Number of beams of which one is kept below ``dense_range``. 1 keeps every
+            beam: low rocks are seen by few; 3 brings the paper's 32,000 points (assumption), and
+            the classifier learns with both.
+        body_radius: Distance from the vertical axis within which returns are the robot's body [m].
+        stale: Age from which a cloud is no ground to drive on [s]: one and a half times what the
+            paper's laser takes for a cloud (assumption).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -51,8 +53,55 @@ class CloudAssemblyConfig(BaseModel):
 
     @property
     def sight(self) -> float:
-        """How far a simulation has to look [m]: noise moves returns across ``max_range``."""
+        """Range that a simulation has to cover [m]: noise moves returns across ``max_range``."""
         return self.max_range + 0.5
+
+
+@dataclass(frozen=True)
+class SweepWindow:
+    """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
+
+    Attributes:
+        parts: Placed points with stamps, in ``odom``, oldest first; none is empty.
+        settled: Stamp up to which places were measured with what lies beside them [s]: the head has
+            turned on since.
+    """
+
+    parts: tuple[PointCloud, ...]
+    settled: float
+
+    def since(
+        self, stamp: float
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], tuple[float, float]]:
+        """Return what was measured around the places that have settled since a stamp.
+
+        That is one swath of the head, as far before these places as it has turned past them: what
+        was measured half a turn earlier lies centimetres off, and would be a step beside them.
+
+        Args:
+            stamp: An earlier ``settled`` [s], so that every place comes once.
+
+        Returns:
+            Points [m], shape (n, 3), their ages before the newest of them [s], float32, shape (n,),
+            and the ages of what has settled, from the first on, less than the second.
+        """
+        lag = _newest(self.parts[-1]) - self.settled
+        swath = joined([part for part in self.parts if _newest(part) > stamp - lag])
+        assert swath.stamps is not None
+        newest = float(swath.stamps.max())
+        ages = (newest - swath.stamps).astype(np.float32)
+        return swath.points, ages, (newest - self.settled, newest - stamp)
+
+
+def _newest(part: PointCloud) -> float:
+    """Return the stamp of a part's newest point [s].
+
+    Raises:
+        ValueError: If it has no points, or they have no stamps.
+    """
+    if part.stamps is None or not len(part):
+        raise ValueError("parts: expected points with stamps, got none")
+    return float(part.stamps.max())
 
 
 class CloudAssembler:
@@ -61,16 +110,16 @@ class CloudAssembler:
     There is no cloud before the first half turn is complete: the robot stands still until then.
 
     Attributes:
-        cloud: The latest complete one, in ``odom``, None before the first.
-        refused: How often something was left out because its stamps lie where no pose is known.
+        cloud: Latest complete cloud, in ``odom``, None before the first.
+        refused: Number of parts that were left out because no pose is known at their stamps.
     """
 
     def __init__(self, config: CloudAssemblyConfig, lidar_height: float) -> None:
         """Begin without a cloud.
 
         Args:
-            config: What is kept.
-            lidar_height: Optical centre above ``base_footprint`` [m].
+            config: Settings.
+            lidar_height: Height of the optical centre above ``base_footprint`` [m].
         """
         self._config = config
         self._height = lidar_height
@@ -84,7 +133,7 @@ class CloudAssembler:
         self.refused = 0
         self._newest = -np.inf
         self._parts: list[PointCloud] = []
-        self._recent: deque[tuple[PointCloud, float]] = deque()
+        self._window: deque[tuple[PointCloud, float]] = deque()
         self._settled = -np.inf
         self._turn: int | None = None
         self._begin = 0.0
@@ -94,7 +143,7 @@ class CloudAssembler:
 
         Args:
             sweeps: New sweeps, oldest first.
-            track: Where the robot believes it was when.
+            track: Estimated poses by stamp.
         """
         for k in range(len(sweeps.stamps)):
             turn = int(np.floor(sweeps.head_angles[k] / self._config.turn + 1e-9))
@@ -109,14 +158,14 @@ class CloudAssembler:
         self._gather(sweeps, track)
 
     def _gather(self, sweeps: Sweeps, track: PoseTrack) -> None:
-        """Keep what is worth keeping of some sweeps of one half turn."""
+        """Keep the useful beams of some sweeps of one half turn."""
         if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
             return
         config = self._config
-        rows = _worth_keeping(
+        rows = _useful_beams(
             sweeps.ranges,
-            self._tables.of(sweeps)[1],
-            np.array([config.max_range, config.body_radius, config.dense_range]),
+            self._tables.sin_cos(sweeps)[1],
+            _Limits(config.max_range, config.body_radius, config.dense_range),
             config.dense_stride,
         )
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
@@ -128,10 +177,10 @@ class CloudAssembler:
 
     def _keep(self, part: PointCloud, angle: float) -> None:
         """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
-        self._recent.append((part, angle))
-        while abs(angle - self._recent[0][1]) > self._config.turn:
-            self._recent.popleft()
-        for past, before in reversed(self._recent):
+        self._window.append((part, angle))
+        while abs(angle - self._window[0][1]) > self._config.turn:
+            self._window.popleft()
+        for past, before in reversed(self._window):
             if abs(angle - before) >= self._config.settle:
                 assert past.stamps is not None
                 self._settled = float(past.stamps.max())
@@ -142,7 +191,7 @@ class CloudAssembler:
 
         Args:
             frame: Points with times, in the laser's or the base's frame.
-            track: Where the robot believes it was when.
+            track: Estimated poses by stamp.
 
         Raises:
             ValueError: If the frame is neither, or the points have no times.
@@ -161,35 +210,35 @@ class CloudAssembler:
             self._parts, self._begin = [], first
         self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
-            self._recent = deque((part, 0.0) for part in self._parts)
+            self._window = deque((part, 0.0) for part in self._parts)
             self._settled = last
             self._replace()
 
     def _placeable(self, stamps: NDArray[np.float64], track: PoseTrack) -> bool:
-        """Return whether the robot was somewhere at these instants; count it if not."""
+        """Return True if poses are known at these stamps [s]; count it if not."""
         early, late = track.earliest - _SLACK, track.latest + _SLACK
         good = bool(((stamps >= early) & (stamps <= late)).all())
         self.refused += not good
         return good
 
     def _complete(self) -> None:
-        """Turn what was gathered into the cloud, unless it began in the middle of a half turn."""
+        """Make the gathered parts the cloud, unless they began in the middle of a half turn."""
         began_whole = self._turn is not None and self._begin - self._turn * self._config.turn < 0.05
         if self._parts and began_whole:
             self._replace()
         self._parts = []
 
     def _replace(self) -> None:
-        """Make what was gathered the cloud."""
+        """Make the gathered parts the cloud."""
         self.cloud = joined(self._parts)
         assert self.cloud.stamps is not None
         self._newest = float(self.cloud.stamps.max(initial=-np.inf))
         self._parts = []
 
     @property
-    def recent(self) -> SweepWindow:
-        """What was measured in the last half turn of the head, or the last of a 3D laser."""
-        return SweepWindow(tuple(part for part, _ in self._recent), self._settled)
+    def window(self) -> SweepWindow:
+        """Swath of the last half turn of the head, or of a 3D laser's last clouds."""
+        return SweepWindow(tuple(part for part, _ in self._window), self._settled)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.
@@ -213,22 +262,44 @@ class CloudAssembler:
         if len(self._moved) < len(self.cloud):
             self._moved = np.empty((len(self.cloud), 3), dtype=np.float32)
         moved = self._moved[: len(self.cloud)]
-        _carry(self.cloud.points, pose.position, pose.yaw, moved)
+        _move_to_base(self.cloud.points, pose.position, pose.yaw, moved)
         return moved
 
     def is_stale(self, stamp: float) -> bool:
-        """Return whether there is no cloud at ``stamp`` [s] to drive by."""
+        """Return True if there is no cloud at ``stamp`` [s] to drive by."""
         return self.cloud_age(stamp) > self._config.stale
 
     def cloud_age(self, stamp: float) -> float:
-        """Return how old the cloud's newest point is at ``stamp`` [s]; infinity without a cloud."""
+        """Return the age of the cloud's newest point at ``stamp`` [s]; infinity without a cloud."""
         return stamp - self._newest
 
 
+class _Limits(NamedTuple):
+    """Ranges of beams that are kept; see ``CloudAssemblyConfig``.
+
+    Attributes:
+        max_range: Largest range [m].
+        body_radius: Least distance from the vertical axis [m].
+        dense_range: Range below which beams are thinned [m].
+    """
+
+    max_range: float
+    body_radius: float
+    dense_range: float
+
+
 @kernel
-def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return which beams are kept: not too far, not the robot's own body, thinned where dense."""
-    max_range, body_radius, dense_range = limits
+def _useful_beams(
+    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: _Limits, stride: int
+) -> NDArray[np.int64]:
+    """Return the indices of beams to keep: in range, not the robot's body, thinned where dense.
+
+    Args:
+        ranges: Ranges of the sweeps [m], shape (s, b).
+        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
+        limits: Ranges that are kept.
+        stride: Number of dense beams of which one is kept.
+    """
     beams = ranges.shape[1]
     found = np.empty(ranges.size, dtype=np.int64)
     count = 0
@@ -237,16 +308,22 @@ def _worth_keeping(ranges, tilts, limits, stride):  # type: ignore[no-untyped-de
         for j in range(beams):
             distance = ranges[i, j]
             outward = distance * abs(tilts[row, j, 0])
-            near = distance < max_range and outward > body_radius
-            if near and (distance > dense_range or j % stride == 0):
+            near = distance < limits.max_range and outward > limits.body_radius
+            # The turning head measures the ground beside the robot again and again.
+            if near and (distance > limits.dense_range or j % stride == 0):
                 found[count] = i * beams + j
                 count += 1
     return found[:count]
 
 
 @kernel
-def _carry(points, position, yaw, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write points of the map as they are in the levelled base at a pose."""
+def _move_to_base(
+    points: NDArray[np.float32],
+    position: NDArray[np.float64],
+    yaw: float,
+    found: NDArray[np.float32],
+) -> None:
+    """Write points of ``odom`` as they lie in the levelled base at a pose."""
     c, s = np.cos(yaw), np.sin(yaw)
     px, py, pz = position[0], position[1], position[2]
     for k in range(len(points)):

@@ -7,47 +7,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.localizer import Health, Localizer
-from andabata.machine.kinematics import SkidSteer, apply_dead_zone
+from andabata.machine.kinematics import SkidSteer, Twist, executed_twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
-from andabata.navigation.controller import Controller, ControllerInput
+from andabata.machine.sensor_readings import (
+    ReadingsFilter,
+    SensorReadings,
+    WheelSpeeds,
+    unfiltered,
+)
+from andabata.navigation.controller import Controller, ControllerInput, Steering
 from andabata.navigation.perception import Perception
+from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
 
-STANDSTILL = WheelSpeeds(0.0, 0.0)
+_STANDSTILL = Twist(0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Step:
-    """One control step, for whoever watches.
+class StepResult:
+    """One control step, for observers, records and comparisons.
 
     Attributes:
-        readings: What came in.
-        view: What was made of it; None before the first scan.
-        goal: Where to [m], shape (2,).
-        wheels: What went out.
-        speed: Forward speed of it [m/s].
-        steering: Yaw rate of it [rad/s].
+        readings: Readings that came in.
+        scan: Virtual scan as perceived; None before the first cloud, and where nothing needs it.
+        situation: Input of the controller; None where no decision was due.
+        goal: Goal in the map [m], shape (2,).
+        twist: Twist that is driven, after limits and dead zone.
+        wheels: Wheel speeds of it.
     """
 
     readings: SensorReadings
-    view: ControllerInput | None
+    scan: VirtualScan | None
+    situation: ControllerInput | None
     goal: NDArray[np.float64]
+    twist: Twist
     wheels: WheelSpeeds
-    speed: float
-    steering: float
+
+
+Observer = Callable[[StepResult], None]
+"""Watches control steps and changes nothing: a recorder, a live view, a comparison."""
 
 
 class Navigator:
-    """Sensor readings in, wheel speeds out: the same in simulation, in training and on a record.
+    """Turns sensor readings into wheel speeds: in simulation, in training, on a record, on a robot.
 
-    The vehicle keeps the paper's constant longitudinal speed, or the share of it that its
-    controller asks for; it stands still until there is a first scan.
+    The robot stands still until there is a first scan, and while it is lost.
 
     Attributes:
-        start: Pose in the map and stamp [s] that the last ``reset`` was told, None before.
-        geofence: Where the robot may be; see ``ControllerInput``.
+        observers: Observers, called after each step. For them the cells are classified at each
+            step, also where no decision is due.
+        start: Pose in the map and stamp [s] of the last ``reset``, None before.
+        geofence: Bounds of the drive in the map [m]; None for none.
     """
 
     def __init__(
@@ -55,129 +66,161 @@ class Navigator:
         robot: RobotModel,
         localizer: Localizer,
         perception: Perception,
-        controller: Controller | None = None,
+        steering: Steering | None = None,
+        readings_filter: ReadingsFilter = unfiltered,
     ) -> None:
-        """Put a robot's mind together.
+        """Put a navigator together.
 
         Args:
-            robot: Speed, steering limit and dead zone.
-            localizer: Where am I.
-            perception: How far is it free.
-            controller: Where to steer; None when a learner drives through ``listen``, ``look`` and
-                ``command``.
+            robot: Steering limit, dead zone and kinematics.
+            localizer: Estimator of the pose.
+            perception: Source of virtual scans and layers of the ground.
+            steering: Controller and planner; without a controller a learner drives from outside
+                through ``update``, ``observe`` and ``execute``.
+            readings_filter: Filter between the source of the readings and the navigator: faults,
+                latency, perturbations.
         """
+        steering = steering or Steering()
         self._robot = robot
         self._kinematics = SkidSteer(robot)
         self._localizer = localizer
         self._perception = perception
-        self._controller = controller
+        self._controller = steering.controller
+        self._planner = steering.planner
+        self._action_repeat = steering.action_repeat
+        self._filter = readings_filter
         self._goal = np.zeros(2)
-        self._answer = (0.0, 1.0)
-        self._stands = 0
+        self._command = _STANDSTILL
+        self._repeats_left = 0
+        self._previous_steering = (0.0, 0.0)
+        self.observers: list[Observer] = []
         self.start: tuple[Pose, float] | None = None
-        self._previous = (0.0, 0.0)
-        self._watcher: Callable[[Step], None] | None = None
         self.geofence: Geofence | None = None
 
-    def watch(self, watcher: Callable[[Step], None] | None) -> None:
-        """Call ``watcher`` after every step; it sees everything and changes nothing.
-
-        For it the navigator looks at each step, also where no decision is due.
-        """
-        self._watcher = watcher
-
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
-        """Forget everything and start at a pose at ``stamp`` [s]; ``rough`` if senses told it."""
+        """Forget everything and start at a pose.
+
+        Args:
+            pose: Pose in the map.
+            stamp: Time [s].
+            rough: True if the pose comes from sensors, with their errors.
+        """
         self.start = (pose, stamp)
         self._localizer.reset(pose, stamp, rough)
         self._perception.reset()
-        self._previous = (0.0, 0.0)
-        self._stands = 0
+        self._planner.reset()
         if self._controller is not None:
             self._controller.reset()
+        self._previous_steering = (0.0, 0.0)
+        self._repeats_left = 0
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
         """Head for ``goal``, map coordinates [m], shape (2,)."""
         if not np.array_equal(goal, self._goal):
             self._goal = np.array(goal, dtype=np.float64)
-            self._stands = 0
+            self._repeats_left = 0
 
-    def step(self, readings: SensorReadings) -> WheelSpeeds:
-        """Turn one control period of senses into wheel speeds.
+    def step(self, readings: SensorReadings) -> StepResult:
+        """Turn the readings of one control period into wheel speeds (paper: section 4, Figure 7).
 
         Raises:
             ValueError: If the navigator has no controller.
         """
-        self.listen(readings)
-        return self.decide(readings)
+        controller = self._required_controller()
+        # Where am I, and what is around: UKF; beams placed into the levelled cloud.
+        readings = self.update(readings)
+        is_due = self._repeats_left == 0
+        # How far is it free: cloud to polar cells, classifier, virtual scan.
+        scan = self._scan(readings.stamp) if is_due or self.observers else None
+        situation = None
+        if is_due and scan is not None:
+            # Where to head for: a sub-goal on the shortest path over the occupancy grid.
+            situation = self._situation(readings, scan)
+            # How to steer: the policy; rollouts replace a command that leads into an obstacle.
+            command = controller.act(situation)
+            self._command = self._planner.select(situation, command)
+            self._repeats_left = self._action_repeat
+        # What the wheels do: limits, dead zone, inverse kinematics.
+        twist, wheels = self._next_twist()
+        result = StepResult(readings, scan, situation, self._goal, twist, wheels)
+        for observer in self.observers:
+            observer(result)
+        return result
 
-    def listen(self, readings: SensorReadings) -> None:
-        """Take in senses: where am I, and what is around."""
+    def update(self, readings: SensorReadings) -> SensorReadings:
+        """Take in readings: localise, and place the beams with the poses of their own instants.
+
+        A live graph does so twice in a control period.
+
+        Returns:
+            Readings after the filter.
+        """
+        readings = self._filter(readings)
         self._localizer.update(readings)
-        self._perception.take(readings, self._localizer)
+        self._perception.update(readings, self._localizer)
+        return readings
 
-    def decide(self, readings: SensorReadings) -> WheelSpeeds:
-        """Return the wheel speeds at the end of a control period whose senses were listened to.
+    def observe(self, readings: SensorReadings) -> ControllerInput | None:
+        """Return the situation after readings that were taken in, None before the first scan.
+
+        For a learner that drives from outside; it counts as a scan of the planner.
+        """
+        scan = self._scan(readings.stamp)
+        return None if scan is None else self._situation(readings, scan)
+
+    def execute(self, command: Twist) -> tuple[Twist, WheelSpeeds]:
+        """Return the twist that is driven, after limits and dead zone, and its wheel speeds.
+
+        A robot that is lost stands still.
+
+        Args:
+            command: Wanted twist.
 
         Raises:
-            ValueError: If the navigator has no controller.
+            ValueError: If the command is not finite.
+        """
+        twist = executed_twist(command, self._robot)
+        if self._localizer.health is Health.LOST:
+            twist = _STANDSTILL
+        self._previous_steering = (twist.angular, self._previous_steering[0])
+        return twist, self._kinematics.wheel_speeds(twist.linear, twist.angular)
+
+    def _required_controller(self) -> Controller:
+        """Return the controller.
+
+        Raises:
+            ValueError: If there is none.
         """
         if self._controller is None:
-            raise ValueError("controller: expected one, got None; use look and command instead")
-        due, wheels = self._stands == 0, STANDSTILL
-        view = self.look(readings) if due or self._watcher is not None else None
-        if due and view is not None:
-            self._answer = self._controller.steer(view), self._controller.pace
-            self._stands = self._controller.hold
-        if self._stands > 0:
-            self._stands -= 1
-            wheels = self.command(*self._answer)
-        if self._watcher is not None:
-            still = wheels is STANDSTILL
-            pace = self._robot.speed * self._answer[1]
-            speed, steering = (0.0, 0.0) if still else (pace, self._previous[0])
-            self._watcher(Step(readings, view, self._goal, wheels, speed, steering))
-        return wheels
+            raise ValueError("controller: expected one, got None; use observe and execute instead")
+        return self._controller
 
-    def look(self, readings: SensorReadings) -> ControllerInput | None:
-        """Return the situation after senses that were listened to, None before the first scan."""
-        scan = self._perception.look(readings.stamp, self._localizer)
-        if scan is None:
-            return None
+    def _scan(self, stamp: float) -> VirtualScan | None:
+        """Return the virtual scan at a stamp [s], None before the first cloud."""
+        return self._perception.scan(stamp, self._localizer)
+
+    def _situation(self, readings: SensorReadings, scan: VirtualScan) -> ControllerInput:
+        """Return the input of the controller, with the planner's sub-goal in the goal's place."""
         pose = self._localizer.pose
         to_goal = self._goal - pose.position[:2]
-        return ControllerInput(
+        situation = ControllerInput(
             stamp=readings.stamp,
+            perceived=scan,
             scan=scan,
             heading_error=wrap(float(np.arctan2(to_goal[1], to_goal[0])) - pose.yaw),
             goal_distance=float(np.hypot(*to_goal)),
-            previous_steering=self._previous,
+            previous_steering=self._previous_steering,
             pose=pose,
             odometry=self._localizer.odometry,
             goal=self._goal,
             truth=readings.truth,
             geofence=self.geofence,
-            recent=self._perception.recent,
         )
+        return self._planner.guide(situation, self._perception.layers)
 
-    def command(self, steering: float, pace: float = 1.0) -> WheelSpeeds:
-        """Return the wheel speeds for a wanted yaw rate, after limits and dead zone.
-
-        A robot that is lost holds still.
-
-        Args:
-            steering: Wanted yaw rate [rad/s].
-            pace: Share of the robot's speed.
-
-        Raises:
-            ValueError: If the steering is not a finite number.
-        """
-        if not np.isfinite(steering):
-            raise ValueError(f"steering: expected a finite yaw rate [rad/s], got {steering}")
-        if self._localizer.health is Health.LOST:
-            self._previous = (0.0, self._previous[0])
-            return STANDSTILL
-        limit = self._robot.max_steering
-        executed = apply_dead_zone(min(max(steering, -limit), limit), self._robot.dead_zone)
-        self._previous = (executed, self._previous[0])
-        return self._kinematics.wheel_speeds(self._robot.speed * pace, executed)
+    def _next_twist(self) -> tuple[Twist, WheelSpeeds]:
+        """Return what is driven in the next period; without a decision the robot stands still."""
+        if self._repeats_left == 0:
+            return _STANDSTILL, WheelSpeeds(0.0, 0.0)
+        self._repeats_left -= 1
+        return self.execute(self._command)

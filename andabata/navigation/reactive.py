@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.controller import ControllerInput
 from traversability.grid import PolarGrid
@@ -15,19 +16,21 @@ class StraightController:
     The law is the way-point law of the paper's authors, a yaw rate proportional to the yaw error.
     """
 
-    pace = 1.0
-    hold = 1
+    def __init__(self, speed: float, gain: float = 5.5) -> None:
+        """Take the law's numbers.
 
-    def __init__(self, gain: float = 5.5) -> None:
-        """Take the gain from yaw error to yaw rate [1/s]."""
-        self._gain = gain
+        Args:
+            speed: Forward speed [m/s].
+            gain: Gain from yaw error to yaw rate [1/s].
+        """
+        self._speed, self._gain = speed, gain
 
     def reset(self) -> None:
         """There is nothing to forget."""
 
-    def steer(self, view: ControllerInput) -> float:
-        """Return a yaw rate towards the goal [rad/s]."""
-        return self._gain * view.heading_error
+    def act(self, situation: ControllerInput) -> Twist:
+        """Return a twist towards the goal."""
+        return Twist(self._speed, self._gain * situation.heading_error)
 
 
 class ReactiveConfig(BaseModel):
@@ -57,14 +60,12 @@ class ReactiveController:
     body as in vector field histograms (Borenstein and Koren 1991).
     """
 
-    pace = 1.0
-    hold = 1
-
     def __init__(
         self, robot: RobotModel, grid: PolarGrid, config: ReactiveConfig | None = None
     ) -> None:
         """Prepare the law for a body and a grid."""
         self._config = config or ReactiveConfig()
+        self._speed = robot.speed
         self._bearings = grid.bearings
         difference = self._bearings[:, None] - self._bearings[None, :]
         self._apart = np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
@@ -75,26 +76,26 @@ class ReactiveController:
         """Forget the last choice."""
         self._last = None
 
-    def steer(self, view: ControllerInput) -> float:
-        """Return a yaw rate towards the best open sector [rad/s]; hard over when none is open."""
-        free = self._passable(view.scan.finite())
-        reach = min(self._config.look_ahead, max(view.goal_distance, 1.0))
+    def act(self, situation: ControllerInput) -> Twist:
+        """Return a twist towards the best open sector; hard over when none is open."""
+        free = self._passable(situation.scan.finite())
+        reach = min(self._config.look_ahead, max(situation.goal_distance, 1.0))
         open_sectors = free >= reach
         if not open_sectors.any():
             open_sectors = free >= free.max() - 1e-6
-        cost = _between(self._bearings, view.heading_error)
-        cost = cost - self._config.clearance_weight * free / view.scan.max_range
+        cost = _between(self._bearings, situation.heading_error)
+        cost = cost - self._config.clearance_weight * free / situation.scan.max_range
         if self._last is not None:
-            last = self._last - view.pose.yaw
+            last = self._last - situation.pose.yaw
             cost = cost + self._config.commitment_weight * _between(self._bearings, last)
         cost[~open_sectors] = np.inf
         best = int(np.argmin(cost))
         bearing = float(self._bearings[best])
         half_sector = np.pi / len(self._bearings) + 1e-6
-        if _between(np.array([view.heading_error]), bearing)[0] <= half_sector:
-            bearing = view.heading_error
-        self._last = view.pose.yaw + bearing
-        return self._config.gain * bearing
+        if _between(np.array([situation.heading_error]), bearing)[0] <= half_sector:
+            bearing = situation.heading_error
+        self._last = situation.pose.yaw + bearing
+        return Twist(self._speed, self._config.gain * bearing)
 
     def _passable(self, ranges: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return how far the whole body can go in each sector [m], shape (n_sectors,)."""

@@ -16,7 +16,12 @@ from andabata.records.containers.container import (
     RawMessage,
 )
 from andabata.records.containers.opening import open_container
-from andabata.records.decoding import Decode, Decoders, UnreadableConnectionError, one_line
+from andabata.records.deserialization import (
+    Deserialize,
+    Deserializers,
+    UnreadableConnectionError,
+    one_line,
+)
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 __all__ = [
@@ -231,7 +236,7 @@ class Bag:
         self.path = path
         self._damaged = damaged
         self._container: Container | None = None
-        self._decoders: dict[int, Decode] = {}
+        self._decoders: dict[int, Deserialize] = {}
         self._reasons: dict[int, str] = {}
         self._undecoded: dict[str, tuple[int, str]] = {}
 
@@ -263,10 +268,10 @@ class Bag:
 
     def _make_decoders(self) -> None:
         """Create a decoder for every connection whose type can be read."""
-        decoders = Decoders()
+        decoders = Deserializers()
         for number, connection in enumerate(self.connections):
             try:
-                self._decoders[number] = decoders.decoder(connection)
+                self._decoders[number] = decoders.deserializer(connection)
             except UnreadableConnectionError as error:
                 self._reasons[number] = str(error)
 

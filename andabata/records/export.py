@@ -10,12 +10,12 @@ from types import MappingProxyType
 
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
+from andabata.records.extrinsics import Extrinsics
 from andabata.records.frames import is_base
 from andabata.records.messages import NS, header_ns
-from andabata.records.mounts import GivenMounting, Mounts
-from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
-from andabata.records.point_fields import point_columns
+from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2, point_columns
 from andabata.records.sensor_decoder import frame_of
+from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, RosMessage
 from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
@@ -67,14 +67,14 @@ def decode_bag_cloud(
     """
     with Bag(path, damaged=True) as bag:
         message = _find_cloud(bag, topic, number)
-        mounts = Mounts(given, read_transforms(bag))
+        extrinsics = Extrinsics(given, read_transforms(bag))
     decoded = decode_point_cloud2(message, frame_of(message) or "sensor", header_ns(message) / NS)
     cloud = decoded.cloud
-    if mounts.mount("laser", cloud.frame).source == "option":
+    if extrinsics.pose_of("laser", cloud.frame).source == "option":
         return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
-    cloud = replace(mounts.cloud(cloud, 0.0), stamps=None)
+    cloud = replace(extrinsics.transform_cloud(cloud, 0.0), stamps=None)
     frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
-    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*mounts.remarks)
+    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*extrinsics.remarks)
 
 
 def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:

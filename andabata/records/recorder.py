@@ -11,7 +11,7 @@ from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.records import topics
 from andabata.records.bags import MessageWriter
 from andabata.records.messages import MessageBuilder
@@ -146,7 +146,7 @@ class Recorder:
         queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
         queue.flush()
 
-    def record(self, step: Step) -> None:
+    def record(self, step: StepResult) -> None:
         """Record one control step."""
         queue_readings(self._queue, step.readings)
         now, builder = step.readings.stamp, self._queue.builder
@@ -160,13 +160,13 @@ class Recorder:
         self.queue_commands(step)
         self._queue.flush()
 
-    def queue_commands(self, step: Step) -> None:
+    def queue_commands(self, step: StepResult) -> None:
         """Queue the outcome of a step: virtual scan, twist and wheel speeds."""
         now, builder = step.readings.stamp, self._queue.builder
-        if step.view is not None:
-            scan = builder.virtual_scan(now, step.view.scan, self._bearings)
+        if step.scan is not None:
+            scan = builder.virtual_scan(now, step.scan, self._bearings)
             self._queue.add(now, topics.VIRTUAL_SCAN, scan)
-        self._queue.add(now, topics.TWIST, builder.twist(step.speed, step.steering))
+        self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
         wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._queue.add(now, topics.WHEEL_COMMAND, wheels)
 
@@ -207,7 +207,7 @@ class Recorder:
         """Return the diagnostics' level, 0 to 2, and what is wrong, without numbers."""
         level, complaints = _LEVELS[self._localizer.health], [str(self._localizer.health)]
         if isinstance(self._localizer, UkfLocalizer):
-            complaints += [text.split(":")[0] for text in self._localizer.complaints]
+            complaints += [text.split(":")[0] for text in self._localizer.warnings]
         if self._assembler is not None and self._has_no_cloud(now):
             waiting = np.isinf(self._assembler.cloud_age(now))
             level, complaints = max(level, 1 if waiting else 2), [*complaints, "cloud"]
@@ -223,7 +223,7 @@ class Recorder:
         values = dict(self.diagnostic_values)
         complaints = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
-            complaints += localizer.complaints
+            complaints += localizer.warnings
             for name, (accepted, gated, refused) in localizer.counts.items():
                 values[name] = f"{accepted} accepted, {gated} gated, {refused} refused"
         if assembler is not None:

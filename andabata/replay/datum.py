@@ -9,9 +9,10 @@ from andabata.localization.localizer import Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import decimal_year
-from andabata.records.bag_reader import Renamed, Setup, read_first_fixes
 from andabata.records.bags import Bag
+from andabata.records.drive_setup import DriveSetup, read_first_fixes
 from andabata.records.remarks import Remarks
+from andabata.records.topic_selection import Remapping
 from andabata.records.topics import FIX
 
 _POSITION = frozenset({"latitude_deg", "longitude_deg", "altitude"})
@@ -62,10 +63,10 @@ def given_geo_reference(
 
 def recorded_datum(
     bag: Bag,
-    setup: Setup,
+    setup: DriveSetup,
     config: SimulatedRobotConfig,
     given: Mapping[str, float],
-    topics: Renamed,
+    topics: Remapping,
 ) -> Datum:
     """Return the datum of a recording that names it in its settings.
 
@@ -91,7 +92,7 @@ def recorded_datum(
 
 
 def magnetic_flux_density(
-    bag: Bag, given: Mapping[str, float], topics: Renamed, config: SimulatedRobotConfig
+    bag: Bag, given: Mapping[str, float], topics: Remapping, config: SimulatedRobotConfig
 ) -> float:
     """Return the flux density of the magnetic field at the place of a recording [uT].
 
@@ -124,7 +125,7 @@ def position_fields(datum: Datum) -> dict[str, float]:
 def use_datum(localizer: Localizer, datum: Datum) -> None:
     """Refer a filter's fixes and magnetic measurements to a datum; others need none."""
     if isinstance(localizer, UkfLocalizer):
-        localizer.refer(datum.expected, datum.loose)
+        localizer.set_geo_reference(datum.expected, datum.heading_only)
 
 
 def add_fix_remarks(
@@ -137,8 +138,8 @@ def add_fix_remarks(
         localizer: Localizer after the drive.
         before: Numbers of fixes refused before its start, by reason.
     """
-    refused = Counter(before or {}) + Counter(getattr(localizer, "refused", {}))
+    refused = Counter(before or {}) + Counter(getattr(localizer, "rejected_fixes", {}))
     for reason, number in refused.items():
         remarks.refuse(FIX.ros1, reason, number=number)
-    for text, number in getattr(localizer, "assumed", {}).items():
+    for text, number in getattr(localizer, "assumed_fixes", {}).items():
         remarks.count(FIX.ros1, text, number=number)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.machine.pose import Pose
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.records.mounts import Mounts
+from andabata.records.extrinsics import Extrinsics
 from andabata.records.remarks import Remarks
 from traversability.cloud import PointCloud
 
@@ -16,18 +16,18 @@ class MountingMonitor:
     """Check of sensor mountings against gravity and the ground of the first clouds."""
 
     def __init__(
-        self, mounts: Mounts, assembler: CloudAssembler | None, lidar_height: float
+        self, extrinsics: Extrinsics, assembler: CloudAssembler | None, lidar_height: float
     ) -> None:
         """Prepare the check before the first control period.
 
         Args:
-            mounts: Mounting of each sensor.
+            extrinsics: Mounting of each sensor.
             assembler: Assembler of the clouds; None without clouds.
             lidar_height: Height above ground of a laser without a stated mounting,
                 ``robot.lidar_height`` [m].
         """
-        self._mounts, self._assembler, self._lidar_height = mounts, assembler, lidar_height
-        self._ground = mounts.ground_check(lidar_height)
+        self._extrinsics, self._assembler, self._lidar_height = extrinsics, assembler, lidar_height
+        self._ground = extrinsics.ground_check(lidar_height)
         self._checked: PointCloud | None = None
 
     def check(self, odometry: Pose) -> None:
@@ -39,12 +39,12 @@ class MountingMonitor:
         Raises:
             FrameError: If gravity or the ground contradicts a stated mounting.
         """
-        self._mounts.verify()
+        self._extrinsics.verify()
         assembler = self._assembler
         if assembler is None or assembler.cloud is None or assembler.cloud is self._checked:
             return
         if self._checked is None:  # The laser's frame is known since its first message.
-            self._ground = self._mounts.ground_check(self._lidar_height)
+            self._ground = self._extrinsics.ground_check(self._lidar_height)
         self._checked = assembler.cloud
         if not self._ground.is_done:
             self._check_ground(assembler, odometry)
@@ -57,16 +57,16 @@ class MountingMonitor:
         """
         heading = Rotation.from_euler("Z", -odometry.yaw)
         tilt = heading * Rotation.from_quat(odometry.quaternion)
-        self._ground.look(np.array(assembler.around(odometry)), tilt)
+        self._ground.add(np.array(assembler.around(odometry)), tilt)
         self._ground.verify()
 
     @property
     def frames(self) -> dict[str, Any]:
         """Mounting of each sensor, ready for JSON."""
-        return self._mounts.as_dict(self._lidar_height)
+        return self._extrinsics.as_dict(self._lidar_height)
 
     def add_remarks(self, remarks: Remarks) -> None:
         """Add what a user should know about the mountings."""
-        for text in (*self._mounts.remarks, *self._ground.remarks):
+        for text in (*self._extrinsics.remarks, *self._ground.remarks):
             sensor, _, remark = text.partition(": ")
             remarks.note(sensor, remark)

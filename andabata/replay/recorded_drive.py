@@ -5,18 +5,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.machine.proprioception import TESLA
+from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
-from andabata.records.bag_reader import check_frames, check_topics, choose_cloud, survey
+from andabata.records.bag_survey import survey_bag
 from andabata.records.bags import Bag
-from andabata.records.clocks import Piece
-from andabata.records.mounts import Mounts
+from andabata.records.extrinsics import Extrinsics
+from andabata.records.message_decoder import MessageDecoder
+from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import MessageDecoder
-from andabata.records.sense_units import SenseUnits, factor_of, judge_history
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.topic_selection import check_frames, choose_cloud, select_topics
 from andabata.records.topics import SCAN, Topic
 from andabata.records.transform_tree import read_transforms
+from andabata.records.unit_inference import infer_units
+from andabata.records.units import UnitFactors, si_factor
 from andabata.replay.datum import given_geo_reference, magnetic_flux_density
 from andabata.replay.options import ReplayOptions
 
@@ -28,7 +30,7 @@ class RecordedDrive:
     Attributes:
         cloud: Topic of a 3D laser; None for the rotating laser's two.
         topics: Names of the recording's topics by ours, where they differ.
-        mounts: Mounting of each sensor.
+        extrinsics: Mounting of each sensor.
         settings: Recorded settings of the drive; empty in recordings of other recorders.
         config: Configuration of the robot: the recorded one with the user's changes.
         given: Fields of ``GeoReference`` that the user gives.
@@ -40,11 +42,11 @@ class RecordedDrive:
 
     cloud: Topic | None
     topics: Mapping[str, str]
-    mounts: Mounts
+    extrinsics: Extrinsics
     settings: dict[str, Any]
     config: SimulatedRobotConfig
     given: dict[str, float]
-    units: SenseUnits
+    units: UnitFactors
     pieces: list[Piece]
     skipped_pieces: int
     message_counts: Mapping[str, int]
@@ -86,22 +88,22 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     """
     cloud = choose_cloud(bag, options.cloud)
     decoder = SensorDecoder(0, cloud, MessageDecoder(remarks=remarks))
-    topics = check_topics(bag, decoder, options.topics)
-    mounts = Mounts(options.mountings, read_transforms(bag))
-    check_frames(bag, SensorDecoder(0, cloud, mounts=mounts), topics)
+    topics = select_topics(bag, decoder, options.topics)
+    extrinsics = Extrinsics(options.mountings, read_transforms(bag))
+    check_frames(bag, SensorDecoder(0, cloud, extrinsics=extrinsics), topics)
     robot = options.configure(SimulatedRobotConfig()).robot
-    found = survey(bag, cloud, topics, MessageDecoder(robot, SenseUnits(), remarks))
+    found = survey_bag(bag, cloud, topics, MessageDecoder(robot, UnitFactors(), remarks))
     recorded = SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
     config = options.configure(recorded)
     factors = _factors(options.units, config.robot)
     given = given_geo_reference(options.configure)
-    flux = magnetic_flux_density(bag, given, topics, config) * TESLA
-    units = judge_history(found.history, config.robot, factors, remarks, flux)
+    flux = magnetic_flux_density(bag, given, topics, config) * MICROTESLA
+    units = infer_units(found.history, config.robot, factors, remarks, flux)
     pieces, skipped = found.pieces(remarks)
     return RecordedDrive(
         cloud=cloud,
         topics=topics,
-        mounts=mounts,
+        extrinsics=extrinsics,
         settings=found.settings,
         config=config,
         given=given,
@@ -118,4 +120,4 @@ def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
     Raises:
         ValueError: If there is no such quantity or unit.
     """
-    return {quantity: factor_of(quantity, unit, robot) for quantity, unit in units.items()}
+    return {quantity: si_factor(quantity, unit, robot) for quantity, unit in units.items()}

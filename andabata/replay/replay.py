@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import make_localizer, make_perception
+from andabata.assembly.controllers import make_steering
+from andabata.assembly.navigator import make_navigator
 from andabata.localization.datum import Datum
 from andabata.models import Models
-from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
-from andabata.records.bag_pieces import BagPiece
-from andabata.records.bag_reader import Period, Setup, read_periods, read_setup
+from andabata.records.bag_piece import BagPiece
+from andabata.records.bag_reader import Period, read_periods
 from andabata.records.bags import Bag, BagError
-from andabata.records.clocks import NS, Piece
+from andabata.records.drive_setup import DriveSetup, read_setup
+from andabata.records.messages import NS
+from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.replay.datum import add_fix_remarks, position_fields, recorded_datum, use_datum
@@ -26,7 +27,7 @@ from andabata.replay.options import ReplayOptions
 from andabata.replay.recorded_drive import inspect_drive
 from andabata.replay.result import Comparison, LocalizerStatistics, PieceReport, left_out
 
-_DEFAULT_CONTROLLER = "learned"
+_DEFAULT_CONTROLLER = "policy+planner"
 """Name of the controller where the recording names none."""
 
 _PERIODS_PER_SECOND = 10
@@ -95,13 +96,14 @@ class BagReplay:
             ValueError: If there is no such controller.
         """
         config = self._drive.config
-        self._localizer = make_localizer(config, np.random.default_rng(0))
-        perception = make_perception(config, self._models.forest)
-        controller = make_controller(self._controller, None, config, self._models)
-        self._navigator = Navigator(config.robot, self._localizer, perception, controller)
+        steering = make_steering(self._controller, None, config, self._models)
+        rng = np.random.default_rng(0)
+        self._navigator, self._localizer, perception = make_navigator(
+            config, self._models, steering, rng
+        )
         self._assembler = assembler_of(perception)
         self._mountings = MountingMonitor(
-            self._drive.mounts, self._assembler, config.robot.lidar_height
+            self._drive.extrinsics, self._assembler, config.robot.lidar_height
         )
 
     def run(self) -> dict[str, Any]:
@@ -144,16 +146,16 @@ class BagReplay:
         self._reports.append(report)
         return report
 
-    def _read_setup(self, bag: BagPiece) -> Setup:
+    def _read_setup(self, bag: BagPiece) -> DriveSetup:
         """Return start, settings and datum of a piece.
 
         Raises:
             BagError: If no start is known.
         """
         drive = self._drive
-        return read_setup(bag, self._given, drive.topics, drive.message_decoder(), drive.mounts)
+        return read_setup(bag, self._given, drive.topics, drive.message_decoder(), drive.extrinsics)
 
-    def _reset(self, bag: BagPiece, setup: Setup) -> None:
+    def _reset(self, bag: BagPiece, setup: DriveSetup) -> None:
         """Reset the navigator to the start of a piece; the first piece fixes the datum."""
         drive = self._drive
         if self._datum is None:
@@ -163,27 +165,27 @@ class BagReplay:
             # Later pieces have to use the same map.
             self._given = {**self._given, **position_fields(self._datum)}
             use_datum(self._localizer, self._datum)
-        self._navigator.reset(setup.start, 0.0, setup.rough)
+        self._navigator.reset(setup.start, 0.0, setup.is_rough)
         self._navigator.geofence = replace(setup, settings=drive.settings).geofence
 
     def _sensor_decoder(self, epoch_ns: int) -> SensorDecoder:
         """Return a decoder of the sensors' messages that counts time from an epoch [ns]."""
         drive = self._drive
         decoder = drive.message_decoder(self._remarks)
-        return SensorDecoder(epoch_ns, drive.cloud, decoder, drive.mounts)
+        return SensorDecoder(epoch_ns, drive.cloud, decoder, drive.extrinsics)
 
     def _step(self, period: Period) -> None:
         """Send one control period through the navigator and compare the outcome."""
         if period.goal is not None:
             self._navigator.set_goal(period.goal)
-        self._navigator.watch(partial(self._comparison.add, period))
+        self._navigator.observers = [partial(self._comparison.add, period)]
         self._navigator.step(period.readings)
         self._mountings.check(self._localizer.odometry)
         self._statistics.add(self._localizer)
         if self._on_second is not None and self._comparison.periods % _PERIODS_PER_SECOND == 0:
             self._on_second()
 
-    def _end_piece(self, setup: Setup, decoder: SensorDecoder) -> None:
+    def _end_piece(self, setup: DriveSetup, decoder: SensorDecoder) -> None:
         """Add up the measurements that were refused in a piece."""
         self._statistics.end(self._localizer)
         add_fix_remarks(self._remarks, self._localizer, setup.refused)

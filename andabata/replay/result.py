@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from andabata.localization.localizer import Localizer
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.records.bag_reader import Period
 
 LEFT_OUT_SHARE = 0.01
@@ -54,17 +54,17 @@ class Comparison:
     unknown_sectors: int = 0
     _compared_sectors: int = field(default=0, repr=False)
 
-    def add(self, period: Period, step: Step) -> None:
+    def add(self, period: Period, result: StepResult) -> None:
         """Compare the present step with the recorded control period.
 
         Args:
             period: Recorded control period.
-            step: Outcome of the navigator's step for its readings.
+            result: Navigator's step for its readings.
         """
-        ranges = None if step.view is None else step.view.scan.ranges
+        ranges = None if result.scan is None else result.scan.ranges
         self.periods += 1
         self._add_scan(ranges, period)
-        self._add_command(step.wheels, period.wheels)
+        self._add_command(result.wheels, period.wheels)
 
     def _add_scan(self, ranges: NDArray[np.float32] | None, period: Period) -> None:
         """Compare the present virtual scan [m], shape (n_sectors,), with the recorded one."""
@@ -129,7 +129,7 @@ class LocalizerStatistics:
     def add(self, localizer: Localizer) -> None:
         """Add a control period."""
         self.health[str(localizer.health)] += 1
-        for text in getattr(localizer, "complaints", ()):
+        for text in getattr(localizer, "warnings", ()):
             self.complaints[_TEXT_WITHOUT_NUMBERS.sub("", text)] += 1
 
     def end(self, localizer: Localizer) -> None:

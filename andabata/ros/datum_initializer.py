@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from andabata.localization.datum import (
     Datum,
     consistent_fixes,
-    datum_of_heading,
+    datum_from_heading,
     make_datum,
-    refused_fixes,
+    rejected_fixes,
 )
 from andabata.localization.initial_pose import initial_pose
 from andabata.localization.localizer import Localizer
@@ -138,7 +138,7 @@ class DatumInitializer:
             localizer: Localizer that gets the reference of the magnetic field.
         """
         if not self._has_mag_reference and now > STATUS_INTERVAL and readings.mag is not None:
-            use_datum(localizer, datum_of_heading(readings, localizer.pose.yaw))
+            use_datum(localizer, datum_from_heading(readings, localizer.pose.yaw))
             self._has_mag_reference = True
             self._status(f"no datum yet: expected {_missing_fixes(self._fixes)}")
         return replace(readings, gnss=None, mag=readings.mag if self._has_mag_reference else None)
@@ -157,7 +157,7 @@ def missing_readings(readings: SensorReadings) -> str:
 
 def _missing_fixes(fixes: NDArray[np.float64]) -> str:
     """Return which fixes a datum still lacks, and why, in words."""
-    reasons = "".join(f", {n} refused {why}" for why, n in refused_fixes(fixes).items())
+    reasons = "".join(f", {n} refused {why}" for why, n in rejected_fixes(fixes).items())
     return (
         f"{_MIN_FIXES} good fixes of {topics.FIX.ros1} that agree with each other, got "
         f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"

@@ -8,18 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localizer, make_perception
+from andabata.assembly.navigator import make_navigator
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
-from andabata.machine.sensor_readings import SensorReadings
-from andabata.navigation.controller import Controller
-from andabata.navigation.navigator import STANDSTILL, Navigator, Step
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
+from andabata.models import Models
+from andabata.navigation.controller import Steering
+from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records import topics
+from andabata.records.extrinsics import Extrinsics
+from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.mounts import GivenMounting, Mounts
 from andabata.records.recorder import MessageQueue, Recorder
-from andabata.records.sense_decoding import MessageDecoder
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import Topic
 from andabata.replay.datum import add_fix_remarks
 from andabata.replay.mounting_monitor import MountingMonitor
@@ -27,7 +30,6 @@ from andabata.ros.datum_initializer import DatumInitializer
 from andabata.ros.graph import RosGraph
 from andabata.ros.sensor_inbox import SensorInbox
 from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
-from traversability.forest import Forest
 
 _TICK_NS = NS // 20
 """Half a control period [ns]: the relative cloud comes twice in one (paper, Table 3)."""
@@ -79,8 +81,8 @@ class NavigatorNode:
         self,
         graph: RosGraph,
         config: SimulatedRobotConfig,
-        forest: Forest,
-        controller: Controller,
+        models: Models,
+        steering: Steering,
         cloud: Topic | None = None,
         mountings: Mapping[str, GivenMounting] | None = None,
         given: Mapping[str, float] | None = None,
@@ -91,8 +93,8 @@ class NavigatorNode:
         Args:
             graph: Graph to publish to and to receive from.
             config: Configuration of the robot.
-            forest: Classifier of the grid cells.
-            controller: Controller that steers.
+            models: Classifiers.
+            steering: Controller and planner.
             cloud: Topic of a 3D laser; None for the rotating laser's two.
             mountings: Mounting of each sensor by its name; takes precedence over frames and /tf.
             given: Fields of ``GeoReference`` that the user gives; the first good fix and the
@@ -102,28 +104,28 @@ class NavigatorNode:
         """
         self._graph, self._status = graph, status
         self._datum = DatumInitializer(given or {}, status)
-        mounts = Mounts(mountings)
-        decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), mounts)
+        extrinsics = Extrinsics(mountings)
+        decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
         self._inbox = SensorInbox(graph, decoder)
-        self._assemble_navigator(config, forest, controller)
-        self._mountings = MountingMonitor(mounts, self._assembler, config.robot.lidar_height)
+        self._assemble_navigator(config, models, steering)
+        self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts = TickCounts()
         self._inbox.subscribe()
         for topic in _PUBLISHED:
             graph.advertise(topic)
 
     def _assemble_navigator(
-        self, config: SimulatedRobotConfig, forest: Forest, controller: Controller
+        self, config: SimulatedRobotConfig, models: Models, steering: Steering
     ) -> None:
         """Assemble the navigator and compile its kernels."""
-        self._localizer = make_localizer(config, np.random.default_rng(0))
-        perception = make_perception(config, forest)
+        self._navigator, self._localizer, perception = make_navigator(
+            config, models, steering, np.random.default_rng(0)
+        )
         self._assembler = assembler_of(perception)
         self._bearings = config.grid.bearings
-        self._navigator = Navigator(config.robot, self._localizer, perception, controller)
-        self._steps: list[Step] = []
-        self._navigator.watch(self._steps.append)
         warm_up(self._navigator, config)
+        # As an observer the node gets a virtual scan every period, also between decisions.
+        self._navigator.observers.append(self._publish)
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
         """Drive to a goal in the map [m], shape (2,), until another is published."""
@@ -179,14 +181,15 @@ class NavigatorNode:
     def _run_ticks(
         self, epoch_ns: int, seconds: float | None, on_second: Callable[[], None] | None
     ) -> None:
-        """Update the navigator every half period, and let it decide every period."""
+        """Update the navigator every half period, and step it every period."""
         graph, tick = self._graph, 0
         while not graph.is_shutdown and (seconds is None or tick * _TICK_NS < seconds * NS):
             tick = self._next_tick(tick, epoch_ns)
             now = tick * _TICK_NS / NS
-            self._update(now)
-            if tick % _TICKS_PER_PERIOD == 0:
-                self._decide(now)
+            if tick % _TICKS_PER_PERIOD:
+                self._update(now)
+            else:
+                self._step(now)
                 if on_second is not None and tick % _TICKS_PER_SECOND == 0:
                     on_second()
 
@@ -202,14 +205,39 @@ class NavigatorNode:
 
     def _update(self, now: float) -> None:
         """Process half a period of readings and publish the estimate at its end."""
-        pose = self._inbox.take_initial_pose()
-        if pose is not None:
-            self._navigator.reset(pose, now)
-        readings = self._usable(self._inbox.take_readings(now), now)
-        self._navigator.listen(readings)
+        readings = self._received(now)
+        self._navigator.update(readings)
         self._recorder.queue_transforms(readings)
         self._recorder.queue_clouds(now)
         self._queue.flush()
+
+    def _step(self, now: float) -> None:
+        """Process the other half, and publish virtual scan, command, pose and health."""
+        readings = self._received(now)
+        goal = self._inbox.goal
+        if goal is not None:
+            self._navigator.set_goal(goal)
+        self._navigator.step(readings)
+
+    def _publish(self, result: StepResult) -> None:
+        """Publish a control step."""
+        now = result.readings.stamp
+        self._recorder.queue_transforms(result.readings)
+        self._recorder.queue_clouds(now)
+        self._mountings.check(self._localizer.odometry)
+        self._recorder.queue_commands(result)
+        self._recorder.queue_state(now)
+        self._queue.flush()
+        self._counts.commands += 1
+        self._counts.scans += result.scan is not None
+        self._counts.moving += result.wheels != WheelSpeeds(0.0, 0.0)
+
+    def _received(self, now: float) -> SensorReadings:
+        """Return the usable readings since the last call; reset to an initial pose, if one came."""
+        pose = self._inbox.take_initial_pose()
+        if pose is not None:
+            self._navigator.reset(pose, now)
+        return self._usable(self._inbox.take_readings(now), now)
 
     def _usable(self, readings: SensorReadings, now: float) -> SensorReadings:
         """Return the readings that can be used; some need a datum, which fixes may still give."""
@@ -223,26 +251,6 @@ class NavigatorNode:
     def _apply_datum(self) -> None:
         """Refer the localizer to the datum, if there is one, and publish it from now on."""
         self._recorder.diagnostic_values |= self._datum.apply(self._localizer)
-
-    def _decide(self, now: float) -> None:
-        """Publish virtual scan, command, pose and health of a period."""
-        goal = self._inbox.goal
-        if goal is not None:
-            self._navigator.set_goal(goal)
-        step = self._decided(now)
-        self._mountings.check(self._localizer.odometry)
-        self._recorder.queue_commands(step)
-        self._recorder.queue_state(now)
-        self._queue.flush()
-        self._counts.commands += 1
-        self._counts.scans += step.view is not None
-        self._counts.moving += step.wheels != STANDSTILL
-
-    def _decided(self, now: float) -> Step:
-        """Return the navigator's decision at the end of a period."""
-        self._steps.clear()
-        self._navigator.decide(SensorReadings(now))
-        return self._steps[0]
 
     def _stop_robot(self) -> None:
         """Command a standstill, the last command of this node."""

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
-from andabata.navigation.navigator import STANDSTILL
 from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder, wheel_speeds_of
 from andabata.records.recorder import MessageQueue, queue_readings
@@ -18,6 +17,8 @@ from andabata.ros.graph import RosGraph
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.scenes import Scene
 from worlds.world import Task
+
+_STANDSTILL = WheelSpeeds(0.0, 0.0)
 
 _COMMAND_TIMEOUT_NS = NS // 2
 """Age from which a command no longer counts [ns]."""
@@ -40,7 +41,7 @@ class RobotNode:
             config: Configuration of the robot.
         """
         self._graph, self._scene, self._config = graph, scene, config
-        self._command = (STANDSTILL, 0)
+        self._command = (_STANDSTILL, 0)
         graph.subscribe(topics.WHEEL_COMMAND, self._take_command)
         # Latched: a navigator that starts later gets them, too.
         self._initial_pose = graph.advertise(topics.INITIAL_POSE, latch=True)
@@ -114,7 +115,7 @@ class RobotNode:
             self._readings = self._simulator.step(self._commanded_wheels())
             queue_readings(self._queue, self._readings)
             self._queue.flush()
-            outcome = monitor.watch(_true_state(self._readings))
+            outcome = monitor.update(_true_state(self._readings))
             period = round(self._readings.stamp * _PERIODS_PER_SECOND)
             if on_second is not None and period % _PERIODS_PER_SECOND == 0:
                 on_second()
@@ -124,7 +125,7 @@ class RobotNode:
         """Return the last command; a standstill if it is older than ``_COMMAND_TIMEOUT_NS``."""
         wheels, stamp_ns = self._command
         is_fresh = self._graph.now_ns() - stamp_ns < _COMMAND_TIMEOUT_NS
-        return wheels if is_fresh else STANDSTILL
+        return wheels if is_fresh else _STANDSTILL
 
 
 class _PacedWriter:

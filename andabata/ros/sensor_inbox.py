@@ -53,9 +53,9 @@ class SensorInbox:
     def _add_transforms(self, topic: Topic, message: RosMessage) -> None:
         """Store transforms; those of static frames are sent once and kept."""
         with self._lock:
-            tree = self._decoder.mounts.tree
+            tree = self._decoder.extrinsics.tree
             tree.add(message.transforms, topic is topics.TF_STATIC)
-            tree.forget(_TRANSFORM_MEMORY)
+            tree.prune(_TRANSFORM_MEMORY)
 
     def restart(self, epoch_ns: int) -> None:
         """Discard the readings and the initial pose; count time from an epoch [ns] from now on."""
@@ -74,7 +74,7 @@ class SensorInbox:
             FrameError: If gravity contradicts the mounting of a sensor.
         """
         with self._lock:
-            self._decoder.mounts.verify()
+            self._decoder.extrinsics.verify()
             return self._decoder.readings(stamp)
 
     def take_initial_pose(self) -> Pose | None:
@@ -98,13 +98,13 @@ class SensorInbox:
     def has_all_transforms(self) -> bool:
         """True if the mounting of every sensor is known."""
         with self._lock:
-            return self._decoder.mounts.is_settled
+            return self._decoder.extrinsics.is_settled
 
     @property
     def mounting_remarks(self) -> list[str]:
         """What a user should know about the mountings."""
         with self._lock:
-            return self._decoder.mounts.remarks
+            return self._decoder.extrinsics.remarks
 
     @property
     def remarks(self) -> Remarks:

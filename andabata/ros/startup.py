@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
-from andabata.machine.proprioception import GRAVITY, TESLA
+from andabata.machine.proprioception import GRAVITY, MICROTESLA
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.navigation.navigator import Navigator
 from andabata.records.messages import NS
@@ -159,8 +159,7 @@ def warm_up(navigator: Navigator, config: SimulatedRobotConfig) -> None:
     """
     navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
     readings = _artificial_readings(config)
-    navigator.listen(readings)
-    navigator.decide(readings)
+    navigator.step(readings)
 
 
 def _artificial_readings(config: SimulatedRobotConfig) -> SensorReadings:
@@ -168,7 +167,7 @@ def _artificial_readings(config: SimulatedRobotConfig) -> SensorReadings:
     stamps = np.arange(1, 11) / 100
     imu = np.column_stack([stamps, np.zeros((10, 5)), np.full(10, GRAVITY)])
     wheels = np.column_stack([stamps, np.zeros((10, 2))])
-    flux = config.sensing.geo_reference.flux * TESLA
+    flux = config.sensing.geo_reference.flux * MICROTESLA
     mag = np.column_stack([stamps, np.tile(flux, (10, 1))])
     lidar = config.sensing.lidar
     beams = lidar.elevations(0, 1)

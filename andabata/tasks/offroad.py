@@ -9,35 +9,39 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
-from andabata.machine.sensor_readings import SensorReadings, VehicleState
+from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
-from andabata.navigation.navigator import STANDSTILL
+from andabata.navigation.controller import ControllerInput, Steering
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
-from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
+from andabata.navigation.policy_controller import observation_of, twist_of
+from andabata.tasks.episode_monitor import EpisodeMonitor
 from andabata.tasks.rewards import RewardConfig, paper_reward
-from rl.spaces import ObservationLayout, observation
-from worlds.scenes import SceneShelf
+from andabata.tasks.terminations import Outcome, TerminationConfig
+from rl.gym_spaces import action_box, observation_box
+from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
+from worlds.scenes import SceneCache
 from worlds.splits import TRAINING_SEEDS
 from worlds.world import choose_task, jittered
 
 
 class OffroadConfig(BaseModel):
-    """One stage's environment.
+    """Settings of one stage's environment.
 
     Attributes:
         preset: World preset.
         seeds: World seeds that episodes draw from.
-        difficulty: Difficulty of the worlds, or None for the preset's own.
-        simulated_robot: The robot.
-        heading: What the state's heading error refers to: the ``goal`` (paper), or the ``subgoal``
-            of the robot's local map.
-        terminations: When an episode ends.
-        reward: The reward's constants.
-        start_jitter: Start positions vary uniformly by up to this [m] in x and in y.
-        heading_jitter: Start headings vary uniformly by up to this [rad].
-        look_every: Control steps between two looks at the virtual scan. In between the robot feels
-            where it is and sees what it saw last: who holds an action as long needs no more.
+        difficulty: Difficulty of the worlds, None for the preset's own.
+        simulated_robot: Robot.
+        heading: Reference of the heading error: the ``goal`` (paper), or the ``subgoal`` of the
+            robot's local planner.
+        terminations: Rules that end an episode.
+        reward: Constants of the reward.
+        start_jitter: Largest uniform shift of the start in x and in y [m].
+        heading_jitter: Largest uniform turn of the start's heading [rad].
+        perception_decimation: Number of control steps between two virtual scans. In between the
+            robot localises itself and keeps the last scan: an action that is held as long needs no
+            more.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -51,7 +55,7 @@ class OffroadConfig(BaseModel):
     reward: RewardConfig = Field(default_factory=RewardConfig)
     start_jitter: float = Field(default=0.2, ge=0, le=5)
     heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
-    look_every: int = Field(default=1, ge=1)
+    perception_decimation: int = Field(default=1, ge=1)
 
 
 class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -68,17 +72,17 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     |---|---|---|
     | 0-31 | free distance of each sector of the virtual scan, as in ``VirtualScan`` | 0 to 10 m |
     | 32-33 | the last two executed yaw rates, newest first | -0.5 to 0.5 rad/s |
-    | 34 | heading error to the goal, or to the local map's sub-goal | -pi to pi rad |
+    | 34 | heading error to the goal, or to the planner's sub-goal | -pi to pi rad |
 
     ## Reward
     The sum of the named terms in ``info["reward_terms"]`` (``andabata.tasks.rewards``):
     attraction, repulsion and the terminal penalties. What attracts is the goal, or the sub-goal
-    that the robot headed for before the step: its own map says how far that is.
+    that the robot headed for before the step, as far as it knows.
 
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
     goal (d < 1 m), on physical contact, on tip-over and when stuck, and is truncated at the time
-    limit. The last step's info holds ``is_success`` and ``outcome``.
+    limit. The last step's info holds ``is_success``, ``outcome`` and ``turns``.
 
     ## Options of reset
     ``{"world_seed": int, "difficulty": float, "task": int}`` choose the world and the task.
@@ -93,105 +97,109 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self,
         config: OffroadConfig,
         models: Models | None = None,
-        shelf: SceneShelf | None = None,
+        shelf: SceneCache | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Prepare a stage.
 
         Args:
-            config: The stage.
-            models: Classifiers of cells and squares; None for the shipped ones.
+            config: Stage.
+            models: Classifiers; None for the shipped ones.
             shelf: Scenes to share with other environments of this process.
             render_mode: None, the only one: pictures are drawn from records.
         """
         self.render_mode = render_mode
         self.config = config
-        self._shelf = shelf or SceneShelf()
-        self._models = models or Models()
+        self._shelf = shelf or SceneCache()
+        sees_clouds = config.simulated_robot.sensing.scanner == "rotating"
+        self._models = (models or Models()) if sees_clouds else None
         self._kept: SimulatedRobot | None = None
-        self._limit = config.simulated_robot.robot.max_steering
-        self._map: LocalPlanner | None = None
+        self._planner: LocalPlanner | None = None
         if config.heading == "subgoal":
-            simulated_robot, ground_classifier = (
-                config.simulated_robot,
-                self._models.ground_classifier,
-            )
-            local_planner = simulated_robot.local_planner.looking_every(config.look_every)
-            self._map = LocalPlanner(
-                simulated_robot.grid,
-                local_planner,
-                simulated_robot.robot,
-                ground_classifier=ground_classifier,
-            )
-        self.observation_space, self.action_space = offroad_spaces(config)
+            robot = config.simulated_robot
+            settings = robot.local_planner.decimated(config.perception_decimation)
+            self._planner = LocalPlanner(robot.grid, settings, robot.robot)
+        self._observations, self._actions = offroad_observations(config), offroad_actions(config)
+        self.observation_space: gym.spaces.Space[Any] = observation_box(self._observations)
+        self.action_space: gym.spaces.Space[Any] = action_box(self._actions)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Put the robot down in a world of the pool and wait for the first scan."""
         super().reset(seed=seed)
-        options = options or {}
-        world_seed = int(options.get("world_seed", self.np_random.choice(self.config.seeds)))
-        simulated_robot = self._robot_in(
-            world_seed, options.get("difficulty", self.config.difficulty)
-        )
-        task = choose_task(simulated_robot.scene.world.tasks, options.get("task", self.np_random))
+        options, config = options or {}, self.config
+        world_seed = int(options.get("world_seed", self.np_random.choice(config.seeds)))
+        robot = self._robot_in(world_seed, options.get("difficulty", config.difficulty))
+        task = choose_task(robot.scene.world.tasks, options.get("task", self.np_random))
         goal = np.array(task.goals[0])
-        config = self.config
         start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
-        readings = simulated_robot.place(start, goal, self.np_random)
-        self._monitor = EpisodeMonitor(simulated_robot.scene.world, self.config.terminations)
+        readings = robot.place(start, goal, self.np_random)
+        self._monitor = EpisodeMonitor(robot.scene.world, config.terminations)
         self._monitor.begin(_truth(readings), goal)
-        navigator = simulated_robot.navigator
-        navigator.listen(readings)
-        while navigator.look(readings) is None:
-            readings = simulated_robot.simulator.step(STANDSTILL)
-            navigator.listen(readings)
+        robot.navigator.update(readings)
+        while (situation := robot.navigator.observe(readings)) is None:
+            readings = robot.simulator.step(WheelSpeeds(0.0, 0.0))
+            robot.navigator.update(readings)
         self._goal_distance = self._monitor.goal_distance(_truth(readings))
-        self._place = simulated_robot.localizer.odometry.position[:2]
-        if self._map is not None:
-            self._map.reset()
+        self._position = robot.localizer.odometry.position[:2]
         self._steps = 0
-        self._look(readings)
+        self._observe(situation)
         return self._state, {"world_seed": world_seed}
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Steer for one control period of 0.1 s."""
-        wheels = self._simulated_robot.navigator.command(float(action[0]) * self._limit)
-        readings = self._simulated_robot.simulator.step(wheels)
-        self._simulated_robot.navigator.listen(readings)
-        outcome = self._monitor.watch(_truth(readings))
-        before, distance = self._nearer(_truth(readings))
+        """Steer for one control period."""
+        robot = self._simulated_robot
+        # Shares of the limits to a command; the robot applies limits and dead zone.
+        values = self._actions.scaled(action)
+        command = twist_of(self._actions, values, self.config.simulated_robot.robot.speed)
+        wheels = robot.navigator.execute(command)[1]
+        readings = robot.simulator.step(wheels)
+        robot.navigator.update(readings)
+        outcome = self._monitor.update(_truth(readings))
+        before, after = self._distances(_truth(readings))
         self._steps += 1
-        if self._steps % self.config.look_every == 0:
-            self._look(readings)
-        terms = paper_reward(self.config.reward, self._ranges, before, distance, outcome)
+        if self._steps % self.config.perception_decimation == 0:
+            situation = robot.navigator.observe(readings)
+            if situation is None:
+                raise ValueError("scan: expected one after the first one, got None")
+            self._observe(situation)
+        terms = self._reward_terms(before, after)
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:
             info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
+            info |= {"turns": abs(self._monitor.turns)}
         truncated = outcome is Outcome.TIMEOUT
         terminated = outcome is not None and not truncated
         return self._state, float(sum(terms.values())), terminated, truncated, info
 
-    def _look(self, readings: SensorReadings) -> None:
-        """Renew the ranges that repel and the policy's state."""
-        view = self._simulated_robot.navigator.look(readings)
-        if view is None:
-            raise ValueError("view: expected a scan after the first one, got None")
-        self._ranges = view.scan.finite()
-        seen = view if self._map is None else self._map.guide(view)
-        self._state = observation(seen.scan.finite(), seen.previous_steering, seen.heading_error)
+    def _observe(self, situation: ControllerInput) -> None:
+        """Renew the ranges that repel and the observation."""
+        self._ranges = situation.perceived.finite()
+        self._state = observation_of(self._observations, situation)
 
-    def _nearer(self, truth: VehicleState) -> tuple[float, float]:
-        """Return the distances before and after the step to what attracts [m]."""
-        if self._map is None:
+    def _reward_terms(self, before: float, after: float) -> dict[str, float]:
+        """Return the terms of a step's reward for distances before and after it [m]."""
+        endings = np.array([self._monitor.ending])
+        terms = paper_reward(
+            self.config.reward, self._ranges[None], np.array([before]), np.array([after]), endings
+        )
+        return {name: float(term[0]) for name, term in terms.items()}
+
+    def _distances(self, truth: VehicleState) -> tuple[float, float]:
+        """Return the distances before and after the step to what attracts [m].
+
+        That is the goal, or the sub-goal that the robot headed for, as far as it knows.
+        """
+        if self._planner is None:
             before, self._goal_distance = self._goal_distance, self._monitor.goal_distance(truth)
             return before, self._goal_distance
-        here, target = self._simulated_robot.localizer.odometry.position[:2], self._map.target
-        before, self._place = math.dist(self._place, target), here
-        return before, math.dist(here, target)
+        position = self._simulated_robot.localizer.odometry.position[:2]
+        target = self._planner.target
+        before, self._position = math.dist(self._position, target), position
+        return before, math.dist(position, target)
 
     def close(self) -> None:
         """Free the plants."""
@@ -215,21 +223,21 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         scene = self._shelf.get(self.config.preset, world_seed, difficulty)
         if self._kept is None or self._kept.scene is not scene:
             self.close()
-            sees = self.config.simulated_robot.sensing.scanner == "rotating"
-            self._kept = SimulatedRobot(
-                scene, self.config.simulated_robot, self._models.forest if sees else None
-            )
+            steering = Steering() if self._planner is None else Steering(planner=self._planner)
+            self._kept = SimulatedRobot(scene, self.config.simulated_robot, self._models, steering)
         return self._kept
 
 
-def offroad_spaces(config: OffroadConfig) -> tuple[gym.spaces.Space[Any], gym.spaces.Space[Any]]:
-    """Return the spaces of states and actions; see ``OffroadEnv``."""
-    layout = ObservationLayout(config.simulated_robot.grid.n_sectors)
-    low, high = layout.bounds(
-        config.simulated_robot.grid.outer_radius, config.simulated_robot.robot.max_steering
-    )
-    actions = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
-    return gym.spaces.Box(low, high, dtype=np.float32), actions
+def offroad_observations(config: OffroadConfig) -> ObservationSpec:
+    """Return the space of a stage's observations."""
+    robot = config.simulated_robot
+    grid = robot.grid
+    return steering_observations(grid.n_sectors, grid.outer_radius, robot.robot.max_steering)
+
+
+def offroad_actions(config: OffroadConfig) -> ActionSpec:
+    """Return the space of a stage's actions."""
+    return steering_actions(config.simulated_robot.robot.max_steering)
 
 
 def _truth(readings: SensorReadings) -> VehicleState:
@@ -248,9 +256,9 @@ def stage_config(stage: str) -> OffroadConfig:
     Raises:
         ValueError: If there is no such stage.
     """
-    # Nobody rolls out ways while training, so that a plan a second is enough.
+    # Without rollouts in training a plan a second is enough.
     simulated_robot = SimulatedRobotConfig(
-        plant="kinematic", local_planner=LocalPlannerConfig(plan_every=10)
+        plant="kinematic", local_planner=LocalPlannerConfig(replan_every=10)
     )
     if stage == "Maze2D":
         sensing = SensingConfig(scanner="horizontal", proprioception=None)
@@ -278,7 +286,7 @@ def make_offroad(
     stage: str,
     config: OffroadConfig | None = None,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
     render_mode: str | None = None,
 ) -> OffroadEnv:
     """Make a stage's environment: the entry point of the registered ids.

@@ -1,84 +1,99 @@
-"""The compiled pass of stage 1: plant, beams, errors, judge and reward of all robots for one step.
+"""Compiled pass of many planar robots: plant, errors of the believed pose, beams.
 
-Plant and rays are the compiled functions that a single robot is driven with.
+Plant and rays are the compiled functions that a single robot is driven with. What a drive is about
+(terminations, rewards, observations) is not here: it is told by functions over arrays.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import drive_ticks
-from andabata.tasks.episode_monitor import Outcome
+from andabata.machine.clock import TICKS_PER_STEP
+from andabata.machine.kinematic_vehicle import (
+    ContactMap,
+    DriveLimits,
+    Sliding,
+    WheelGround,
+    drive_ticks,
+)
 from terrain.kernel import kernel
+from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
-from worlds.rays import Layout
-from worlds.world import Geofence, Task
 
 AHEAD = 16
-"""Steps whose draws are made at once."""
+"""Number of steps whose draws are made at once."""
 
-GOING, GOAL, COLLISION, TIPOVER, STUCK, TIMEOUT = range(6)
-OUTCOMES = (None, Outcome.GOAL, Outcome.COLLISION, Outcome.TIPOVER, Outcome.STUCK, Outcome.TIMEOUT)
-"""What the compiled pass's numbers mean."""
+_X, _Y, _YAW = range(3)
+"""First columns of a motion."""
+
+_ROLL, _PITCH = 3, 4
+"""Columns of the errors after those of x, y and yaw."""
 
 
-class FlatRobots(NamedTuple):
-    """The robots, one row each.
+class Robots(NamedTuple):
+    """State of n robots, one row each.
 
     Attributes:
-        worlds: Which of the laid-out worlds each is in.
-        motions: Of the plant: x, y, yaw, speed, yaw rate, slip of both, sideways speed.
-        flags: Whether each touches something, and whether it has rolled over.
-        errors: Of the pose that it believes: x, y, yaw, roll, pitch.
-        commands: The last two executed yaw rates, newest first [rad/s].
-        goals: x and y [m].
-        distances: To the goal [m].
-        anchors: Where it was last seen to move, x, y [m] and when [s].
-        steps: Control steps of its drive.
-        slip: Standard normal draws of the plant, for ``AHEAD`` steps.
-        wander: Of the errors.
+        worlds: Index of the robot's world, shape (n,).
+        motions: State of the plant: x, y, yaw, speed, yaw rate, slip of both, sideways speed,
+            shape (n, 8).
+        flags: True if it touches something, if it has rolled over, shape (n, 2).
+        errors: Errors of the believed pose: x, y [m], yaw, roll, pitch [rad], shape (n, 5).
+        steps: Number of control steps of the drive, shape (n,).
+        slip: Standard normal draws of the plant, shape (n, AHEAD, TICKS_PER_STEP, 2).
+        wander: Standard normal draws of the errors, shape (n, AHEAD, 5).
     """
 
     worlds: NDArray[np.int64]
     motions: NDArray[np.float64]
     flags: NDArray[np.bool_]
     errors: NDArray[np.float64]
-    commands: NDArray[np.float64]
-    goals: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    anchors: NDArray[np.float64]
     steps: NDArray[np.int64]
     slip: NDArray[np.float64]
     wander: NDArray[np.float64]
 
     @classmethod
-    def make(cls, count: int) -> "FlatRobots":
-        """Return room for some robots."""
+    def make(cls, count: int) -> "Robots":
+        """Return the state of some robots at rest."""
         return cls(
-            np.zeros(count, dtype=np.int64),
-            np.zeros((count, 8)),
-            np.zeros((count, 2), dtype=np.bool_),
-            np.zeros((count, 5)),
-            np.zeros((count, 2)),
-            np.zeros((count, 2)),
-            np.zeros(count),
-            np.zeros((count, 3)),
-            np.zeros(count, dtype=np.int64),
-            np.zeros((count, AHEAD, TICKS_PER_STEP, 2)),
-            np.zeros((count, AHEAD, 5)),
+            worlds=np.zeros(count, dtype=np.int64),
+            motions=np.zeros((count, 8)),
+            flags=np.zeros((count, 2), dtype=np.bool_),
+            errors=np.zeros((count, 5)),
+            steps=np.zeros(count, dtype=np.int64),
+            slip=np.zeros((count, AHEAD, TICKS_PER_STEP, 2)),
+            wander=np.zeros((count, AHEAD, 5)),
         )
 
 
-class FlatWorlds(NamedTuple):
-    """Mazes of one size, laid out behind each other."""
+class Movers(NamedTuple):
+    """Moving upright cylinders, m for each of n robots; m may be 0.
+
+    Attributes:
+        places: Centres in the map [m], shape (n, m, 2).
+        velocities: Velocities [m/s], shape (n, m, 2).
+        radii: Radii [m], shape (n, m).
+    """
+
+    places: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+    @classmethod
+    def none(cls, count: int) -> "Movers":
+        """Return no movers for some robots."""
+        return cls(np.zeros((count, 0, 2)), np.zeros((count, 0, 2)), np.zeros((count, 0)))
+
+
+class Worlds(NamedTuple):
+    """Static worlds of one size, laid out behind each other; see ``worlds.ray_layout.Layout``."""
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]
     contact: NDArray[np.uint8]
     tops: NDArray[np.float64]
-    things: NDArray[np.int64]
+    objects: NDArray[np.int64]
     kinds: NDArray[np.uint8]
     boxes: NDArray[np.float64]
     starts: NDArray[np.int64]
@@ -87,212 +102,266 @@ class FlatWorlds(NamedTuple):
     firsts: NDArray[np.int64]
     lists: NDArray[np.int64]
     members: NDArray[np.int64]
-    frame: NDArray[np.float64]
-    lattice: NDArray[np.float64]
-    squares: NDArray[np.int64]
+    frame: GridFrame
+    lattice: Lattice
     raster: NDArray[np.float64]
 
 
-class Maze(NamedTuple):
-    """A world: what rays meet, tasks, ``contact_map``, x, y and cell of that [m], and geofence."""
+class Obstacles(NamedTuple):
+    """One world for the batch: what beams and bodies meet in it.
+
+    Attributes:
+        layout: Ground and objects as rays meet them.
+        contact: Cells that a body can touch; see ``contact_map``.
+        raster: x and y of the first cell's corner, and edge of a cell [m].
+    """
 
     layout: Layout
-    tasks: tuple[Task, ...]
     contact: NDArray[np.uint8]
     raster: tuple[float, float, float]
-    geofence: Geofence
 
 
-class Rules(NamedTuple):
-    """Numbers of robot, plant, errors, beams, judge and reward; see ``_make_rules``."""
+class Body(NamedTuple):
+    """Numbers of the plant and of the believed pose.
 
-    body: NDArray[np.float64]
-    limits: NDArray[np.float64]
-    sliding: NDArray[np.float64]
+    Attributes:
+        slip: Standard deviation of what a tick adds to the slip.
+        limits: See ``PlantParameters``.
+        sliding: See ``PlantParameters``.
+        wheels: See ``PlantParameters``.
+        outline: See ``PlantParameters``.
+        radius: Radius of the body for moving obstacles [m].
+        keep: Share of each error that stays from step to step, shape (5,).
+        spread: Standard deviation of each error, and of what a step adds, shape (2, 5).
+    """
+
+    slip: float
+    limits: DriveLimits
+    sliding: Sliding
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
+    radius: float
     keep: NDArray[np.float64]
     spread: NDArray[np.float64]
-    beams: NDArray[np.float64]
-    judge: NDArray[np.float64]
-    reward: NDArray[np.float64]
-    weights: NDArray[np.float64]
 
 
-def lay_out(mazes: list[Maze]) -> FlatWorlds:
+class Beams(NamedTuple):
+    """A planar laser.
+
+    Attributes:
+        directions: Cosine and sine of each beam's bearing, shape (b, 2).
+        x: Position of the laser on the robot [m].
+        y: Position of the laser on the robot [m].
+        z: Height of the laser [m].
+        max_range: Largest range [m].
+    """
+
+    directions: NDArray[np.float64]
+    x: float
+    y: float
+    z: float
+    max_range: float
+
+
+def lay_out(worlds: list[Obstacles]) -> Worlds:
     """Return worlds behind each other.
 
     Raises:
         ValueError: If they are not of one size.
     """
-    layouts = [maze.layout for maze in mazes]
+    layouts = [world.layout for world in worlds]
     shapes = {(ground.heights.shape, blocks.tops.shape) for ground, _, blocks in layouts}
     if len(shapes) > 1:
         raise ValueError(f"worlds: expected mazes of one size, got {sorted(shapes)}")
     ground, _, blocks = layouts[0]
-    things = [things for _, things, _ in layouts]
-    return FlatWorlds(
+    objects = [each for _, each, _ in layouts]
+    return Worlds(
         heights=np.stack([ground.heights for ground, _, _ in layouts]),
         surface=np.stack([ground.surface for ground, _, _ in layouts]),
-        contact=np.stack([maze.contact for maze in mazes]),
+        contact=np.stack([world.contact for world in worlds]),
         tops=np.stack([blocks.tops for _, _, blocks in layouts]),
-        things=_ends([len(each.kinds) for each in things]),
-        kinds=np.concatenate([each.kinds for each in things]),
-        boxes=np.concatenate([each.boxes for each in things]),
-        starts=np.concatenate([each.starts for each in things]),
-        faces=_ends([len(each.planes) for each in things]),
-        planes=np.concatenate([each.planes for each in things]),
+        objects=_ends([len(each.kinds) for each in objects]),
+        kinds=np.concatenate([each.kinds for each in objects]),
+        boxes=np.concatenate([each.boxes for each in objects]),
+        starts=np.concatenate([each.starts for each in objects]),
+        faces=_ends([len(each.planes) for each in objects]),
+        planes=np.concatenate([each.planes for each in objects]),
         firsts=np.stack([blocks.firsts for _, _, blocks in layouts]),
         lists=_ends([len(blocks.members) for _, _, blocks in layouts]),
         members=np.concatenate([blocks.members for _, _, blocks in layouts]),
         frame=ground.frame,
-        lattice=np.array([*blocks.lattice[:3], *_heights_of(layouts)]),
-        squares=blocks.squares,
-        raster=np.array(mazes[0].raster),
+        lattice=blocks.lattice._replace(
+            z_min=min(blocks.lattice.z_min for _, _, blocks in layouts),
+            z_max=max(blocks.lattice.z_max for _, _, blocks in layouts),
+        ),
+        raster=np.array(worlds[0].raster),
     )
 
 
-def _heights_of(layouts: list[Any]) -> tuple[float, float]:
-    """Return less and more than any z of the worlds [m]."""
-    floors = [blocks.lattice[3] for _, _, blocks in layouts]
-    return min(floors), max(blocks.lattice[4] for _, _, blocks in layouts)
-
-
 def _ends(counts: list[int]) -> NDArray[np.int64]:
-    """Return where each part begins, and the end of the last."""
+    """Return the begin of each part, and the end of the last."""
     return np.cumsum([0, *counts])
 
 
 @kernel
-def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcomes):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Let each chosen robot move for a control step, where ``move``, and look around."""
-    sectors = len(rules.beams)
-    rays = np.zeros((sectors, 6), dtype=np.float32)
-    budgets = np.full(sectors, np.inf, dtype=np.float32)
-    ranges = np.empty(sectors, dtype=np.float32)
-    classes = np.empty(sectors, dtype=np.uint8)
+def move(
+    twists: NDArray[np.float64],
+    chosen: NDArray[np.bool_],
+    robots: Robots,
+    movers: Movers,
+    worlds: Worlds,
+    body: Body,
+    period: float,
+) -> None:
+    """Move the chosen robots, their moving obstacles and the errors for one control period.
+
+    Args:
+        twists: Speed [m/s] and yaw rate [rad/s] that the wheels are told, shape (n, 2).
+        chosen: True for robots that move, shape (n,).
+        robots: State, changed in place.
+        movers: Moving obstacles, changed in place.
+        worlds: Static worlds.
+        body: Numbers of plant and errors.
+        period: Control period [s].
+    """
     rows = np.empty((TICKS_PER_STEP, 9))
-    twist = np.empty(2)
     noise = np.empty((TICKS_PER_STEP, 2))
     for k in range(len(chosen)):
         if not chosen[k]:
             continue
-        w, motion = robots.worlds[k], robots.motions[k]
-        if move:
-            _command(steering[k], robots.commands[k], rules.body, twist)
-            here = robots.steps[k] % AHEAD
-            for t in range(TICKS_PER_STEP):
-                for c in range(2):
-                    noise[t, c] = rules.body[7] * robots.slip[k, here, t, c]
-            robots.flags[k, 0] = False
-            drive_ticks(
-                motion,
-                twist,
-                noise,
-                rules.limits,
-                rules.sliding,
-                (worlds.heights[w], worlds.frame[2], rules.wheels),
-                (
-                    worlds.contact[w],
-                    worlds.raster[0],
-                    worlds.raster[1],
-                    worlds.raster[2],
-                    rules.outline,
-                ),
-                rows,
-                robots.flags[k],
+        w, step = robots.worlds[k], robots.steps[k] % AHEAD
+        for t in range(TICKS_PER_STEP):
+            for c in range(2):
+                noise[t, c] = body.slip * robots.slip[k, step, t, c]
+        robots.flags[k, 0] = False
+        drive_ticks(
+            robots.motions[k],
+            twists[k],
+            noise,
+            body.limits,
+            body.sliding,
+            WheelGround(worlds.heights[w], worlds.frame.cell, body.wheels),
+            ContactMap(
+                worlds.contact[w],
+                worlds.raster[0],
+                worlds.raster[1],
+                worlds.raster[2],
+                body.outline,
+            ),
+            rows,
+            robots.flags[k],
+        )
+        for m in range(movers.radii.shape[1]):
+            for c in range(2):
+                movers.places[k, m, c] += movers.velocities[k, m, c] * period
+            away = np.hypot(
+                movers.places[k, m, 0] - robots.motions[k, _X],
+                movers.places[k, m, 1] - robots.motions[k, _Y],
             )
-            for e in range(5):
-                robots.errors[k, e] *= rules.keep[e]
-                robots.errors[k, e] += rules.spread[1, e] * robots.wander[k, here, e]
-            robots.steps[k] += 1
-        c, s = np.cos(motion[2]), np.sin(motion[2])
-        for sector in range(sectors):
-            rays[sector, 0], rays[sector, 1] = motion[0], motion[1]
-            rays[sector, 2] = rules.body[6]
-            rays[sector, 3] = rules.beams[sector, 0] * c - rules.beams[sector, 1] * s
-            rays[sector, 4] = rules.beams[sector, 1] * c + rules.beams[sector, 0] * s
-        things, faces, lists = worlds.things, worlds.faces, worlds.lists
-        cast_rays(
-            rays,
-            budgets,
-            rules.reward[4],
-            worlds.heights[w],
-            worlds.surface[w],
-            worlds.frame,
-            worlds.kinds[things[w] : things[w + 1]],
-            worlds.boxes[things[w] : things[w + 1]],
-            worlds.starts[things[w] + w : things[w + 1] + w + 1],
+            if away < movers.radii[k, m] + body.radius:
+                robots.flags[k, 0] = True
+        # Each error is a first-order Gauss-Markov process.
+        for e in range(5):
+            robots.errors[k, e] *= body.keep[e]
+            robots.errors[k, e] += body.spread[1, e] * robots.wander[k, step, e]
+        robots.steps[k] += 1
+
+
+@kernel
+def measure(
+    chosen: NDArray[np.bool_],
+    robots: Robots,
+    movers: Movers,
+    worlds: Worlds,
+    beams: Beams,
+    ranges: NDArray[np.float32],
+) -> None:
+    """Write the ranges of the chosen robots' beams [m], float32, shape (n, b)."""
+    count = len(beams.directions)
+    rays = np.zeros((count, 6), dtype=np.float32)
+    budgets = np.full(count, np.inf, dtype=np.float32)
+    found = np.empty(count, dtype=np.float32)
+    classes = np.empty(count, dtype=np.uint8)
+    for k in range(len(chosen)):
+        if not chosen[k]:
+            continue
+        w, motion = robots.worlds[k], robots.motions[k]
+        c, s = np.cos(motion[_YAW]), np.sin(motion[_YAW])
+        for b in range(count):
+            u, v = beams.directions[b]
+            rays[b, 0] = motion[_X] + c * beams.x - s * beams.y
+            rays[b, 1] = motion[_Y] + s * beams.x + c * beams.y
+            rays[b, 2] = beams.z
+            rays[b, 3], rays[b, 4] = u * c - v * s, v * c + u * s
+        _cast(rays, budgets, beams.max_range, worlds, w, found, classes)
+        for b in range(count):
+            # What returns nothing is free as far as the laser sees.
+            distance = found[b] if np.isfinite(found[b]) else np.float32(beams.max_range)
+            for m in range(movers.radii.shape[1]):
+                place, radius = movers.places[k, m], movers.radii[k, m]
+                distance = min(distance, np.float32(_to_circle(rays[b], place, radius)))
+            ranges[k, b] = distance
+
+
+@kernel
+def _cast(
+    rays: NDArray[np.float32],
+    budgets: NDArray[np.float32],
+    max_range: float,
+    worlds: Worlds,
+    w: int,
+    found: NDArray[np.float32],
+    classes: NDArray[np.uint8],
+) -> None:
+    """Cast rays in one of the worlds that are laid out behind each other."""
+    objects, faces, lists = worlds.objects, worlds.faces, worlds.lists
+    layout = Layout(
+        Ground(worlds.heights[w], worlds.surface[w], worlds.frame),
+        ConvexObjects(
+            worlds.kinds[objects[w] : objects[w + 1]],
+            worlds.boxes[objects[w] : objects[w + 1]],
+            worlds.starts[objects[w] + w : objects[w + 1] + w + 1],
             worlds.planes[faces[w] : faces[w + 1]],
+        ),
+        Blocks(
             worlds.lattice,
-            worlds.squares,
             worlds.tops[w],
             worlds.firsts[w],
             worlds.members[lists[w] : lists[w + 1]],
-            ranges,
-            classes,
-        )
-        repulsion = 0.0
-        for sector in range(sectors):
-            if not np.isfinite(ranges[sector]):
-                ranges[sector] = rules.reward[4]
-            states[k, sector] = ranges[sector]
-            repulsion += rules.weights[sector] * (rules.reward[1] - ranges[sector])
-        states[k, sectors], states[k, sectors + 1] = robots.commands[k]
-        states[k, sectors + 2] = heading_error(motion, robots.errors[k], robots.goals[k])
-        before = robots.distances[k]
-        distance = np.hypot(robots.goals[k, 0] - motion[0], robots.goals[k, 1] - motion[1])
-        robots.distances[k] = distance
-        if move:
-            outcome = _verdict(
-                robots.flags[k], motion, distance, robots.anchors[k], robots.steps[k], rules.judge
-            )
-            outcomes[k] = outcome
-            terms[k, 0] = rules.reward[0] * (before - distance)
-            terms[k, 1] = -repulsion
-            terms[k, 2] = rules.reward[2] if outcome in (COLLISION, STUCK) else 0.0
-            terms[k, 3] = rules.reward[3] if outcome == TIPOVER else 0.0
+        ),
+    )
+    cast_rays(rays, budgets, max_range, layout, found, classes)
 
 
 @kernel
-def _command(steering, commands, body, twist):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the twist of a wanted yaw rate as ``Navigator.command`` and ``SkidSteer`` do."""
-    speed, limit, dead_zone, half_track, radius, fastest = body[:6]
-    executed = min(max(steering, -limit), limit)
-    if abs(executed) < dead_zone:
-        executed = 0.0
-    commands[1] = commands[0]
-    commands[0] = executed
-    left = (speed - executed * half_track) / radius
-    right = (speed + executed * half_track) / radius
-    scale = min(1.0, fastest / max(abs(left), abs(right), 1e-12))
-    left, right = left * scale * radius, right * scale * radius
-    twist[0], twist[1] = (left + right) / 2, (right - left) / (2 * half_track)
+def _to_circle(ray: NDArray[np.float32], place: NDArray[np.float64], radius: float) -> float:
+    """Return the distance along a level ray to a circle [m], infinity past it, 0 inside."""
+    x, y = place[0] - ray[0], place[1] - ray[1]
+    along = x * ray[3] + y * ray[4]
+    inside = radius * radius - (x * x + y * y - along * along)
+    if x * x + y * y <= radius * radius:
+        return 0.0
+    if along < 0.0 or inside < 0.0:
+        return np.inf
+    return float(along - np.sqrt(inside))
 
 
 @kernel
-def heading_error(motion, errors, goal):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Return the bearing of the goal from where the robot believes to be and to head [rad]."""
-    c, s = np.cos(motion[2]), np.sin(motion[2])
-    cr, sr, cp, sp = np.cos(errors[3]), np.sin(errors[3]), np.cos(errors[4]), np.sin(errors[4])
-    yaw = errors[2] + np.arctan2(s * cr, c * cp + s * sr * sp)
-    x, y = motion[0] + errors[0], motion[1] + errors[1]
-    angle = np.arctan2(goal[1] - y, goal[0] - x) - yaw
-    return np.pi - (np.pi - angle) % (2 * np.pi)
+def heading_errors(
+    motions: NDArray[np.float64], errors: NDArray[np.float64], goals: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the bearings of goals from the believed poses, relative to the headings, (n,) [rad].
 
-
-@kernel
-def _verdict(flags, motion, distance, anchor, steps, judge):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return how the drive ended, if it did, as ``EpisodeMonitor`` does."""
-    stamp = steps * TICKS_PER_STEP / TICK_HZ
-    if flags[1]:
-        return TIPOVER
-    if flags[0]:
-        return COLLISION
-    if distance < judge[0]:
-        return GOAL
-    if np.hypot(motion[0] - anchor[0], motion[1] - anchor[1]) > judge[3]:
-        anchor[0], anchor[1], anchor[2] = motion[0], motion[1], stamp
-    if stamp - anchor[2] > judge[2]:
-        return STUCK
-    return TIMEOUT if stamp >= judge[1] else GOING
+    A believed roll and pitch turn the heading of a level robot, too.
+    """
+    found = np.empty(len(motions))
+    for k in range(len(motions)):
+        motion, error = motions[k], errors[k]
+        c, s = np.cos(motion[_YAW]), np.sin(motion[_YAW])
+        cr, sr = np.cos(error[_ROLL]), np.sin(error[_ROLL])
+        cp, sp = np.cos(error[_PITCH]), np.sin(error[_PITCH])
+        yaw = error[_YAW] + np.arctan2(s * cr, c * cp + s * sr * sp)
+        x, y = motion[_X] + error[_X], motion[_Y] + error[_Y]
+        angle = np.arctan2(goals[k, 1] - y, goals[k, 0] - x) - yaw
+        found[k] = np.pi - (np.pi - angle) % (2 * np.pi)
+    return found

@@ -1,8 +1,10 @@
-"""The paper's reward as a sum of named terms (section 4.2), its sign mended."""
+"""The paper's reward as a sum of named terms (section 4.2), its sign mended; over many robots."""
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.tasks.terminations import Ending
 
 TERMS = ("attraction", "repulsion", "collision", "tipover")
 """Names of the terms."""
@@ -18,9 +20,9 @@ class RewardConfig(BaseModel):
         side: Kr of the sectors from 45 to 90 degrees [1/m] (paper: 0.03).
         rear: Kr of the rest [1/m] (paper: 0.009).
         max_range: Range at which a sector repels no more [m] (paper: 10).
-        collision: Added once when the drive ends in a collision, or stuck (assumption; the paper
-            has none, 0).
-        tipover: Added once when the robot rolls over (assumption; 0 in the paper).
+        collision: Reward of a drive that ends in a collision, or stuck (assumption; the paper has
+            none, 0).
+        tipover: Reward of a drive that ends rolled over (assumption; 0 in the paper).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -36,34 +38,49 @@ class RewardConfig(BaseModel):
 
 def paper_reward(
     config: RewardConfig,
-    ranges: NDArray[np.floating],
-    distance_before: float,
-    distance: float,
-    outcome: str | None,
-) -> dict[str, float]:
-    """Return the terms of one step's reward; their sum is the reward.
+    ranges: NDArray[np.float32],
+    distance_before: NDArray[np.float64],
+    distance: NDArray[np.float64],
+    endings: NDArray[np.int64],
+) -> dict[str, NDArray[np.float64]]:
+    """Return the terms of one step's reward for n robots; their sum is the reward.
 
     The attraction is ``Ka (d_before - d)``: the printed sign rewards driving away.
 
     Args:
         config: Constants.
-        ranges: Finite free ranges after the step [m], shape (n,), sector 0 behind, then
-            counter-clockwise.
-        distance_before: Distance to the goal before the step [m].
-        distance: Distance to the goal after it [m].
-        outcome: How the drive ended with this step, None when it goes on.
+        ranges: Finite free ranges after the step [m], float32, shape (n, sectors), sector 0 behind,
+            then counter-clockwise.
+        distance_before: Distance to the goal before the step [m], shape (n,).
+        distance: Distance to the goal after it [m], shape (n,).
+        endings: ``Ending`` of each drive with this step, shape (n,).
+
+    Returns:
+        Terms by name, float64, shape (n,) each.
     """
-    repulsion = repulsion_weights(config, len(ranges)) @ (config.max_range - ranges)
+    collided = (endings == Ending.COLLISION) | (endings == Ending.STUCK)
     return {
         "attraction": config.attraction * (distance_before - distance),
-        "repulsion": -float(repulsion),
-        "collision": config.collision if outcome in ("collision", "stuck") else 0.0,
-        "tipover": config.tipover if outcome == "tipover" else 0.0,
+        "repulsion": -_repulsion(config, ranges),
+        "collision": np.where(collided, config.collision, 0.0),
+        "tipover": np.where(endings == Ending.TIPOVER, config.tipover, 0.0),
     }
 
 
+def _repulsion(config: RewardConfig, ranges: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the sum of Kr (max_range - range) over the sectors, shape (n,).
+
+    Sectors are added one after the other: a matrix product would choose its own order, and a robot
+    alone would get another last bit than among others.
+    """
+    total = np.zeros(len(ranges))
+    for sector, weight in enumerate(repulsion_weights(config, ranges.shape[1])):
+        total += weight * (config.max_range - ranges[:, sector].astype(np.float64))
+    return total
+
+
 def repulsion_weights(config: RewardConfig, sectors: int) -> NDArray[np.float64]:
-    """Return Kr of each sector [1/m]."""
+    """Return Kr of each sector [1/m], shape (sectors,)."""
     bearings = np.abs(-np.pi + 2 * np.pi / sectors * (np.arange(sectors) + 0.5))
     inner = np.where(bearings <= np.pi / 2, config.side, config.rear)
     return np.where(bearings <= np.pi / 4, config.front, inner)

@@ -14,9 +14,16 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
 from andabata.models import Models
-from andabata.tasks.offroad import OffroadConfig, OffroadEnv, offroad_spaces, stage_config
-from andabata.tasks.planar import FlatVectorEnv, is_flat
-from worlds.scenes import SceneShelf
+from andabata.tasks.offroad import (
+    OffroadConfig,
+    OffroadEnv,
+    offroad_actions,
+    offroad_observations,
+    stage_config,
+)
+from andabata.tasks.planar import PlanarVectorEnv, is_planar
+from rl.gym_spaces import action_box, observation_box
+from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
@@ -31,7 +38,7 @@ def make_vector(
     num_envs: int = 1,
     config: OffroadConfig | None = None,
     workers: int = 1,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
 ) -> VectorEnv[Any, Any, Any]:
     """Make a stage's environment for many robots: the entry point of ``gymnasium.make_vec``.
 
@@ -46,8 +53,8 @@ def make_vector(
         shelf: Scenes to share in this process.
     """
     config = config or stage_config(stage)
-    if is_flat(config):
-        return FlatVectorEnv(config, num_envs, shelf)
+    if is_planar(config):
+        return PlanarVectorEnv(config, num_envs, shelf)
     if workers <= 1:
         return robots_in_one_process(config, num_envs, shelf=shelf)
     return OffroadVectorEnv(config, num_envs, workers)
@@ -57,7 +64,7 @@ def robots_in_one_process(
     config: OffroadConfig,
     count: int,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    shelf: SceneCache | None = None,
 ) -> SyncVectorEnv:
     """Return robots that share scenes, models and process, one after the other.
 
@@ -70,7 +77,7 @@ def robots_in_one_process(
         models: As for ``OffroadEnv``.
         shelf: Scenes to share with others of this process.
     """
-    make = partial(OffroadEnv, config, models, shelf or SceneShelf())
+    make = partial(OffroadEnv, config, models, shelf or SceneCache())
     return SyncVectorEnv([make] * count, autoreset_mode=AutoresetMode.SAME_STEP)
 
 
@@ -97,7 +104,10 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
         """
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
-        self.single_observation_space, self.single_action_space = offroad_spaces(config)
+        self.single_observation_space, self.single_action_space = (
+            observation_box(offroad_observations(config)),
+            action_box(offroad_actions(config)),
+        )
         self.observation_space = gym.vector.utils.batch_space(
             self.single_observation_space, num_envs
         )

@@ -1,4 +1,4 @@
-"""What is learnt in which order, as data: ``plans/*.toml``, one for each algorithm (section 5)."""
+"""Training plans as data: ``plans/*.toml``, one for each algorithm (section 5)."""
 
 import tomllib
 from importlib.resources import files
@@ -9,9 +9,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import sensor_settings
 from andabata.machine.robot import RobotModel
-from andabata.tasks.offroad import OffroadConfig, stage_config
+from andabata.tasks.offroad import (
+    OffroadConfig,
+    offroad_actions,
+    offroad_observations,
+    stage_config,
+)
 from andabata.tasks.registration import STAGES
-from rl.curriculum import CurriculumConfig, LearnerConfig, Stage
+from rl.curriculum import CurriculumConfig, Stage
+from rl.learners import LearnerConfig
 from worlds.splits import VALIDATION_SEEDS
 
 
@@ -31,51 +37,50 @@ class StagePlan(Stage):
 
 
 class TrainingPlan(BaseModel):
-    """What ``andabata train`` runs.
+    """Settings of ``andabata train``.
 
     Attributes:
-        learner: Numbers of the learner.
-        final_pace: See ``CurriculumConfig``.
-        validation: See ``CurriculumConfig``.
-        validate_every: See ``CurriculumConfig``.
-        stages: By name, in their order.
+        learner: Settings of the learner.
+        final_lr_scale: Share of the learning rate at the end; see ``CurriculumConfig``.
+        validation: Number of validation episodes; see ``CurriculumConfig``.
+        validate_every: Number of iterations between validations; see ``CurriculumConfig``.
+        stages: Stages by name, in their order.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     learner: LearnerConfig
-    final_pace: float = Field(default=0.2, gt=0, le=1)
+    final_lr_scale: float = Field(default=0.2, gt=0, le=1)
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
     stages: dict[str, StagePlan]
 
     @model_validator(mode="after")
-    def _decide_on_what_is_seen(self) -> Self:
-        """Refuse decisions on what was seen before."""
+    def _check_decimation(self) -> Self:
+        """Refuse decisions on scans of earlier decisions."""
         for name, stage in self.stages.items():
-            every, hold = stage.environment.look_every, self.learner.hold
-            if hold % every:
+            every = stage.environment.perception_decimation
+            repeat = self.learner.action_repeat
+            if repeat % every:
                 raise ValueError(
-                    f"stages.{name}.environment.look_every: expected a divisor of learner.hold, "
-                    f"{hold}, got {every}"
+                    f"stages.{name}.environment.perception_decimation: expected a divisor of "
+                    f"learner.action_repeat, "
+                    f"{repeat}, got {every}"
                 )
         return self
 
     def curriculum(self, chosen: range, seed: int) -> CurriculumConfig:
         """Return the curriculum of some of the stages, by their indices."""
         plans = [list(self.stages.values())[k] for k in chosen]
-        simulated_robot = plans[0].environment.simulated_robot
         return CurriculumConfig(
             stages=tuple(
                 Stage.model_validate(plan.model_dump(exclude={"environment"})) for plan in plans
             ),
             learner=self.learner,
             seed=seed,
-            n_sectors=simulated_robot.grid.n_sectors,
-            max_range=simulated_robot.grid.outer_radius,
-            limit=simulated_robot.robot.max_steering,
-            dead_zone=simulated_robot.robot.dead_zone,
-            final_pace=self.final_pace,
+            observations=offroad_observations(plans[0].environment),
+            actions=offroad_actions(plans[0].environment),
+            final_lr_scale=self.final_lr_scale,
             validation=self.validation,
             validate_every=self.validate_every,
         )

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from andabata.engine import Engine
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
@@ -32,22 +33,22 @@ def learn(
     changed: bool = False,
     on_iteration: Callable[[TrainingIteration], None] | None = None,
 ) -> dict[str, Any]:
-    """Run stages of a curriculum and return what came of it.
+    """Run stages of a curriculum and return its figures.
 
-    The folder holds the resolved plan, a history of one line a generation, the latest checkpoint,
+    The folder holds the resolved plan, a history of one line an iteration, the latest checkpoint,
     the latest policy and that of each finished stage. A run that was killed goes on at its last
-    generation and ends with the same bytes as one that was not.
+    iteration and ends with the same bytes as one that was not.
 
     Args:
-        folder: The run's.
-        plan: What to run.
+        folder: Folder of the run.
+        plan: Training plan.
         stages: Indices of the stages, from 0.
-        seed: Of the run.
-        workers: Processes that play episodes.
-        models: Classifiers of cells and ground_classifier; None for the shipped ones.
-        resume: Whether to go on with the run that stands in the folder.
-        changed: Whether to go on even with other code or another classifier than it began with.
-        on_iteration: Called after each update.
+        seed: Seed of the run.
+        workers: Number of processes that play episodes.
+        models: Classifiers; None for the shipped ones.
+        resume: True to go on with the run that stands in the folder.
+        changed: True to go on even with other code or another classifier than it began with.
+        on_iteration: Function that is called after each update.
 
     Raises:
         ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
@@ -71,17 +72,18 @@ def learn(
     environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
-    with ParallelSampler(environments, models, workers) as sampler:
+    with Engine(workers) as engine:
+        sampler = ParallelSampler(environments, models, engine)
         curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
-        history = history[: curriculum.generations]
-        for generation in curriculum.run():
-            history.append(asdict(generation))
-            policy = curriculum.policy(origin | {"stage": generation.name}).to_bytes()
-            if generation.is_last:
-                atomic_io.write(folder / f"policy_{generation.name}.safetensors", policy)
+        history = history[: curriculum.iterations]
+        for iteration in curriculum.run():
+            history.append(asdict(iteration))
+            policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
+            if iteration.is_last:
+                atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
             _write(folder, history, policy, curriculum.to_bytes())
             if on_iteration is not None:
-                on_iteration(generation)
+                on_iteration(iteration)
     wall = time.perf_counter() - began
     return _summary(folder, history, wall, steps_before)
 
@@ -125,7 +127,7 @@ def _differences(before: Any, now: Any, name: str) -> list[str]:  # noqa: ANN401
 
 
 def read_history(path: Path) -> list[dict[str, Any]]:
-    """Return the generations that a run has written down."""
+    """Return the iterations that a run has written down."""
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 

@@ -60,9 +60,9 @@ def test_what_was_written_is_read(tmp_path):
     clouds = list(read_clouds(tmp_path, manifest, "train"))
     samples = cell_samples(clouds, PolarGrid())
     assert set(samples.cloud) == {0, 1}
-    assert len(samples.features) == len(samples.red) == len(samples.cloud)
-    assert len(samples.red) + samples.white == 2 * 320
-    assert 0.1 < samples.red.mean() < 0.5
+    assert len(samples.features) == len(samples.blocked) == len(samples.cloud)
+    assert len(samples.blocked) + samples.n_empty == 2 * 320
+    assert 0.1 < samples.blocked.mean() < 0.5
     card = dataset_card(manifest, {"train": np.array([7, 8, 9, 6, 1, 3])})
     assert "| train | 2 | 2 | 12000 | 8 | 9 | 7 | 0.75 |" in card
 
@@ -74,10 +74,10 @@ def test_data_sets_are_joined(tmp_path):
         manifest = write(tmp_path / name, [("train", world) for world in worlds])
         parts.append(split_samples(tmp_path / name, manifest, "train", PolarGrid()))
     both = join_samples(parts)
-    assert len(both.red) == len(parts[0].red) + len(parts[1].red)
+    assert len(both.blocked) == len(parts[0].blocked) + len(parts[1].blocked)
     assert set(both.cloud) == {0, 1, 2}
     assert set(both.world) == {1, 2, 3}
-    assert both.white == parts[0].white + parts[1].white
+    assert both.n_empty == parts[0].n_empty + parts[1].n_empty
     assert join_samples(parts[:1]) is parts[0]
 
 

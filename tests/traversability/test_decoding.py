@@ -8,9 +8,9 @@ from traversability.decoding import decode_columns
 from traversability.files import (
     CloudFileError,
     cloud_to_bytes,
+    columns_lost_by,
     decode_cloud_file,
     kitti_labels,
-    left_out_by,
     read_cloud,
 )
 from traversability.formats import pcd, ply
@@ -212,9 +212,9 @@ def test_other_numbers_of_points_come_along_or_are_named():
     columns = dict(zip("xyz", RNG.normal(size=(3, 40)), strict=True))
     columns |= {"intensity": np.linspace(0, 1, 40), "ring": np.arange(40, dtype=np.uint16)}
     decoded = decode_columns(columns | {"id": np.full(40, 2**60)})
-    assert left_out_by("pcd", decoded) == ()
-    assert left_out_by("ply", decoded) == ("id",)
-    assert left_out_by("bin", decoded) == ("ring", "id")
+    assert columns_lost_by("pcd", decoded) == ()
+    assert columns_lost_by("ply", decoded) == ("id",)
+    assert columns_lost_by("bin", decoded) == ("ring", "id")
     back = pcd.parse(cloud_to_bytes(decoded.cloud, "pcd", decoded.others))
     np.testing.assert_array_equal(back["ring"], columns["ring"])
 

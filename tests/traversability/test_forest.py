@@ -12,7 +12,7 @@ from traversability.forest_training import (
     PAPER_RECIPE,
     ForestConfig,
     cheapest_threshold,
-    grow_forest,
+    train_forest,
 )
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
@@ -34,14 +34,14 @@ def cells(n=4000, seed=0):
 
 @pytest.fixture(scope="module")
 def forest():
-    return grow_forest(cells(), GRID, SMALL, seed=1, summary={"cells": 4000})
+    return train_forest(cells(), GRID, SMALL, seed=1, summary={"cells": 4000})
 
 
 @pytest.mark.parametrize("depth", [4, 12])
 def test_a_random_forest_equals_scikit_learns(depth):
     samples, fresh = cells(), cells(3000, seed=9).features
     model = RandomForestClassifier(20, max_depth=depth, random_state=0)
-    model.fit(samples.features[:, :5], samples.red)
+    model.fit(samples.features[:, :5], samples.blocked)
     flat = Forest(flatten_random(model, PAPER_FEATURES), Thresholds(), GRID)
     expected = model.predict_proba(fresh[:, :5])[:, 1]
     np.testing.assert_allclose(flat.predict_proba(fresh), expected, atol=1e-6)
@@ -51,7 +51,7 @@ def test_a_random_forest_equals_scikit_learns(depth):
 def test_boosted_trees_equal_scikit_learns(depth):
     samples, fresh = cells(), cells(3000, seed=9).features
     model = HistGradientBoostingClassifier(max_iter=20, max_depth=depth, max_leaf_nodes=None)
-    model.fit(samples.features, samples.red)
+    model.fit(samples.features, samples.blocked)
     flat = Forest(flatten_boosted(model, ALL_FEATURES), Thresholds(), GRID)
     expected = model.predict_proba(fresh)[:, 1]
     np.testing.assert_allclose(flat.predict_proba(fresh), expected, atol=1e-6)
@@ -61,7 +61,7 @@ def test_a_value_on_a_cut_goes_left():
     samples = cells()
     values = np.round(samples.features, 1).astype(np.float32)
     model = RandomForestClassifier(10, max_depth=6, random_state=0)
-    model.fit(values[:, :5], samples.red)
+    model.fit(values[:, :5], samples.blocked)
     flat = Forest(flatten_random(model, PAPER_FEATURES), Thresholds(), GRID)
     cuts = flat.trees.cut[flat.trees.feature >= 0].astype(np.float32)
     values[:, 0] = np.resize(cuts, len(values))
@@ -76,7 +76,7 @@ def test_the_screen_spares_cells_and_loses_few_red_ones(forest):
     with_, without = (f.predict_proba(samples.features) for f in (forest, bare))
     spared = with_ != without
     assert 0.05 < spared.mean() < 0.95
-    assert samples.red[spared].mean() < 0.04
+    assert samples.blocked[spared].mean() < 0.04
 
 
 def test_bytes_come_back_the_same(forest):
@@ -90,13 +90,13 @@ def test_bytes_come_back_the_same(forest):
 
 @pytest.mark.parametrize("recipe", [SMALL, PAPER_RECIPE.model_copy(update={"trees": 10})])
 def test_the_same_seed_gives_the_same_forest(recipe):
-    first, second = (grow_forest(cells(), GRID, recipe, seed=1) for _ in range(2))
+    first, second = (train_forest(cells(), GRID, recipe, seed=1) for _ in range(2))
     assert first.to_bytes() == second.to_bytes()
 
 
 @pytest.mark.parametrize("recipe", [SMALL, PAPER_RECIPE.model_copy(update={"trees": 10})])
 def test_odds_and_probability_tell_the_same(recipe):
-    trees = grow_forest(cells(), GRID, recipe, seed=1).trees
+    trees = train_forest(cells(), GRID, recipe, seed=1).trees
     shares = np.array([0.1, 0.5, 0.9])
     sums = trees.sum_at(shares)
     np.testing.assert_allclose(trees.probability(sums), shares)
@@ -107,7 +107,7 @@ def test_odds_and_probability_tell_the_same(recipe):
 
 def test_a_feature_can_be_left_out():
     config = SMALL.model_copy(update={"without": ("roughness",)})
-    forest = grow_forest(cells(), GRID, config, seed=1)
+    forest = train_forest(cells(), GRID, config, seed=1)
     assert "roughness" not in forest.trees.features
     samples = cells(500, seed=2).features
     moved = samples.copy()
@@ -148,9 +148,9 @@ def test_near_rings_have_their_own_threshold():
 
 def test_one_colour_cannot_be_learnt():
     samples = cells()
-    green = samples.select(~samples.red)
+    green = samples.select(~samples.blocked)
     with pytest.raises(ValueError, match="expected cells of both kinds"):
-        grow_forest(green, GRID, SMALL, 0)
+        train_forest(green, GRID, SMALL, 0)
 
 
 @pytest.mark.parametrize(

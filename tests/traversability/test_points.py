@@ -3,7 +3,7 @@
 import numpy as np
 
 from traversability.grid import PolarGrid
-from traversability.points import POINT_FEATURES, grow_point_classifier, point_features
+from traversability.points import POINT_FEATURES, fit_point_classifier, point_features
 
 GRID = PolarGrid()
 
@@ -26,7 +26,7 @@ def test_a_trunk_is_told_from_the_ground():
     features = point_features(points, GRID)
     assert features.shape == (len(points), len(POINT_FEATURES))
     assert np.isfinite(features).all()
-    classifier = grow_point_classifier(features, bad, GRID, seed=0, trees=40)
+    classifier = fit_point_classifier(features, bad, GRID, seed=0, trees=40)
     fresh, truth = scene(1)
     called = classifier.obstacles(fresh)
     assert 2 * (called & truth).sum() / (called.sum() + truth.sum()) > 0.95

@@ -89,18 +89,18 @@ def test_odds_tell_how_red_a_cell_is(scanner):
     for one in (forest, whole):
         scan = TraversabilityScanner(one).scan(points)
         states = TraversabilityScanner(one).cells(points)
-        judged = ~np.isnan(scan.odds)
-        np.testing.assert_array_equal(scan.odds[judged] >= 0, states[judged] == 2)
+        judged = ~np.isnan(scan.log_odds)
+        np.testing.assert_array_equal(scan.log_odds[judged] >= 0, states[judged] == 2)
         assert (states[judged] > 0).all()
         np.testing.assert_array_equal(virtual_scan_of(scan).ranges, scan.ranges)
     cells = cell_features(points, whole.grid)
     probability = whole.predict_proba(cells.values[judged])
     threshold = np.broadcast_to(whole.thresholds.of_rings(whole.grid), judged.shape)[judged]
     logit = [np.log(p) - np.log1p(-p) for p in (probability, threshold)]
-    np.testing.assert_allclose(scan.odds[judged], logit[0] - logit[1], atol=1e-4)
+    np.testing.assert_allclose(scan.log_odds[judged], logit[0] - logit[1], atol=1e-4)
 
 
 def virtual_scan_of(scan):
     """Return the virtual scan of the cells that the odds call red and green."""
-    cells = np.where(np.isnan(scan.odds), 0, np.where(scan.odds >= 0, 2, 1))
+    cells = np.where(np.isnan(scan.log_odds), 0, np.where(scan.log_odds >= 0, 2, 1))
     return virtual_scan(cells.astype(np.uint8), shipped_forest().grid)

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.cartesian.context import CONTEXT_FEATURES, in_context
+from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
-from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_squares
+from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
-from traversability.labels import MIN_SHARE, things
-from traversability.tree_fitting import grow_boosted
-from traversability.trees import Nodes, Trees, add_leaves
+from traversability.labels import MIN_SHARE, object_points
+from traversability.tree_fitting import fit_boosted
+from traversability.trees import TreeNodes, Trees, add_leaves
 
 _FORMAT = "andabata-squares"
 _VERSION = 2
@@ -32,7 +32,7 @@ _HALF = 0.5
 """Share of a tile's points over ground that the true map forbids, from which the tile is red."""
 
 
-class SquareConfig(BaseModel):
+class GroundClassifierConfig(BaseModel):
     """How the trees are grown.
 
     Attributes:
@@ -58,23 +58,23 @@ class SquareConfig(BaseModel):
 
 
 @dataclass(frozen=True)
-class SquareSamples:
+class GroundSamples:
     """Labelled squares of several clouds.
 
     Attributes:
         features: In the order of ``GROUND_FEATURES``, or of ``CONTEXT_FEATURES`` for the second
             look, float32, shape (n, f).
-        red: Whether each is non-traversable, bool, shape (n,).
+        blocked: Whether each is non-traversable, bool, shape (n,).
         low: Whether that is for a thing lower than ``LOW``, bool, shape (n,).
     """
 
     features: NDArray[np.float32]
-    red: NDArray[np.bool_]
+    blocked: NDArray[np.bool_]
     low: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Look:
+class Stage:
     """Boosted trees that judge squares by some of what is known of them.
 
     Attributes:
@@ -94,7 +94,7 @@ class Look:
         if self.trees.vote != "logistic":
             raise ValueError(f"vote {self.trees.vote!r}")
 
-    def odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
+    def log_odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the log odds of squares for being non-traversable, shape (n,).
 
         Args:
@@ -111,7 +111,7 @@ class Look:
         return found
 
     @cached_property
-    def _nodes(self) -> Nodes:
+    def _nodes(self) -> TreeNodes:
         """The trees as they are walked."""
         return self.trees.laid_out(self.names)
 
@@ -127,8 +127,8 @@ class GroundClassifier:
         summary: What they were trained on, ready for JSON.
     """
 
-    first: Look
-    second: Look
+    first: Stage
+    second: Stage
     cell: float
     summary: dict[str, Any] = field(default_factory=dict)
 
@@ -143,7 +143,7 @@ class GroundClassifier:
         if not self.cell > 0:
             raise ValueError(f"tiles of {self.cell} m")
 
-    def odds(
+    def log_odds(
         self,
         features: NDArray[np.float32],
         places: NDArray[np.int64],
@@ -159,8 +159,8 @@ class GroundClassifier:
         Raises:
             ValueError: If the features have another shape.
         """
-        rows = in_context(features, self.first.odds(features), places)
-        return self.second.odds(rows if due is None else rows[due])
+        rows = add_context(features, self.first.log_odds(features), places)
+        return self.second.log_odds(rows if due is None else rows[due])
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""
@@ -186,7 +186,7 @@ class GroundClassifier:
             if header.get("format") != _FORMAT or header.get("version") != _VERSION:
                 raise ValueError(f"format {header.get('format')!r} {header.get('version')!r}")
             first, second = (
-                Look(Trees.unpacked(arrays, header[look], f"{look}_", set(names)), names)
+                Stage(Trees.unpacked(arrays, header[look], f"{look}_", set(names)), names)
                 for look, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
             )
             return cls(first, second, float(header["cell"]), dict(header["summary"]))
@@ -208,12 +208,12 @@ class GroundClassifier:
         return cls.from_bytes(path.read_bytes(), str(path))
 
 
-def square_samples(
+def ground_samples(
     clouds: Iterable[PointCloud],
     share: float,
     rng: np.random.Generator,
-    first: Look | None = None,
-) -> SquareSamples:
+    first: Stage | None = None,
+) -> GroundSamples:
     """Return labelled squares of labelled clouds.
 
     A square is red when half of the points of one of its tiles were measured where the true map
@@ -238,19 +238,19 @@ def square_samples(
         turned = _turned(cloud, rng.uniform(-np.pi, np.pi))
         tiles.describe(turned.points, here)
         describer.describe(tiles, here)
-        count = len(describer.places)
+        count = len(describer.cells)
         taken = np.sort(rng.permutation(count)[: round(share * count)])
-        places, values = describer.places, describer.values
+        places, values = describer.cells, describer.values
         if first is not None:
-            values = in_context(values, first.odds(values), places)
+            values = add_context(values, first.log_odds(values), places)
         places, values = places[taken], values[taken]
         if turned.forbidden is None:
             raise ValueError(
                 "forbidden: expected clouds that know which places the true map forbids, got one "
                 "without; make them with `andabata clouds generate`"
             )
-        red = label_squares(turned, turned.forbidden, _HALF, tiles, places)
-        thing = label_squares(turned, things(turned), MIN_SHARE, tiles, places)
+        red = label_ground_cells(turned, turned.forbidden, _HALF, tiles, places)
+        thing = label_ground_cells(turned, object_points(turned), MIN_SHARE, tiles, places)
         features.append(values)
         labels.append(np.stack([red, red & thing & (values[:, height] < LOW)]))
     if not sum(map(len, features)):
@@ -259,7 +259,7 @@ def square_samples(
             "own, so make clouds of two worlds or more"
         )
     red, low = np.concatenate(labels, axis=1)
-    return SquareSamples(np.concatenate(features), red, low)
+    return GroundSamples(np.concatenate(features), red, low)
 
 
 def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
@@ -269,9 +269,9 @@ def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
     return replace(cloud, points=cloud.points @ turn.T)
 
 
-def grow_squares(
+def train_ground_classifier(
     clouds: tuple[Iterable[PointCloud], Iterable[PointCloud]],
-    config: SquareConfig,
+    config: GroundClassifierConfig,
     seed: int,
     summary: dict[str, Any] | None = None,
 ) -> GroundClassifier:
@@ -279,26 +279,26 @@ def grow_squares(
 
     Args:
         clouds: To learn the first look from and, of other worlds, the second, which would believe
-            the first too much where that has learnt by heart. Both as ``square_samples`` says.
+            the first too much where that has learnt by heart. Both as ``ground_samples`` says.
         config: How.
         seed: Of turns, squares and splits.
         summary: Kept with it, ready for JSON; the numbers of squares are added.
 
     Raises:
-        ValueError: If the squares are not of both kinds, or as ``square_samples`` says.
+        ValueError: If the squares are not of both kinds, or as ``ground_samples`` says.
     """
-    samples = square_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
-    first = grow_look(samples, GROUND_FEATURES, config, seed)
-    count = len(samples.red)
-    samples = square_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
-    second = grow_look(samples, CONTEXT_FEATURES, config, seed)
-    squares = {"squares": [count, len(samples.red)]}
+    samples = ground_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
+    first = train_stage(samples, GROUND_FEATURES, config, seed)
+    count = len(samples.blocked)
+    samples = ground_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
+    second = train_stage(samples, CONTEXT_FEATURES, config, seed)
+    squares = {"squares": [count, len(samples.blocked)]}
     return GroundClassifier(first, second, ElevationGrid().cell, {**(summary or {}), **squares})
 
 
-def grow_look(
-    samples: SquareSamples, names: tuple[str, ...], config: SquareConfig, seed: int
-) -> Look:
+def train_stage(
+    samples: GroundSamples, names: tuple[str, ...], config: GroundClassifierConfig, seed: int
+) -> Stage:
     """Grow the trees of one look.
 
     Args:
@@ -310,9 +310,11 @@ def grow_look(
     Raises:
         ValueError: If the squares are not of both kinds.
     """
-    if not samples.red.any() or samples.red.all():
-        found = f"{int(samples.red.sum())} red of {len(samples.red)}"
+    if not samples.blocked.any() or samples.blocked.all():
+        found = f"{int(samples.blocked.sum())} red of {len(samples.blocked)}"
         raise ValueError(f"red: expected squares of both kinds, got {found}; add clouds")
     weights = np.where(samples.low, config.low, 1.0)
-    trees = grow_boosted(samples.features, samples.red, names, config.trees, config, seed, weights)
-    return Look(trees, names)
+    trees = fit_boosted(
+        samples.features, samples.blocked, names, config.trees, config, seed, weights
+    )
+    return Stage(trees, names)

@@ -1,25 +1,23 @@
 """ElevationGrid: what a cloud shows of each decimetre of the ground around a place."""
 
-from typing import Annotated
-
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator
 
 from terrain.kernel import kernel
+from traversability.cartesian.rolling_grid import PowerOfTwo
 
 LOWEST, POINTS, MEAN, HIGHEST = range(4)
 """Columns of a tile: lowest z [m], number and mean z of the points of the ground in it [m], highest
 z of what a robot could meet [m]."""
 
-LAYER = 0.25
+GROUND_LAYER = 0.25
 """Points no further above the lowest of their tile belong to the ground, or to what lies on it [m].
 """
 
-TALL = 1.2
+MAX_HEIGHT = 1.2
 """Points further above it are crowns that a robot passes under [m] (as in ``PolarGrid``)."""
 
-EVER = (0.0, np.inf)
+ANY_AGE = (0.0, np.inf)
 """Ages of all that was measured [s]."""
 
 _FARTHEST = 1e4
@@ -33,15 +31,8 @@ _HALVES = (1, 2, 4, 8, 1)
 """Windows grow by so many tiles at a time, from one to twice ``_ASIDE`` and itself."""
 
 
-def _wrapping(cells: int) -> int:
-    """Return a number of cells in which places wrap around by their lowest bits."""
-    if cells & (cells - 1):
-        raise ValueError(f"expected a power of 2, got {cells}")
-    return cells
-
-
-Wrapping = Annotated[int, AfterValidator(_wrapping)]
-"""Cells along an edge of a square that moves with the robot: a power of 2."""
+Wrapping = PowerOfTwo
+"""Number of cells along an edge of the window, a power of two."""
 
 
 class ElevationGrid:
@@ -108,12 +99,12 @@ def _describe(points, times, centre, cell, table, ages, floors):  # type: ignore
             if not above:
                 own[LOWEST] = min(own[LOWEST], z)
                 continue
-            if own[LOWEST] > floors[i, j] + np.float32(TALL):
+            if own[LOWEST] > floors[i, j] + np.float32(MAX_HEIGHT):
                 continue
-            if z < own[LOWEST] + np.float32(LAYER):
+            if z < own[LOWEST] + np.float32(GROUND_LAYER):
                 own[POINTS] += np.float32(1.0)
                 own[MEAN] += (z - own[MEAN]) / own[POINTS]
-            if z < own[LOWEST] + np.float32(TALL):
+            if z < own[LOWEST] + np.float32(MAX_HEIGHT):
                 own[HIGHEST] = max(own[HIGHEST], z)
                 ages[i, j] = min(ages[i, j], times[k])
         if not above:

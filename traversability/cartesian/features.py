@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.cartesian.elevation_grid import (
-    EVER,
+    ANY_AGE,
     HIGHEST,
     LOWEST,
+    MAX_HEIGHT,
     MEAN,
     POINTS,
-    TALL,
     ElevationGrid,
 )
 from traversability.cloud import PointCloud
 
-SQUARE = 2
+EDGE_CELLS = 2
 """Tiles along a square's edge."""
 
-REACH = 10.0
+MAX_RANGE = 10.0
 """Squares further away are not judged [m]. Between 5 and 10 m half of them show points: what stands
 there does, and much of the ground between has none."""
 
-NEAREST = 0.7
+MIN_RANGE = 0.7
 """Nor are those nearer [m], where the laser sees the robot's own shadow."""
 
 _WINDOWS = (2, 4, 8)
@@ -73,7 +73,7 @@ class GroundFeatures:
     """Describes the squares of clouds; its memory lives as long as it does.
 
     Attributes:
-        places: Squares of the last cloud, int64, shape (k, 2).
+        cells: Squares of the last cloud, int64, shape (k, 2).
         values: In the order of ``GROUND_FEATURES``, float32, shape (k, f).
         due: Whether they were asked for, bool, shape (k,); the others lie beside one that was.
     """
@@ -81,13 +81,13 @@ class GroundFeatures:
     def __init__(self) -> None:
         """Begin without a cloud."""
         self._count = 0
-        self._places = np.zeros((0, 2), dtype=np.int64)
+        self._cells = np.zeros((0, 2), dtype=np.int64)
         self._values = np.zeros((0, len(GROUND_FEATURES)), dtype=np.float32)
         self._due = np.zeros(0, dtype=np.bool_)
         self._flat = np.zeros((2, 0, 0))
 
     def describe(
-        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = EVER
+        self, tiles: ElevationGrid, here: NDArray[np.float64], span: tuple[float, float] = ANY_AGE
     ) -> None:
         """Describe the squares of a cloud around a place, and those beside them.
 
@@ -97,9 +97,9 @@ class GroundFeatures:
             span: Squares that were last measured so long ago [s]: from the first age on, less than
                 the second.
         """
-        most = (2 * int(REACH / (SQUARE * tiles.cell)) + 3) ** 2
-        if len(self._places) < most:
-            self._places = np.zeros((most, 2), dtype=np.int64)
+        most = (2 * int(MAX_RANGE / (EDGE_CELLS * tiles.cell)) + 3) ** 2
+        if len(self._cells) < most:
+            self._cells = np.zeros((most, 2), dtype=np.int64)
             self._values = np.zeros((most, len(GROUND_FEATURES)), dtype=np.float32)
             self._due = np.zeros(most, dtype=np.bool_)
         if self._flat.shape[1] != len(tiles.table):
@@ -111,13 +111,13 @@ class GroundFeatures:
             tiles.cell,
             here,
             (np.float32(span[0]), np.float32(span[1])),
-            (self._places, self._values, self._due),
+            (self._cells, self._values, self._due),
         )
 
     @property
-    def places(self) -> NDArray[np.int64]:
+    def cells(self) -> NDArray[np.int64]:
         """Squares of the last cloud."""
-        return self._places[: self._count]
+        return self._cells[: self._count]
 
     @property
     def values(self) -> NDArray[np.float32]:
@@ -130,12 +130,12 @@ class GroundFeatures:
         return self._due[: self._count]
 
 
-def label_squares(
+def label_ground_cells(
     cloud: PointCloud,
     bad: NDArray[np.bool_],
     share: float,
     tiles: ElevationGrid,
-    places: NDArray[np.int64],
+    cells: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
     """Return which squares of a cloud have a tile whose points below crowns are bad.
 
@@ -144,7 +144,7 @@ def label_squares(
         bad: Which of them are, bool, shape (m,).
         share: Of a tile's points, from which it is.
         tiles: The same cloud.
-        places: Squares, int64, shape (n, 2).
+        cells: Squares, int64, shape (n, 2).
 
     Returns:
         bool, shape (n,).
@@ -154,15 +154,15 @@ def label_squares(
     inside = (np.abs(tile - tiles.centre) < len(tiles.table) // 2 - 1).all(axis=1)
     i, j = (tile & last).T
     own = tiles.table[i, j]
-    low = inside & (own[:, POINTS] > 0) & (cloud.points[:, 2] < own[:, LOWEST] + TALL)
+    low = inside & (own[:, POINTS] > 0) & (cloud.points[:, 2] < own[:, LOWEST] + MAX_HEIGHT)
     place, size = i * (last + 1) + j, (last + 1) ** 2
     total = np.bincount(place[low], minlength=size)
     count = np.bincount(place[low & bad], minlength=size)
     red = ((count > 0) & (count >= share * total)).reshape(last + 1, last + 1)
-    found = np.zeros(len(places), dtype=np.bool_)
-    for a in range(SQUARE):
-        for b in range(SQUARE):
-            u, v = (SQUARE * places + np.array([a, b])).T & last
+    found = np.zeros(len(cells), dtype=np.bool_)
+    for a in range(EDGE_CELLS):
+        for b in range(EDGE_CELLS):
+            u, v = (EDGE_CELLS * cells + np.array([a, b])).T & last
             found |= red[u, v]
     return found
 
@@ -188,19 +188,19 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
     table, ages, flat = ground
     places, values, due = found
     n = len(table)
-    edge = SQUARE * cell
+    edge = EDGE_CELLS * cell
     wide = _WINDOWS[-1]
-    most = n // 2 - wide - SQUARE - 1
+    most = n // 2 - wide - EDGE_CELLS - 1
     first0, first1 = int(np.floor(here[0] / edge)), int(np.floor(here[1] / edge))
-    half = int(REACH / edge) + 1
-    columns = np.empty((8, 2 * wide + SQUARE))
-    own = np.empty((SQUARE, SQUARE, 2))
+    half = int(MAX_RANGE / edge) + 1
+    columns = np.empty((8, 2 * wide + EDGE_CELLS))
+    own = np.empty((EDGE_CELLS, EDGE_CELLS, 2))
     # Rims of one square more, so that each has eight neighbours.
     asked = np.zeros((2 * half + 3, 2 * half + 3), dtype=np.bool_)
     beside = asked.copy()
     for a in range(2 * half + 1):
         for b in range(2 * half + 1):
-            age = _age(ages, SQUARE * (first0 - half + a), SQUARE * (first1 - half + b))
+            age = _age(ages, EDGE_CELLS * (first0 - half + a), EDGE_CELLS * (first1 - half + b))
             if span[0] <= age < span[1]:
                 asked[a + 1, b + 1] = True
                 beside[a : a + 3, b : b + 3] = True
@@ -211,16 +211,16 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
             if not beside[k, m]:
                 continue
             far = np.hypot((i + 0.5) * edge - here[0], (j + 0.5) * edge - here[1])
-            u, v = SQUARE * i - centre[0], SQUARE * j - centre[1]
-            if far < NEAREST or far > REACH or count == len(places):
+            u, v = EDGE_CELLS * i - centre[0], EDGE_CELLS * j - centre[1]
+            if far < MIN_RANGE or far > MAX_RANGE or count == len(places):
                 continue
             if abs(u) > most or abs(v) > most:
                 continue
             points, seen, spread = 0.0, 0, 0.0
             low, high = np.inf, -np.inf
-            for a in range(SQUARE):
-                for b in range(SQUARE):
-                    tile = table[(SQUARE * i + a) & (n - 1), (SQUARE * j + b) & (n - 1)]
+            for a in range(EDGE_CELLS):
+                for b in range(EDGE_CELLS):
+                    tile = table[(EDGE_CELLS * i + a) & (n - 1), (EDGE_CELLS * j + b) & (n - 1)]
                     own[a, b, 0] = np.nan
                     if tile[POINTS] > 0:
                         points, seen = points + tile[POINTS], seen + 1
@@ -243,8 +243,8 @@ def _describe(ground, centre, cell, here, span, found):  # type: ignore[no-untyp
 def _age(ages, u, v):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Return the age of a square's newest tile."""
     n, least = len(ages), np.float32(np.inf)
-    for a in range(SQUARE):
-        for b in range(SQUARE):
+    for a in range(EDGE_CELLS):
+        for b in range(EDGE_CELLS):
             least = min(least, ages[(u + a) & (n - 1), (v + b) & (n - 1)])
     return least
 
@@ -261,13 +261,13 @@ def _fit(flat, u, v, cell, own, columns, found):  # type: ignore[no-untyped-def]
     done = 0
     for k in range(len(_WINDOWS)):
         beyond = _WINDOWS[k]
-        for a in range(-beyond, beyond + SQUARE):
-            if k > 0 and -done <= a < done + SQUARE:
+        for a in range(-beyond, beyond + EDGE_CELLS):
+            if k > 0 and -done <= a < done + EDGE_CELLS:
                 continue
-            x = (a - (SQUARE - 1) / 2) * cell
-            ones = flat[0, u + a, v - wide : v + wide + SQUARE]
-            heights = flat[1, u + a, v - wide : v + wide + SQUARE]
-            for c in range(2 * wide + SQUARE):
+            x = (a - (EDGE_CELLS - 1) / 2) * cell
+            ones = flat[0, u + a, v - wide : v + wide + EDGE_CELLS]
+            heights = flat[1, u + a, v - wide : v + wide + EDGE_CELLS]
+            for c in range(2 * wide + EDGE_CELLS):
                 one, z = ones[c], heights[c]
                 columns[0, c] += one
                 columns[1, c] += one * x
@@ -283,15 +283,15 @@ def _fit(flat, u, v, cell, own, columns, found):  # type: ignore[no-untyped-def]
 def _judge(flat, at, own, columns, found):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Write what the plane through the flat tiles of one window tells."""
     u, v, beyond, cell = at
-    middle = (SQUARE - 1) / 2
+    middle = (EDGE_CELLS - 1) / 2
     s = sx = sy = sz = sxx = syy = sxy = sxz = syz = szz = 0.0
-    for b in range(-beyond, beyond + SQUARE):
+    for b in range(-beyond, beyond + EDGE_CELLS):
         c, y = b + _WINDOWS[-1], (b - middle) * cell
         one, x, xx, z, xz, zz = columns[:6, c]
         s, sx, sy, sz = s + one, sx + x, sy + y * one, sz + z
         sxx, syy, sxy = sxx + xx, syy + y * y * one, sxy + y * x
         sxz, syz, szz = sxz + xz, syz + y * z, szz + zz
-    found[0] = s / (2 * beyond + SQUARE) ** 2
+    found[0] = s / (2 * beyond + EDGE_CELLS) ** 2
     if s < _FEW:
         return
     mx, my, mz = sx / s, sy / s, sz / s
@@ -303,9 +303,9 @@ def _judge(flat, at, own, columns, found):  # type: ignore[no-untyped-def]  # no
     gx, gy = (cxz * cyy - cyz * cxy) / spanned, (cyz * cxx - cxz * cxy) / spanned
     found[1] = np.hypot(gx, gy)
     found[2] = np.sqrt(max(czz - gx * cxz - gy * cyz, 0.0))
-    least, most, width = columns[6], columns[7], 2 * beyond + SQUARE
+    least, most, width = columns[6], columns[7], 2 * beyond + EDGE_CELLS
     least[:width], most[:width] = np.inf, -np.inf
-    for a in range(-beyond, beyond + SQUARE):
+    for a in range(-beyond, beyond + EDGE_CELLS):
         ones = flat[0, u + a, v - beyond : v - beyond + width]
         heights = flat[1, u + a, v - beyond : v - beyond + width]
         plane = mz + gx * ((a - middle) * cell - mx) - gy * ((beyond + middle) * cell + my)
@@ -317,8 +317,8 @@ def _judge(flat, at, own, columns, found):  # type: ignore[no-untyped-def]  # no
     lowest, highest = least[:width].min(), most[:width].max()
     drop, rise, peak = np.inf, -np.inf, -np.inf
     uphill = (abs(gx) + abs(gy)) * cell / 2  # A tile's own edge stands out of its middle so far.
-    for a in range(SQUARE):
-        for b in range(SQUARE):
+    for a in range(EDGE_CELLS):
+        for b in range(EDGE_CELLS):
             mean, top = own[a, b]
             if np.isnan(mean):
                 continue

@@ -1,282 +1,455 @@
-"""A plan over a local map: what a metre costs, and what the way to the goal costs from where."""
+"""Shortest path over the occupancy grid: cost of every cell, cost to go, and a sub-goal on the way.
+
+Costs follow the layered costmaps of mobile robots (inscribed and inflation radius); the search is
+A* from the goal to the robot with a bucket queue (Dial 1969), so that the cost to go is exact
+around the robot and the path is read off from there.
+"""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
+from worlds.world import Geofence
 
 _DETOUR = 1.05
-"""A straight line that costs this much more than the path is as good [and a cell more]."""
+"""Ratio of a straight line's cost to the path's (and a cell more) up to which both are as good."""
 
-EVERYWHERE = np.array([1.0, 0.0, 0.0, 0.0, -np.inf, -np.inf, np.inf, np.inf])
-"""A fence that keeps nobody in: turn and shift from ``odom`` to the map, and bounds there."""
+_GOAL_SHIFT = 1e-6
+"""Shift of the goal, in cells: goals like to lie on the edges of cells, where rounding must not
+choose."""
+
+
+class CostConfig(BaseModel):
+    """Costs of a metre; free ground costs one.
+
+    Attributes:
+        inscribed_radius: Distance from obstacles that the path keeps where it can [m].
+        inflation_radius: Distance from obstacles at which a metre costs no more [m].
+        inscribed_cost: Extra cost of a metre nearer to obstacles than ``inscribed_radius``.
+        inflation_cost: Extra cost of a metre at ``inscribed_radius``, falling to none at
+            ``inflation_radius``.
+        unknown_cost: Extra cost of a metre where no scan has seen anything.
+        uncertain_cost: Extra cost of a metre whose log odds are almost lethal.
+        lethal_cost: Extra cost of a metre with as much log odds again: an obstacle that was seen
+            from near is not tried twice.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    inscribed_radius: float = Field(default=0.5, ge=0)
+    inflation_radius: float = Field(default=1.3, gt=0)
+    inscribed_cost: float = Field(default=15.0, ge=0)
+    inflation_cost: float = Field(default=2.0, ge=0)
+    unknown_cost: float = Field(default=0.5, ge=0)
+    uncertain_cost: float = Field(default=3.0, ge=0)
+    lethal_cost: float = Field(default=50.0, ge=0)
 
 
 class CostWeights(NamedTuple):
-    """What the cost of a metre depends on; see ``LocalPlannerConfig``."""
+    """Numbers of ``CostConfig`` and of the occupancy grid that the compiled costs depend on.
 
-    wall: float
-    room: float
-    shy: float
-    tight: float
-    crowd: float
-    unseen: float
-    doubt: float
-    sure: float
-    certain: float
+    Attributes:
+        lethal_log_odds: Log odds above which a cell is an obstacle.
+        max_log_odds: Largest log odds.
+        inscribed_radius: See ``CostConfig`` [m].
+        inflation_radius: See ``CostConfig`` [m].
+        inscribed_cost: See ``CostConfig``.
+        inflation_cost: See ``CostConfig``.
+        unknown_cost: See ``CostConfig``.
+        uncertain_cost: See ``CostConfig``.
+        lethal_cost: See ``CostConfig``.
+    """
+
+    lethal_log_odds: float
+    max_log_odds: float
+    inscribed_radius: float
+    inflation_radius: float
+    inscribed_cost: float
+    inflation_cost: float
+    unknown_cost: float
+    uncertain_cost: float
+    lethal_cost: float
+
+    @classmethod
+    def of(cls, costs: CostConfig, lethal_log_odds: float, max_log_odds: float) -> "CostWeights":
+        """Return the weights of a configuration."""
+        return cls(
+            lethal_log_odds=lethal_log_odds,
+            max_log_odds=max_log_odds,
+            inscribed_radius=costs.inscribed_radius,
+            inflation_radius=costs.inflation_radius,
+            inscribed_cost=costs.inscribed_cost,
+            inflation_cost=costs.inflation_cost,
+            unknown_cost=costs.unknown_cost,
+            uncertain_cost=costs.uncertain_cost,
+            lethal_cost=costs.lethal_cost,
+        )
 
     @property
-    def most(self) -> float:
+    def highest(self) -> float:
         """The highest cost of a cell's length."""
-        walled = self.doubt + self.sure * max(self.certain / self.wall - 1.0, 0.0)
-        return 1.0 + max(self.unseen, walled) + 2.0 * self.tight + self.crowd
+        sure = max(self.max_log_odds / self.lethal_log_odds - 1.0, 0.0)
+        occupied = self.uncertain_cost + self.lethal_cost * sure
+        around = 2.0 * self.inscribed_cost + self.inflation_cost
+        return 1.0 + max(self.unknown_cost, occupied) + around
+
+
+class Passage(NamedTuple):
+    """Room that the robot has had where it drove, whatever stands beside its way.
+
+    Attributes:
+        clearance: Clearance where the middle of the robot has been [cells].
+        driven_radius: Distance from the middle within which ground counts as driven [cells].
+        behind: Distance beyond which a place is behind the robot's body [cells].
+    """
+
+    clearance: float
+    driven_radius: float
+    behind: float
+
+
+class Fence(NamedTuple):
+    """A geofence seen from ``odom``.
+
+    Attributes:
+        c: Cosine of the turn from ``odom`` to the map.
+        s: Sine of that turn.
+        x: Shift along x [m].
+        y: Shift along y [m].
+        x_min: Bound in the map [m].
+        y_min: Bound in the map [m].
+        x_max: Bound in the map [m].
+        y_max: Bound in the map [m].
+    """
+
+    c: float
+    s: float
+    x: float
+    y: float
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
+
+
+EVERYWHERE = Fence(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, math.inf)
+"""A fence without bounds."""
+
+
+def fence_in_odom(
+    geofence: Geofence | None, turn: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)
+) -> Fence:
+    """Return a geofence of the map as it lies in ``odom``.
+
+    Args:
+        geofence: Bounds in the map [m]; None for none.
+        turn: Yaw of the map's pose less that in ``odom`` [rad].
+        shift: Origin of ``odom`` in the map [m].
+    """
+    if geofence is None:
+        return EVERYWHERE
+    return Fence(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
+
+
+class Queue(NamedTuple):
+    """Bucket queue of cells: a ring of doubly linked lists, a cell's length of cost each.
+
+    Attributes:
+        heads: First cell of each bucket, -1 for none, int32, shape (a power of 2,).
+        before: Cell before each cell in its bucket, int32, shape (n * n,).
+        after: Cell after each cell in its bucket, int32, shape (n * n,).
+        bucket: Bucket of each cell, -1 for none, int32, shape (n * n,).
+    """
+
+    heads: NDArray[np.int32]
+    before: NDArray[np.int32]
+    after: NDArray[np.int32]
+    bucket: NDArray[np.int32]
 
 
 class GridPlanner:
-    """The way to the goal over the square of a local map.
+    """Plans the way to the goal over the square of an occupancy grid.
 
     Attributes:
-        prices: Of a metre.
-        gaps: Distance from the nearest wall, in cells, shape (n, n).
-        rooms: The same, and more where the robot came through, whatever stands beside its way: room
-            to drive and not to turn on the spot. In cells, shape (n, n).
-        costs: Of a cell's length in each cell, shape (n, n).
-        onward: Cost of the way to the goal, in cells, around the robot; infinite where nobody
-            looked, float32, shape (n, n).
+        weights: Costs of a metre.
+        clearance: Distance from the nearest obstacle, in cells, float32, shape (n, n).
+        traversed_clearance: The same, and more where the robot came through: room to drive and not
+            to turn on the spot. In cells, float32, shape (n, n).
+        costs: Cost of a cell's length in each cell, float32, shape (n, n).
+        cost_to_go: Cost of the way to the goal, in cells, around the robot; infinite where the
+            search has not been, float32, shape (n, n).
         corner: Place of the first cell's corner, in ``odom`` [m], shape (2,).
-        end: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it is ground that nobody
-            has seen, as the crow flies.
+        goal: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it counts as unknown
+            ground in a straight line.
     """
 
     def __init__(
         self,
         cells: int,
         cell: float,
-        prices: CostWeights,
-        spans: tuple[float, float],
-        around: float,
-        passage: tuple[float, float, float],
+        weights: CostWeights,
+        lookahead: tuple[float, float],
+        margin: float,
+        passage: Passage,
     ) -> None:
         """Prepare for a square.
 
         Args:
-            cells: Along its edge.
+            cells: Number of cells along its edge.
             cell: Edge of a cell [m].
-            prices: Of a metre.
-            spans: Nearest and farthest sub-goal [m].
-            around: The way is known wherever it costs no more than the best one and this [m].
-            passage: Room where the middle of the robot has been, how far from it ground counts as
-                driven, and how far the robot is past a place that it has come through [m].
+            weights: Costs of a metre.
+            lookahead: Nearest and farthest sub-goal [m].
+            margin: The cost to go is known wherever it is no more than the robot's and this [m].
+            passage: Room where the robot has driven [m].
         """
         self._cell = cell
-        self.prices = prices
-        self._spans = (spans[0] / cell, spans[1] / cell)
-        room, under, past = passage
-        self._passage = (room / cell, under / cell, past / cell)
-        self._around = around / cell
-        self.gaps = np.zeros((cells, cells), dtype=np.float32)
-        self.rooms = np.zeros((cells, cells), dtype=np.float32)
-        self.onward = np.zeros((cells, cells), dtype=np.float32)
+        self.weights = weights
+        self._lookahead = (lookahead[0] / cell, lookahead[1] / cell)
+        self._passage = Passage(*(length / cell for length in passage))
+        self._margin = margin / cell
+        self.clearance = np.zeros((cells, cells), dtype=np.float32)
+        self.traversed_clearance = np.zeros((cells, cells), dtype=np.float32)
+        self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
         self.costs = np.zeros((cells, cells), dtype=np.float32)
-        # Neighbours in the queue before and after each cell, and the bucket that it waits in.
-        self._links = np.zeros((3, cells * cells), dtype=np.int32)
         # A cell waits at most the dearest step behind the one that is taken, one of the square's
         # edge at most as far as the way along the edge and back to the robot.
-        step = math.sqrt(2.0) * max(prices.most + 1.0, (2.0 + prices.unseen) * cells)
-        self._buckets = np.zeros(1 << math.ceil(math.log2(step + 2.0)), dtype=np.int32)
+        step = math.sqrt(2.0) * max(weights.highest + 1.0, (2.0 + weights.unknown_cost) * cells)
+        count = 1 << math.ceil(math.log2(step + 2.0))
+        links = np.zeros((3, cells * cells), dtype=np.int32)
+        self._queue = Queue(np.zeros(count, dtype=np.int32), *links)
         self.reset()
 
     def reset(self) -> None:
         """Forget where the square was."""
         self.corner: NDArray[np.float64] = np.zeros(2)
-        self.end: NDArray[np.float64] = np.zeros(2)
+        self.goal: NDArray[np.float64] = np.zeros(2)
 
-    def make(
+    def plan(
         self,
-        evidence: NDArray[np.float32],
+        log_odds: NDArray[np.float32],
         centre: NDArray[np.int64],
-        fence: NDArray[np.float64],
-        here: NDArray[np.float64],
+        fence: Fence,
+        position: NDArray[np.float64],
         goal: NDArray[np.float64],
     ) -> NDArray[np.float64] | None:
-        """Return where to head for in ``odom`` [m]; None is the goal itself, straight and free.
+        """Return the sub-goal in ``odom`` [m]; None is the goal itself, straight and free.
 
         Args:
-            evidence: For walls, shape (n, n), wrapped around.
-            centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
-            fence: Turn and shift from ``odom`` to the map, and bounds there, shape (8,).
-            here: Position of the robot in ``odom`` [m], shape (2,).
+            log_odds: Occupancy, wrapped around, float32, shape (n, n).
+            centre: Cell of the robot, counted from the origin of ``odom``, shape (2,).
+            fence: Geofence.
+            position: Position of the robot in ``odom`` [m], shape (2,).
             goal: Goal in ``odom`` [m], shape (2,).
         """
-        n, cell = len(self.costs), self._cell
-        _keep_inside(centre, cell, fence, self.gaps)
-        _price(evidence, centre, cell, self.prices, self.gaps, self.costs)
-        _open(evidence, centre, self.prices.certain, self._passage, self.gaps, self.rooms)
-        self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
-        start = (here - self.corner) / cell
-        self.end = np.asarray(goal, dtype=np.float64)
-        # Goals like to lie on the edges of cells, where rounding must not choose.
-        end = (goal - self.corner) / cell + 1e-6
-        first = np.clip(start, 0, n - 1).astype(np.int64)
-        last = np.floor(end).astype(np.int64)
-        beyond = 1.0 + self.prices.unseen
-        _spread(
-            self.costs, self.onward, self._links, self._buckets, first, last, beyond, self._around
+        n, cell, weights = len(self.costs), self._cell, self.weights
+        # What a metre costs where.
+        _apply_fence(centre, cell, fence, self.clearance)
+        _inflate(log_odds, centre, cell, weights, self.clearance, self.costs)
+        _widen_where_driven(
+            *(log_odds, centre, weights.max_log_odds, self._passage),
+            *(self.clearance, self.traversed_clearance),
         )
-        place = _farthest(self.costs, self.onward, start, first, last, self._spans)
+        # What the rest of the way costs from where.
+        self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
+        self.goal = np.asarray(goal, dtype=np.float64)
+        start = (position - self.corner) / cell
+        first = np.clip(start, 0, n - 1).astype(np.int64)
+        last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
+        unknown = 1.0 + weights.unknown_cost
+        _search(self.costs, self.cost_to_go, self._queue, first, last, unknown, self._margin)
+        # The farthest place of that way that is as good to head for in a straight line.
+        place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell
 
 
 @kernel
-def _keep_inside(centre, cell, fence, gaps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write 0 into the gaps of cells beyond the fence, 1 into the others."""
-    n = len(gaps)
-    c, s, x0, y0, x_min, y_min, x_max, y_max = fence
+def _apply_fence(
+    centre: NDArray[np.int64], cell: float, fence: Fence, clearance: NDArray[np.float32]
+) -> None:
+    """Write 0 into the clearance of cells beyond the fence, 1 into the others."""
+    n = len(clearance)
     for i in range(n):
         for j in range(n):
+            # Middle of the cell in odom, then in the map, where the fence is straight.
             x = (centre[0] - n // 2 + i + 0.5) * cell
             y = (centre[1] - n // 2 + j + 0.5) * cell
-            inside = x_min < c * x - s * y + x0 < x_max and y_min < s * x + c * y + y0 < y_max
-            gaps[i, j] = np.float32(inside)
+            map_x = fence.c * x - fence.s * y + fence.x
+            map_y = fence.s * x + fence.c * y + fence.y
+            inside = fence.x_min < map_x < fence.x_max and fence.y_min < map_y < fence.y_max
+            clearance[i, j] = np.float32(inside)
 
 
 @kernel
-def _price(evidence, centre, cell, prices, gaps, costs):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the cost of a cell's length in each cell of the square, in its own order.
+def _inflate(
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    cell: float,
+    weights: CostWeights,
+    clearance: NDArray[np.float32],
+    costs: NDArray[np.float32],
+) -> None:
+    """Write clearance and cost of each cell of the square, in its own order.
 
-    Where ``gaps`` is zero there is a wall already. Where the robot has driven it can drive, however
-    narrow it is there.
+    Where ``clearance`` is zero there is an obstacle already, the fence. Clearances are those of the
+    chamfer transform (Borgefors 1986): two sweeps, each from the neighbours it has passed.
     """
-    n = len(evidence)
-    wall, room, shy, tight, crowd, unseen, doubt, sure, certain = prices
-    driven = -np.float32(certain)
-    far = np.float32(shy / cell)
-    aslant = np.float32(np.sqrt(2.0))
-    one = np.float32(1.0)
+    n = len(log_odds)
+    straight = np.float32(1.0)
+    diagonal = np.float32(np.sqrt(2.0))
+    far = np.float32(weights.inflation_radius / cell)
+    # Odom's cells are wrapped around: the square's own order begins at its corner.
     low0, low1 = centre[0] - n // 2, centre[1] - n // 2
     for i in range(n):
         row = (low0 + i) & (n - 1)
         for j in range(n):
-            gap = np.float32(0.0)
-            if gaps[i, j] > 0 and not evidence[row, (low1 + j) & (n - 1)] > wall:
-                gap = far
-            if gap > 0:
+            near = np.float32(0.0)
+            known = log_odds[row, (low1 + j) & (n - 1)]
+            # Not a NaN-safe "<=": what is no number is an obstacle's opposite.
+            if clearance[i, j] > 0 and not known > weights.lethal_log_odds:
+                near = far
+            if near > 0:
                 if j > 0:
-                    gap = min(gap, gaps[i, j - 1] + one)
+                    near = min(near, clearance[i, j - 1] + straight)
                 if i > 0:
-                    gap = min(gap, gaps[i - 1, j] + one)
+                    near = min(near, clearance[i - 1, j] + straight)
                     if j > 0:
-                        gap = min(gap, gaps[i - 1, j - 1] + aslant)
+                        near = min(near, clearance[i - 1, j - 1] + diagonal)
                     if j < n - 1:
-                        gap = min(gap, gaps[i - 1, j + 1] + aslant)
-            gaps[i, j] = gap
+                        near = min(near, clearance[i - 1, j + 1] + diagonal)
+            clearance[i, j] = near
     for i in range(n - 1, -1, -1):
         for j in range(n - 1, -1, -1):
-            gap = gaps[i, j]
-            if gap > 0:
+            near = clearance[i, j]
+            if near > 0:
                 if j < n - 1:
-                    gap = min(gap, gaps[i, j + 1] + one)
+                    near = min(near, clearance[i, j + 1] + straight)
                 if i < n - 1:
-                    gap = min(gap, gaps[i + 1, j] + one)
+                    near = min(near, clearance[i + 1, j] + straight)
                     if j < n - 1:
-                        gap = min(gap, gaps[i + 1, j + 1] + aslant)
+                        near = min(near, clearance[i + 1, j + 1] + diagonal)
                     if j > 0:
-                        gap = min(gap, gaps[i + 1, j - 1] + aslant)
-                gaps[i, j] = gap
-            metres = gap * cell
-            cost = 1.0
-            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            if known == 0.0:
-                cost += unseen
-            elif known > 0.0:
-                cost += doubt * min(known / wall, 1.0) + sure * max(known / wall - 1.0, 0.0)
-            if metres < room:
-                cost += tight * (2.0 - metres / room)
-            if metres < shy:
-                cost += crowd * min(1.0, (shy - metres) / (shy - room))
-            costs[i, j] = 1.0 if known <= driven else cost
+                        near = min(near, clearance[i + 1, j - 1] + diagonal)
+                clearance[i, j] = near
+            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
+            costs[i, j] = _cost(known, float(near * cell), weights)
 
 
 @kernel
-def _open(evidence, centre, certain, passage, gaps, rooms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write the rooms: gaps, raised where the robot has driven.
+def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
+    """Return the cost of a metre at a clearance [m] with some log odds."""
+    # Where the robot has driven it can drive, however narrow it is there.
+    if log_odds <= -np.float32(weights.max_log_odds):
+        return 1.0
+    cost = 1.0
+    if log_odds == 0.0:
+        cost += weights.unknown_cost
+    elif log_odds > 0.0:
+        share = log_odds / weights.lethal_log_odds
+        sure = weights.lethal_cost * max(share - 1.0, 0.0)
+        cost += weights.uncertain_cost * min(share, 1.0) + sure
+    inscribed, inflation = weights.inscribed_radius, weights.inflation_radius
+    if clearance < inscribed:
+        cost += weights.inscribed_cost * (2.0 - clearance / inscribed)
+    if clearance < inflation:
+        falling = (inflation - clearance) / (inflation - inscribed)
+        cost += weights.inflation_cost * min(1.0, falling)
+    return cost
 
-    Log odds there is -1 to -2 times certainty, the more the nearer the middle of the robot was.
+
+@kernel
+def _widen_where_driven(
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    max_log_odds: float,
+    passage: Passage,
+    clearance: NDArray[np.float32],
+    traversed: NDArray[np.float32],
+) -> None:
+    """Write the clearance, raised where the robot has driven and its body is gone.
+
+    Log odds there are -1 to -2 times the largest, the more the nearer the robot's middle was.
     """
-    n = len(gaps)
-    room, under, past = passage
+    n = len(clearance)
     low0, low1 = centre[0] - n // 2, centre[1] - n // 2
     for i in range(n):
         for j in range(n):
-            known = evidence[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            rooms[i, j] = gaps[i, j]
-            if known <= -certain and gaps[i, j] > 0 and np.hypot(i - n // 2, j - n // 2) > past:
-                off = (2.0 + known / certain) * under
-                rooms[i, j] = max(gaps[i, j], np.float32(room - off))
+            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
+            traversed[i, j] = clearance[i, j]
+            behind = np.hypot(i - n // 2, j - n // 2) > passage.behind
+            if known <= -max_log_odds and clearance[i, j] > 0 and behind:
+                off = (2.0 + known / max_log_odds) * passage.driven_radius
+                traversed[i, j] = max(clearance[i, j], np.float32(passage.clearance - off))
 
 
 @kernel
-def _spread(costs, onward, links, buckets, first, last, beyond, around):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what the way to the last cell costs into those between it and the first, and around.
+def _search(
+    costs: NDArray[np.float32],
+    cost_to_go: NDArray[np.float32],
+    queue: Queue,
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
+    unknown: float,
+    margin: float,
+) -> None:
+    """Write the cost of the way to the last cell into those between it and the first, and around.
 
-    A last cell beyond the square is reached from every cell of its edge, at the price of ground
-    that nobody has seen. The search is A*, from the goal to the robot, so that the path is read off
-    from the robot on. Its queue is a ring of buckets a cell's length wide (Dial 1969), each a list
-    linked both ways, from which a cell that gets cheaper moves without a trace. A cell that gets
+    A last cell beyond the square is reached from every cell of its edge, at the cost of unknown
+    ground. A cell that gets cheaper while it waits moves to another bucket, and one that gets
     cheaper after it was taken is taken again: the costs are exact.
     """
-    n, ring = len(costs), len(buckets) - 1
-    before, after, bucket = links
-    flat, price = onward.ravel(), costs.ravel()
+    n, ring = len(costs), len(queue.heads) - 1
+    flat, price = cost_to_go.ravel(), costs.ravel()
     flat[:] = np.inf
-    buckets[:] = -1
-    bucket[:] = -1
+    queue.heads[:] = -1
+    queue.bucket[:] = -1
     a0, a1 = first
     inside = 0 <= last[0] < n and 0 <= last[1] < n
     waiting = 1 if inside else 4 * (n - 1)
     now = 1 << 30
     for k in range(waiting):
-        i, j = (last[0], last[1]) if inside else _at_the_edge(k, n)
+        i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
         cell = i * n + j
-        flat[cell] = np.float32(beyond * np.hypot(last[0] - i, last[1] - j))
+        flat[cell] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
+        # A*: the straight line to the robot, at the least cost of a cell, never overestimates.
         slot = int(flat[cell] + np.hypot(np.float32(i - a0), np.float32(j - a1)))
-        _enter(buckets, before, after, bucket, cell, slot & ring)
+        _push(queue, cell, slot & ring)
         now = min(now, slot)
     most = np.float32(np.inf)
-    steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
+    half_steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
     while waiting:
-        while buckets[now & ring] < 0:
+        while queue.heads[now & ring] < 0:
             now += 1
         if now > most:
             break
-        cell = buckets[now & ring]
-        _leave(buckets, before, after, bucket, cell)
+        cell = queue.heads[now & ring]
+        _remove(queue, cell)
         waiting -= 1
         i, j = cell // n, cell % n
         here, own = flat[cell], price[cell]
         if i == a0 and j == a1:
-            most = here + np.float32(around)
+            # The robot's cost is known: go on for the margin that rollouts look up.
+            most = here + np.float32(margin)
         for p in range(max(i - 1, 0), min(i + 2, n)):
             for q in range(max(j - 1, 0), min(j + 2, n)):
                 other = p * n + q
-                length = here + steps[int(p != i and q != j)] * (own + price[other])
+                length = here + half_steps[int(p != i and q != j)] * (own + price[other])
                 if not length < flat[other]:
                     continue
                 flat[other] = length
-                if bucket[other] >= 0:
-                    _leave(buckets, before, after, bucket, other)
+                if queue.bucket[other] >= 0:
+                    _remove(queue, other)
                     waiting -= 1
                 rest = np.sqrt(np.float32((p - a0) * (p - a0) + (q - a1) * (q - a1)))
-                slot = max(now, int(length + rest)) & ring
-                _enter(buckets, before, after, bucket, other, slot)
+                _push(queue, other, max(now, int(length + rest)) & ring)
                 waiting += 1
 
 
 @kernel
-def _at_the_edge(k, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _edge_cell(k: int, n: int) -> tuple[int, int]:
     """Return the k-th cell of the way around the square."""
     side, along = k // (n - 1), k % (n - 1)
     if side == 0:
@@ -289,38 +462,48 @@ def _at_the_edge(k, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 
 @kernel
-def _enter(buckets, before, after, bucket, cell, slot):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _push(queue: Queue, cell: int, slot: int) -> None:
     """Put a cell at the head of a bucket."""
-    head = buckets[slot]
-    before[cell], after[cell], bucket[cell] = -1, head, slot
+    head = queue.heads[slot]
+    queue.before[cell], queue.after[cell], queue.bucket[cell] = -1, head, slot
     if head >= 0:
-        before[head] = cell
-    buckets[slot] = cell
+        queue.before[head] = cell
+    queue.heads[slot] = cell
 
 
 @kernel
-def _leave(buckets, before, after, bucket, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _remove(queue: Queue, cell: int) -> None:
     """Take a cell out of its bucket."""
-    left, right = before[cell], after[cell]
+    left, right = queue.before[cell], queue.after[cell]
     if left >= 0:
-        after[left] = right
+        queue.after[left] = right
     else:
-        buckets[bucket[cell]] = right
+        queue.heads[queue.bucket[cell]] = right
     if right >= 0:
-        before[right] = left
-    bucket[cell] = -1
+        queue.before[right] = left
+    queue.bucket[cell] = -1
 
 
 @kernel
-def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the farthest place of the best path that can be headed for, None for its end."""
+def _subgoal(
+    costs: NDArray[np.float32],
+    cost_to_go: NDArray[np.float32],
+    start: NDArray[np.float64],
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
+    lookahead: tuple[float, float],
+) -> tuple[float, float] | None:
+    """Return the farthest place of the best path that can be headed for, None for its end.
+
+    A place can be headed for when the straight line to it costs hardly more than the path.
+    """
     n = len(costs)
-    near, reach = spans
+    near, reach = lookahead
     i, j = first
-    whole = onward[i, j]
+    whole = cost_to_go[i, j]
     goal = (last[0] + 0.5, last[1] + 0.5)
     inside = 0 <= last[0] < n and 0 <= last[1] < n
-    if inside and _straight(costs, start, goal) <= _DETOUR * whole + 1.0:
+    if inside and _straight_cost(costs, start, goal) <= _DETOUR * whole + 1.0:
         return None
     best = (start[0], start[1])
     while (i != last[0] or j != last[1]) and (inside or (0 < i < n - 1 and 0 < j < n - 1)):
@@ -329,7 +512,7 @@ def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-unty
         for p in range(max(i - 1, 0), min(i + 2, n)):
             for q in range(max(j - 1, 0), min(j + 2, n)):
                 step = np.hypot(np.float64(p - i), np.float64(q - j))
-                cost = onward[p, q] + step * 0.5 * (costs[i, j] + costs[p, q])
+                cost = cost_to_go[p, q] + step * 0.5 * (costs[i, j] + costs[p, q])
                 if step > 0 and cost < least:
                     least, to = cost, (p, q)
         i, j = to
@@ -337,17 +520,22 @@ def _farthest(costs, onward, start, first, last, spans):  # type: ignore[no-unty
         far = np.hypot(place[0] - start[0], place[1] - start[1])
         if far > reach:
             return best
-        spent = whole - onward[i, j]
-        if far < near or _straight(costs, start, place) <= _DETOUR * spent + 1.0:
+        spent = whole - cost_to_go[i, j]
+        # What lies within the turning circle cannot be headed for: nearer places count anyway.
+        if far < near or _straight_cost(costs, start, place) <= _DETOUR * spent + 1.0:
             best = place
     return None if best == goal else best
 
 
 @kernel
-def _straight(costs, start, place):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _straight_cost(
+    costs: NDArray[np.float32],
+    start: NDArray[np.float64],
+    place: tuple[float, float],
+) -> float:
     """Return the cost of the straight line between two places."""
     far = np.hypot(place[0] - start[0], place[1] - start[1])
-    steps = int(2 * far) + 1
+    steps = int(2 * far) + 1  # Two samples a cell.
     total = 0.0
     for k in range(steps):
         share = (k + 0.5) / steps

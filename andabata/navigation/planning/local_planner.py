@@ -1,10 +1,10 @@
-"""A light local map with a replanned sub-goal: the way out of traps.
+"""Local planner: an occupancy grid, a shortest path over it, a sub-goal, and rollouts.
 
 A scan sees 10 m and remembers nothing; a robot that steers by it alone cannot leave a deep dead end
-(goal 3 of Sanchez et al. 2023). The map remembers where scans saw a way and where not, and near the
-robot what clouds say of each of its cells; it plans a path over that to the goal, and names the
-farthest point of the path that the robot can head for straight away (assumption: the paper has
-nothing of the kind).
+(goal 3 of Sanchez et al. 2023). The occupancy grid remembers where scans saw a way and where not,
+and near the robot what clouds show of each of its cells; the grid planner finds a path over it to
+the goal, and the farthest point of the path that can be headed for straight away is the sub-goal
+(assumption: the paper has nothing of the kind).
 """
 
 import math
@@ -13,66 +13,84 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.navigation.controller import ControllerInput
-from andabata.navigation.planning.grid_planner import EVERYWHERE, CostWeights, GridPlanner
+from andabata.navigation.planning.cartesian_layers import CartesianLayers
+from andabata.navigation.planning.grid_planner import (
+    EVERYWHERE,
+    CostConfig,
+    CostWeights,
+    GridPlanner,
+    Passage,
+    fence_in_odom,
+)
+from andabata.navigation.planning.ground_layer import GroundLayerConfig
+from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
-from traversability.cartesian.classifier import GroundClassifier
+from andabata.navigation.planning.trajectory_rollouts import (
+    MARGIN,
+    TrajectoryRollouts,
+    TrajectoryRolloutsConfig,
+)
 from traversability.grid import PolarGrid
 from worlds.world import Geofence
 
 _PASSAGE = 0.2
-"""Where the middle of the robot has been there is this much room around the body [m]."""
+"""Clearance around the body where the middle of the robot has been [m]."""
 
 _ANOTHER_GOAL = 3.0
-"""A goal that jumps farther than this is another one [m]."""
+"""Distance by which a goal has to jump to count as another one [m]."""
 
 
-class LocalPlannerConfig(OccupancyGridConfig):
-    """Numbers of the map, beside those of its evidence.
+class LocalPlannerConfig(BaseModel):
+    """Settings of the local planner.
 
     Attributes:
-        plan_every: Looks between two plans.
-        unseen: Extra cost of a metre where no scan has seen anything.
-        doubt: Extra cost of a metre with almost enough evidence for a wall.
-        sure: Extra cost of a metre with as much evidence again: a wall that was seen from near is
-            not tried twice.
-        room: Distance from walls that the path keeps where it can [m].
-        shy: Distance from walls at which a metre costs no more [m].
-        tight: Extra cost of a metre nearer to walls than ``room``.
-        crowd: Extra cost of a metre at ``room``, falling to none at ``shy``.
-        near: Nearest sub-goal [m]: what lies within the turning circle cannot be headed for.
-        reach: Farthest sub-goal [m].
+        occupancy: Settings of the occupancy grid.
+        ground: Settings of the ground layer.
+        low_obstacles: Settings of the low obstacle layer.
+        costs: Costs of a metre.
+        replan_every: Number of scans, one a control step, between two plans.
+        min_lookahead: Distance of the nearest sub-goal [m]: what lies within the turning circle
+            cannot be headed for.
+        max_lookahead: Distance of the farthest sub-goal [m].
     """
 
-    plan_every: int = Field(default=5, ge=1)
-    unseen: float = Field(default=0.5, ge=0)
-    doubt: float = Field(default=3.0, ge=0)
-    sure: float = Field(default=50.0, ge=0)
-    room: float = Field(default=0.5, ge=0)
-    shy: float = Field(default=1.3, gt=0)
-    tight: float = Field(default=15.0, ge=0)
-    crowd: float = Field(default=2.0, ge=0)
-    near: float = Field(default=1.5, ge=0)
-    reach: float = Field(default=5.0, gt=0)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    def looking_every(self, steps: int) -> Self:
-        """Return the same map for a robot that looks every so many control steps."""
-        counts = ("mark_every", "plan_every", "trail")
-        return self.model_copy(update={n: max(getattr(self, n) // steps, 1) for n in counts})
+    occupancy: OccupancyGridConfig = Field(default_factory=OccupancyGridConfig)
+    ground: GroundLayerConfig = Field(default_factory=GroundLayerConfig)
+    low_obstacles: LowObstacleLayerConfig = Field(default_factory=LowObstacleLayerConfig)
+    costs: CostConfig = Field(default_factory=CostConfig)
+    replan_every: int = Field(default=5, ge=1)
+    min_lookahead: float = Field(default=1.5, ge=0)
+    max_lookahead: float = Field(default=5.0, gt=0)
+
+    def decimated(self, steps: int) -> Self:
+        """Return the settings for a robot that scans once in a number of control steps."""
+        occupancy = self.occupancy
+        counts = ("update_every", "driven_memory")
+        fewer = {name: max(getattr(occupancy, name) // steps, 1) for name in counts}
+        return self.model_copy(
+            update={
+                "occupancy": occupancy.model_copy(update=fewer),
+                "replan_every": max(self.replan_every // steps, 1),
+            }
+        )
 
 
 class LocalPlanner:
-    """Plans a way to the goal over the evidence around the robot, in the frame ``odom``.
+    """Plans a way to the goal over the occupancy grid around the robot, in ``odom``.
 
     Attributes:
-        evidence: What it remembers.
-        target: Where the robot was told to head for last, sub-goal or goal, in ``odom`` [m], shape
-            (2,).
-        plan: The last one.
+        config: Settings.
+        occupancy: Occupancy grid.
+        plan: Costs and cost to go of the last plan.
+        target: Sub-goal, or goal, of the last plan in ``odom`` [m], shape (2,).
     """
 
     def __init__(
@@ -80,121 +98,140 @@ class LocalPlanner:
         grid: PolarGrid,
         config: LocalPlannerConfig | None = None,
         robot: RobotModel | None = None,
-        around: float = 0.0,
-        ground_classifier: GroundClassifier | None = None,
+        rollouts: TrajectoryRolloutsConfig | None = None,
     ) -> None:
-        """Lay out an empty map.
+        """Begin with an empty grid.
 
         Args:
-            grid: Of the scans.
-            config: Numbers.
-            robot: Whose body drives.
-            around: The way to the goal is known wherever it costs no more than the best one and
-                this [m]: what rollouts look up.
-            ground_classifier: Judges cells of the map by the clouds behind the scans; None leaves that to the
-                scans' own cells.
-
-        Raises:
-            ValueError: If the squares are not as large as the map's cells.
+            grid: Polar grid of the scans.
+            config: Settings, counted in scans.
+            robot: Body, speed and limits.
+            rollouts: Settings of the rollouts that check commands; None lets them pass.
         """
         self.config = config or LocalPlannerConfig()
         self._grid = grid
         robot = robot or RobotModel()
-        self.evidence = OccupancyGrid(grid, self.config, robot, ground_classifier)
-        prices = CostWeights(**{name: getattr(self.config, name) for name in CostWeights._fields})
-        passage = (robot.half_radius + _PASSAGE, self.evidence.under, robot.length)
-        spans = (self.config.near, self.config.reach)
-        self.plan = GridPlanner(self.config.cells, self.config.cell, prices, spans, around, passage)
+        occupancy = self.config.occupancy
+        self.occupancy = OccupancyGrid(grid, occupancy, robot.width)
+        self._rollouts = None if rollouts is None else TrajectoryRollouts(robot, rollouts)
+        self.plan = GridPlanner(
+            occupancy.cells,
+            occupancy.cell,
+            CostWeights.of(self.config.costs, occupancy.lethal_log_odds, occupancy.max_log_odds),
+            (self.config.min_lookahead, self.config.max_lookahead),
+            0.0 if rollouts is None else MARGIN,
+            Passage(robot.half_radius + _PASSAGE, self.occupancy.driven_radius, robot.length),
+        )
         self.reset()
 
     def reset(self) -> None:
         """Forget everything."""
-        self.evidence.reset()
-        self._looks = 0
+        self.occupancy.reset()
+        self.plan.reset()
+        if self._rollouts is not None:
+            self._rollouts.reset()
+        self._scans = 0
         self._subgoal: NDArray[np.float64] | None = None
-        self._aim = np.full(2, np.inf)
+        self._planned_for = np.full(2, np.inf)
         self._fence = EVERYWHERE
         self.target: NDArray[np.float64] = np.zeros(2)
-        self.plan.reset()
 
-    def guide(self, view: ControllerInput) -> ControllerInput:
-        """Remember what a view holds, and return it with the sub-goal in the goal's place.
+    def guide(self, situation: ControllerInput, layers: CartesianLayers | None) -> ControllerInput:
+        """Remember a scan, and return the situation with the sub-goal in the goal's place.
 
-        The ranges of its scan end at the walls that are remembered, edges among them.
+        The ranges of its scan end at the obstacles that are remembered.
+
+        Args:
+            situation: Situation with the goal itself.
+            layers: Layers of the ground around the robot; None without clouds.
         """
-        # What was seen keeps its place in odom.
-        odds, there = view.scan.odds_of(self._grid), view.odometry
-        here, yaw = there.position[:2], there.yaw
-        if self._looks % self.config.mark_every == 0:
-            self.evidence.look_down(view.recent, here)
-        self.keep_inside(view.geofence, view.pose, view.odometry)
-        bearing = self.bearing(odds, here, yaw, view.heading_error, view.goal_distance)
-        ranges = self.evidence.shortened(view.scan.ranges, here, yaw, self.config.reach)
-        return replace(view, heading_error=bearing, scan=replace(view.scan, ranges=ranges))
+        # What was seen keeps its place in odom; the map's pose may jump.
+        scan, odometry = situation.scan, situation.odometry
+        position, yaw = odometry.position[:2], odometry.yaw
+        if layers is not None and self._scans % self.config.occupancy.update_every == 0:
+            layers.update(position)
+        self.keep_inside(situation.geofence, situation.pose, odometry)
+        odds, goal_distance = scan.log_odds_of(self._grid), situation.goal_distance
+        bearing = self.bearing(odds, position, yaw, situation.heading_error, goal_distance, layers)
+        reach = self.config.max_lookahead
+        ranges = self.occupancy.end_ranges(scan.ranges, position, yaw, reach)
+        return replace(situation, heading_error=bearing, scan=replace(scan, ranges=ranges))
+
+    def select(self, situation: ControllerInput, command: Twist) -> Twist:
+        """Return the controller's command, or a safer one by the rollouts."""
+        if self._rollouts is None:
+            return command
+        odometry, cell = situation.odometry, self.config.occupancy.cell
+        position, yaw = odometry.position[:2], odometry.yaw
+        return self._rollouts.select(self.plan, cell, position, yaw, command.angular)
 
     def keep_inside(
         self, geofence: Geofence | None, pose: Pose | None = None, odometry: Pose | None = None
     ) -> None:
-        """Put a fence around an geofence.
+        """Plan inside a geofence.
 
         Args:
-            geofence: In the map; None takes the fence away.
-            pose: The robot's in the map; None where map and ``odom`` are the same.
+            geofence: Bounds in the map; None for none.
+            pose: Pose of the robot in the map; None where map and ``odom`` are the same.
             odometry: The same in ``odom``.
         """
-        self._fence = EVERYWHERE
-        if geofence is None:
+        if pose is None or odometry is None:
+            self._fence = fence_in_odom(geofence)
             return
-        c, s, shift = 1.0, 0.0, np.zeros(2)
-        if pose is not None and odometry is not None:
-            c, s = math.cos(pose.yaw - odometry.yaw), math.sin(pose.yaw - odometry.yaw)
-            x, y = odometry.position[:2]
-            shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._fence = np.array([c, s, *shift, *geofence])
+        turn = pose.yaw - odometry.yaw
+        c, s = math.cos(turn), math.sin(turn)
+        x, y = odometry.position[:2]
+        shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
+        self._fence = fence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
 
     def bearing(
         self,
         odds: NDArray[np.float32],
-        here: NDArray[np.float64],
+        position: NDArray[np.float64],
         yaw: float,
         bearing: float,
         distance: float,
+        layers: CartesianLayers | None = None,
     ) -> float:
         """Remember a scan and return the bearing to head for, relative to the heading [rad].
 
         Args:
-            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
-            here: Position of the robot in ``odom`` [m], shape (2,).
-            yaw: Its heading there [rad].
+            odds: Log odds of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
+            position: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Heading there [rad].
             bearing: Bearing of the goal relative to the heading [rad].
-            distance: Of the goal [m].
+            distance: Distance of the goal [m].
+            layers: Layers of the ground around the robot; None without clouds.
         """
         config = self.config
-        if self._looks % config.mark_every == 0:
-            self.evidence.mark(odds, here, yaw)
-        goal = here + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
-        if self._looks % config.plan_every == 0 or math.dist(goal, self._aim) > _ANOTHER_GOAL:
-            self._subgoal, self._aim = self.subgoal(here, goal), goal
-        self._looks += 1
+        if self._scans % config.occupancy.update_every == 0:
+            self.occupancy.update(odds, position, yaw, layers)
+        goal = position + distance * np.array([math.cos(yaw + bearing), math.sin(yaw + bearing)])
+        is_due = self._scans % config.replan_every == 0
+        if is_due or math.dist(goal, self._planned_for) > _ANOTHER_GOAL:
+            self._subgoal, self._planned_for = self.subgoal(position, goal), goal
+        self._scans += 1
         self.target = goal if self._subgoal is None else self._subgoal
         if self._subgoal is None:
             return bearing
-        ahead = self._subgoal - here
+        ahead = self._subgoal - position
         return wrap(math.atan2(ahead[1], ahead[0]) - yaw)
 
     def subgoal(
-        self, here: NDArray[np.float64], goal: NDArray[np.float64]
+        self, position: NDArray[np.float64], goal: NDArray[np.float64]
     ) -> NDArray[np.float64] | None:
-        """Return where to head for in ``odom`` [m]; None is the goal itself, straight and free.
+        """Return the sub-goal in ``odom`` [m]; None is the goal itself, straight and free.
 
         Args:
-            here: Position of the robot in ``odom`` [m], shape (2,).
+            position: Position of the robot in ``odom`` [m], shape (2,).
             goal: Goal in ``odom`` [m], shape (2,).
 
         Raises:
-            ValueError: If one of them is no place: it would be looked up beyond the square.
+            ValueError: If one of them is not finite: it would be looked up beyond the square.
         """
-        if not (np.isfinite(here).all() and np.isfinite(goal).all()):
-            raise ValueError(f"goal: expected finite places in odom [m], got {goal} from {here}")
-        evidence = self.evidence
-        return self.plan.make(evidence.values, evidence.centre, self._fence, here, goal)
+        if not (np.isfinite(position).all() and np.isfinite(goal).all()):
+            raise ValueError(
+                f"goal: expected finite places in odom [m], got {goal} from {position}"
+            )
+        grid = self.occupancy
+        return self.plan.plan(grid.log_odds, grid.centre, self._fence, position, goal)

@@ -1,330 +1,440 @@
-"""Occupancy around the robot: what scans, squares, bumps and driving say of each cell."""
+"""Occupancy grid: log odds of each cell around the robot, from scans, layers and driving."""
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.robot import RobotModel
-from andabata.navigation.controller import SweepWindow
-from andabata.navigation.planning.ground_layer import GroundLayer, GroundLayerConfig
-from andabata.navigation.planning.low_obstacle_layer import (
-    LowObstacleLayer,
-    LowObstacleLayerConfig,
-    follow,
-)
+from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from terrain.kernel import kernel
-from traversability.cartesian.classifier import GroundClassifier
-from traversability.cartesian.elevation_grid import ElevationGrid, Wrapping
-from traversability.cartesian.features import SQUARE
+from traversability.cartesian.rolling_grid import PowerOfTwo, RollingGrid
 from traversability.grid import PolarGrid
 
-_BEYOND = -1
+_OUTSIDE = -1
+"""Ring of what lies beyond the polar grid."""
+
 _RIM = 0.02
-"""The body stands on cells that are so much nearer than its sides, so that they are free [m]."""
+"""Distance by which the body stands on cells inside of its sides, so that they are free [m]."""
 
-_FOOTPRINT = 0.6
-"""Remembered walls nearer than this end no range: the robot would be in them [m]."""
+_BODY_RANGE = 0.6
+"""Range below which remembered obstacles end no range: the robot would stand in them [m]."""
 
-_KNOWN_FREE = 0.7
-"""Share of certainty that seen ground can have against a wall; driven ground has all of it."""
+_FREE_SHARE = 0.7
+"""Share of the largest log odds that seen ground can have against an obstacle; driven ground has
+all of it."""
 
 
 class OccupancyGridConfig(BaseModel):
-    """Numbers of the evidence.
+    """Settings of the occupancy grid.
 
     Attributes:
-        cells: Cells along an edge of the square that is remembered around the robot.
+        cells: Number of cells along an edge of the square around the robot.
         cell: Edge of a cell [m].
-        mark_every: Looks, one a control step, between two scans that are remembered.
-        surely_red: Log odds, above those from which on a cell is called forbidden, at which it is
-            so for certain. Less than that moves the evidence to its share of certainty.
-        surely_green: The same below them, for free cells.
-        blocked: Share of its way that a forbidden cell of the scan right ahead moves the evidence.
-        free: Share that a free one moves it the other way.
-        void: Evidence that an empty cell of the scan adds, with nothing in front of it that could
-            hide it: an edge behind which the ground falls away tells no more.
-        void_reach: Empty cells farther than this mean nothing [m].
-        red_reach: Red cells of the scan farther than this mean nothing where squares are judged
-            [m]: they are a metre long and wide, and squares tell what stands where in them.
-        fade: Evidence weighs ``1 / (1 + range / fade)``: cells of the scan grow with the range [m].
-        certain: Largest evidence; from afar that weight of it. Ground that was driven has once to
-            twice as much against a wall.
-        trail: Looks after which ground that was driven is ground like any other: dead
+        update_every: Number of scans, one a control step, between two that are taken in.
+        certain_blocked: Log odds, above those from which on a polar cell is called blocked, at
+            which it is certainly so. Less moves a cell to its share of ``max_log_odds``.
+        certain_free: Log odds below those at which a polar cell is certainly free.
+        blocked_gain: Share of its way that a blocked polar cell right ahead moves the log odds.
+        free_gain: Share that a free one moves them the other way.
+        unknown_gain: Log odds that an empty polar cell adds, with nothing in front of it that could
+            hide it: an edge behind which the ground falls away shows no more.
+        unknown_range: Range beyond which empty polar cells do not count [m].
+        blocked_range: Range beyond which blocked polar cells do not count where ground cells are
+            classified [m]: they are a metre long and wide, and ground cells show what stands where
+            in them.
+        range_scale: Range at which a scan weighs half as much as right ahead [m]: polar cells grow
+            with the range.
+        max_log_odds: Largest log odds; from afar that weight of it. Ground that was driven has once
+            to twice as much against an obstacle.
+        driven_memory: Number of scans after which driven ground is ground like any other: dead
             reckoning has drifted by then, the edges of the trail sooner than its middle.
-        wall: Evidence above which a cell is a wall.
-        squares: Numbers of what clouds say of each cell.
-        bumps: Numbers of what stands out of the ground by centimetres.
+        lethal_log_odds: Log odds above which a cell is an obstacle.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    cells: Wrapping = Field(default=256, ge=64, le=1024)
+    cells: PowerOfTwo = Field(default=256, ge=64, le=1024)
     cell: float = Field(default=0.2, gt=0)
-    mark_every: int = Field(default=5, ge=1)
-    surely_red: float = Field(default=3.6, gt=0)
-    surely_green: float = Field(default=2.0, gt=0)
-    blocked: float = Field(default=0.4, gt=0, le=1)
-    free: float = Field(default=0.05, gt=0, le=1)
-    void: float = Field(default=0.1, ge=0)
-    void_reach: float = Field(default=4.0, ge=0)
-    red_reach: float = Field(default=5.0, ge=0)
-    fade: float = Field(default=3.0, gt=0)
-    certain: float = Field(default=3.0, gt=0)
-    trail: int = Field(default=600, ge=1)
-    wall: float = Field(default=1.0, gt=0)
-    squares: GroundLayerConfig = Field(default_factory=GroundLayerConfig)
-    bumps: LowObstacleLayerConfig = Field(default_factory=LowObstacleLayerConfig)
+    update_every: int = Field(default=5, ge=1)
+    certain_blocked: float = Field(default=3.6, gt=0)
+    certain_free: float = Field(default=2.0, gt=0)
+    blocked_gain: float = Field(default=0.4, gt=0, le=1)
+    free_gain: float = Field(default=0.05, gt=0, le=1)
+    unknown_gain: float = Field(default=0.1, ge=0)
+    unknown_range: float = Field(default=4.0, ge=0)
+    blocked_range: float = Field(default=5.0, ge=0)
+    range_scale: float = Field(default=3.0, gt=0)
+    max_log_odds: float = Field(default=3.0, gt=0)
+    driven_memory: int = Field(default=600, ge=1)
+    lethal_log_odds: float = Field(default=1.0, gt=0)
+
+
+class PolarCells(NamedTuple):
+    """Polar cells of a scan at the middle and the corners of each grid cell around the robot.
+
+    Attributes:
+        rings: Ring of the middle and the four corners, -1 outside, int64, shape (m, m, 5).
+        bearings: Bearings of the same from the robot [rad], float32, shape (m, m, 5).
+        weights: Weight of a scan at the middle, 1 within ``unknown_range``, 1 within
+            ``blocked_range``, float64, shape (m, m, 3).
+    """
+
+    rings: NDArray[np.int64]
+    bearings: NDArray[np.float32]
+    weights: NDArray[np.float64]
+
+
+class Gains(NamedTuple):
+    """Steps of an update; see ``OccupancyGridConfig``.
+
+    Attributes:
+        blocked: Share of its way that a blocked polar cell moves the log odds.
+        free: Share that a free one moves them.
+        unknown: Log odds that an empty one adds.
+        certain_blocked: Log odds of a polar cell that is certainly blocked.
+        certain_free: Log odds against one that is certainly free.
+        max_log_odds: Largest log odds.
+    """
+
+    blocked: float
+    free: float
+    unknown: float
+    certain_blocked: float
+    certain_free: float
+    max_log_odds: float
+
+
+class Stance(NamedTuple):
+    """Pose of the robot in the grid.
+
+    Attributes:
+        x: Position in ``odom`` [cells].
+        y: Position in ``odom`` [cells].
+        yaw: Heading [rad].
+        radius: Distance from the middle within which ground counts as driven [cells].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    radius: float
 
 
 class OccupancyGrid:
-    """Remembers what was seen in a square that moves with the robot, in the frame ``odom``.
+    """Remembers what was seen in a square that moves with the robot, in ``odom``.
 
     Attributes:
-        config: Numbers.
-        values: For walls, above 0, or against them; 0 where nobody looked. Wrapped around, float32,
-            shape (n, n).
-        centre: The robot's cell, counted from the origin of ``odom``, shape (2,).
-        under: Ground nearer to the middle of the robot than this is driven [m].
-        squares: What clouds say of each cell; None leaves that to the scans' own cells.
+        config: Settings.
+        log_odds: Log odds of each cell for an obstacle; 0 where nothing was seen. Wrapped around,
+            float32, shape (n, n).
+        driven_radius: Distance from the robot's middle within which ground counts as driven [m].
     """
 
-    def __init__(
-        self,
-        grid: PolarGrid,
-        config: OccupancyGridConfig,
-        robot: RobotModel,
-        squares: GroundClassifier | None = None,
-    ) -> None:
-        """Begin without any.
+    def __init__(self, grid: PolarGrid, config: OccupancyGridConfig, robot_width: float) -> None:
+        """Begin empty.
 
         Args:
-            grid: Of the scans.
-            config: Numbers.
-            robot: Whose body drives.
-            squares: Judges cells by the clouds behind the scans; None leaves that to the scans' own
-                cells.
-
-        Raises:
-            ValueError: If the squares are not as large as the cells.
+            grid: Polar grid of the scans.
+            config: Settings.
+            robot_width: Width of the body [m].
         """
         self.config = config
-        self._grid = grid
-        n, cell = config.cells, config.cell
-        self.values = np.zeros((n, n), dtype=np.float32)
-        self.centre = np.zeros(2, dtype=np.int64)
-        self.under = robot.width / 2 - _RIM
-        self._tiles = ElevationGrid(cell / 2, config.bumps.cells)
-        self._bumps = LowObstacleLayer(cell / 2, config.bumps)
-        self.squares: GroundLayer | None = None
-        self._unjudged = np.zeros((1, 1), dtype=np.float32)  # It repeats, as all that is wrapped.
-        if squares is not None:
-            edge = SQUARE * squares.cell
-            if not math.isclose(cell, edge):
-                raise ValueError(
-                    f"local_planner.cell: expected {edge:g} m, as large as the squares "
-                    f"that the classifier knows, got {cell:g} m; train one for these"
-                )
-            self.squares = GroundLayer(n, squares, config.squares)
-        reach = int(grid.outer_radius / cell) + 1
-        middles = np.arange(-reach, reach + 1) * cell
-        # The middle of each cell and its corners, relative to the robot's own cell.
-        x = middles[:, None, None] + cell / 2 * np.array([0, 1, 1, -1, -1])
-        y = middles[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])
-        ranges = np.hypot(x, y)
-        rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
-        rings[(rings < 0) | (rings >= grid.n_rings)] = _BEYOND
-        self._rings = rings
-        self._bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
-        ranges = ranges[:, :, 0]
-        fading = 1.0 / (1.0 + ranges / config.fade)
-        reaches = [ranges < config.void_reach, ranges < config.red_reach]
-        self._weights = np.stack([fading, *reaches], axis=2)
+        self._bearings = grid.bearings
+        self._rolling = RollingGrid(config.cell, config.cells, ("log_odds",))
+        self.log_odds = self._rolling["log_odds"]
+        self.driven_radius = robot_width / 2 - _RIM
+        # Log odds of no ground layer: one cell repeats, as all that is wrapped around.
+        self._no_ground = np.zeros((1, 1), dtype=np.float32)
+        self._polar = _polar_cells(grid, config)
+        self._gains = Gains(
+            blocked=config.blocked_gain,
+            free=config.free_gain,
+            unknown=config.unknown_gain,
+            certain_blocked=config.certain_blocked,
+            certain_free=config.certain_free,
+            max_log_odds=config.max_log_odds,
+        )
         self.reset()
+
+    @property
+    def centre(self) -> NDArray[np.int64]:
+        """Cell of the robot, counted from the origin of ``odom``, shape (2,)."""
+        return self._rolling.centre
 
     def reset(self) -> None:
         """Forget everything."""
-        self.values[:] = 0.0
-        self._bumps.reset()
-        if self.squares is not None:
-            self.squares.reset()
-        self._settled = -np.inf
-        self.centre[:] = 0
+        self._rolling.reset()
 
-    def look_down(self, recent: SweepWindow | None, here: NDArray[np.float64]) -> None:
-        """Remember the squares and the bumps that were measured since the last time, each once.
-
-        Args:
-            recent: What was measured last; None has none.
-            here: Position of the robot in ``odom`` [m], shape (2,).
-        """
-        if recent is None or recent.settled <= self._settled:
-            return
-        points, ages, span = recent.since(self._settled)
-        self._tiles.describe(points, here, ages)
-        self._bumps.take(self._tiles, here, span)
-        if self.squares is not None:
-            self.squares.take(self._tiles, here, span)
-        self._settled = recent.settled
-
-    def mark(self, odds: NDArray[np.float32], here: NDArray[np.float64], yaw: float) -> None:
-        """Remember a scan.
+    def update(
+        self,
+        odds: NDArray[np.float32],
+        position: NDArray[np.float64],
+        yaw: float,
+        layers: CartesianLayers | None = None,
+    ) -> None:
+        """Take in a scan and what the layers know by now.
 
         Args:
-            odds: Of the scan's cells, as ``VirtualScan.odds_of`` gives them.
-            here: Position of the robot in ``odom`` [m], shape (2,).
-            yaw: Its heading there [rad].
+            odds: Log odds of the scan's cells, as ``VirtualScan.log_odds_of`` gives them.
+            position: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Heading there [rad].
+            layers: Layers of the ground; None without clouds.
         """
-        config = self.config
-        follow(self.values, self.centre, here, config.cell)
-        _forget(self.values, config.certain, config.certain * config.mark_every / config.trail)
-        _mark(
-            self.values,
+        config, most = self.config, self.config.max_log_odds
+        self._rolling.follow(position)
+        _fade_driven(self.log_odds, most, most * config.update_every / config.driven_memory)
+        x, y = position[0] / config.cell, position[1] / config.cell
+        stance = Stance(x, y, yaw, self.driven_radius / config.cell)
+        ground = None if layers is None else layers.ground
+        has_ground = layers is not None and ground is not None and layers.is_measured
+        centre = self.centre
+        _add_scan(self.log_odds, centre, stance, odds, self._polar, self._gains, has_ground)
+        if ground is not None:
+            ground.follow(position)
+            scale = most / ground.max_log_odds
+            _take_ground(self.log_odds, ground.log_odds, scale, most)
+        if layers is not None:
+            self._raise_low_obstacles(layers)
+
+    def _raise_low_obstacles(self, layers: CartesianLayers) -> None:
+        """Raise the log odds where low obstacles stand, or beside them."""
+        low, config = layers.low_obstacles, self.config
+        ground = self._no_ground if layers.ground is None else layers.ground.log_odds
+        _add_low_obstacles(
+            self.log_odds,
             self.centre,
-            (here[0] / config.cell, here[1] / config.cell, self.under / config.cell, yaw),
-            odds,
-            self._rings,
-            self._bearings,
-            self._weights,
-            (config.blocked, config.free, config.void, config.certain),
-            (config.surely_red, config.surely_green),
-            self.squares is not None and self._settled > -np.inf,
+            LowObstacles(
+                low.heights,
+                low.centre,
+                ground,
+                len(self._polar.rings) // 2,
+                config.lethal_log_odds / low.config.min_height,
+                low.config.free_log_odds,
+            ),
+            config.max_log_odds,
         )
-        squares = self._unjudged
-        if self.squares is not None:
-            self.squares.follow(here)
-            squares = self.squares.odds
-            scale = config.certain / config.squares.most
-            _take_over(self.values, squares, scale, config.certain)
-        half, doubt = len(self._rings) // 2, config.bumps.doubt
-        bumps = (self._bumps.rises, self._bumps.centre, config.wall / config.bumps.rise)
-        _raise(self.values, self.centre, half, bumps, squares, config.certain, doubt)
 
-    def shortened(
-        self, ranges: NDArray[np.float32], here: NDArray[np.float64], yaw: float, reach: float
+    def end_ranges(
+        self, ranges: NDArray[np.float32], position: NDArray[np.float64], yaw: float, reach: float
     ) -> NDArray[np.float32]:
-        """Return ranges that end at remembered walls where they did not yet, shape (n,).
+        """Return ranges that end at remembered obstacles where they did not yet, shape (n,).
 
         Args:
-            ranges: Of a scan [m], shape (n,).
-            here: Position of the robot in ``odom`` [m], shape (2,).
-            yaw: Its heading there [rad].
-            reach: Walls farther than this end none [m].
+            ranges: Ranges of a scan [m], shape (n,).
+            position: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Heading there [rad].
+            reach: Range beyond which obstacles do not count [m].
         """
         config = self.config
         found = ranges.astype(np.float32)
-        limits = (config.cell, config.wall, reach)
-        _shorten(found, self.values, self.centre, here, yaw, self._grid.bearings, limits)
+        _end_ranges(
+            *(found, self.log_odds, self.centre, position, yaw, self._bearings),
+            *(config.cell, config.lethal_log_odds, reach),
+        )
         return found
 
 
-@kernel
-def _forget(evidence, certain, step):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Move what is known of driven ground a step towards what is known of free ground."""
-    for i in range(len(evidence)):
-        for j in range(len(evidence)):
-            if evidence[i, j] <= -certain:
-                evidence[i, j] += step
+def _polar_cells(grid: PolarGrid, config: OccupancyGridConfig) -> PolarCells:
+    """Return the polar cells of each grid cell, relative to the robot's own."""
+    cell = config.cell
+    reach = int(grid.outer_radius / cell) + 1
+    middles = np.arange(-reach, reach + 1) * cell
+    x = middles[:, None, None] + cell / 2 * np.array([0, 1, 1, -1, -1])
+    y = middles[None, :, None] + cell / 2 * np.array([0, 1, -1, 1, -1])
+    ranges = np.hypot(x, y)
+    rings = np.searchsorted(grid.ring_edges, ranges, side="right") - 1
+    rings[(rings < 0) | (rings >= grid.n_rings)] = _OUTSIDE
+    bearings = np.arctan2(*np.broadcast_arrays(y, x)).astype(np.float32)
+    ranges = ranges[:, :, 0]
+    reaches = [ranges < config.unknown_range, ranges < config.blocked_range]
+    weights = np.stack([1.0 / (1.0 + ranges / config.range_scale), *reaches], axis=2)
+    return PolarCells(rings, bearings, weights)
 
 
 @kernel
-def _mark(evidence, centre, at, odds, rings, bearings, weights, gains, sure, has_squares):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Add what a scan says of each cell around the robot."""
-    n, half, sectors = len(evidence), len(rings) // 2, len(odds)
-    blocked, free, void, certain = gains
-    x, y, under, yaw = at
-    beside = int(under) + 1
-    firsts = np.full(sectors, odds.shape[1])
-    for s in range(sectors):
-        for ring in range(odds.shape[1]):
-            if odds[s, ring] >= 0:
-                firsts[s] = ring
-                break
+def _fade_driven(log_odds: NDArray[np.float32], max_log_odds: float, step: float) -> None:
+    """Move the log odds of driven ground a step towards those of free ground."""
+    for i in range(len(log_odds)):
+        for j in range(len(log_odds)):
+            if log_odds[i, j] <= -max_log_odds:
+                log_odds[i, j] += step
+
+
+@kernel
+def _add_scan(
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    stance: Stance,
+    odds: NDArray[np.float32],
+    polar: PolarCells,
+    gains: Gains,
+    has_ground: bool,
+) -> None:
+    """Add what a scan shows of each cell around the robot.
+
+    Args:
+        log_odds: Log odds, wrapped around, changed in place, shape (n, n).
+        centre: Cell of the robot, shape (2,).
+        stance: Pose of the robot.
+        odds: Log odds of the scan's cells for being blocked, NaN where empty, shape (sectors,
+            rings).
+        polar: Polar cells of the grid cells.
+        gains: Steps of the update.
+        has_ground: True if ground cells show what stands where in far blocked cells.
+    """
+    n, half, sectors = len(log_odds), len(polar.rings) // 2, len(odds)
+    beside = int(stance.radius) + 1
+    nearest = _first_blocked(odds)
     for a in range(2 * half + 1):
         i = (centre[0] + a - half) & (n - 1)
         for b in range(2 * half + 1):
-            ring = rings[a, b, 0]
             j = (centre[1] + b - half) & (n - 1)
             if max(abs(a - half), abs(b - half)) <= beside:
-                # The nearer the middle was, the more room there was for the body.
-                far = np.hypot(centre[0] + a - half + 0.5 - x, centre[1] + b - half + 0.5 - y)
-                if far < under:
-                    evidence[i, j] = min(evidence[i, j], -certain * (2.0 - far / under))
+                # The nearer the robot's middle was, the more clearance the body had.
+                dx, dy = centre[0] + a - half + 0.5, centre[1] + b - half + 0.5
+                far = np.hypot(dx - stance.x, dy - stance.y)
+                if far < stance.radius:
+                    driven = -gains.max_log_odds * (2.0 - far / stance.radius)
+                    log_odds[i, j] = min(log_odds[i, j], driven)
                     continue
-            if ring == _BEYOND:
+            ring = polar.rings[a, b, 0]
+            if ring == _OUTSIDE:
                 continue
-            s = int((bearings[a, b, 0] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-            belief, weight = odds[s, ring], weights[a, b, 0]
-            known, most = evidence[i, j], certain * weight
-            if belief < 0:
-                # A thing in a corner makes its own polar cell red, and not this one.
+            sector = _sector_of(polar.bearings[a, b, 0], stance.yaw, sectors)
+            seen, weight = odds[sector, ring], polar.weights[a, b, 0]
+            known, most = log_odds[i, j], gains.max_log_odds * weight
+            if seen < 0:
+                # An object in a corner makes its own polar cell blocked, and not this one.
                 for k in range(1, 5):
-                    s = int((bearings[a, b, k] - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
-                    if rings[a, b, k] >= 0:
-                        belief = max(belief, odds[s, rings[a, b, k]])
-                if belief < 0:
-                    there = most * max(belief / sure[1], -1.0)
-                    evidence[i, j] = min(known, known - free * weight * (known - there))
+                    sector = _sector_of(polar.bearings[a, b, k], stance.yaw, sectors)
+                    if polar.rings[a, b, k] >= 0:
+                        seen = max(seen, odds[sector, polar.rings[a, b, k]])
+                if seen < 0:
+                    there = most * max(seen / gains.certain_free, -1.0)
+                    moved = known - gains.free * weight * (known - there)
+                    log_odds[i, j] = min(known, moved)
             elif known <= -most:
                 continue  # It was seen free from nearer.
-            elif belief >= 0 and (weights[a, b, 2] > 0 or not has_squares):
-                there = most * min(belief / sure[0], 1.0)
-                evidence[i, j] = max(known, known + blocked * weight * (there - known))
-            elif np.isnan(belief) and ring < firsts[s]:
-                evidence[i, j] = max(known, min(known + void * weights[a, b, 1], most))
+            elif seen >= 0 and (polar.weights[a, b, 2] > 0 or not has_ground):
+                there = most * min(seen / gains.certain_blocked, 1.0)
+                log_odds[i, j] = max(known, known + gains.blocked * weight * (there - known))
+            elif np.isnan(seen) and ring < nearest[sector]:
+                # Nothing came back, and nothing stands before it: the ground may fall away.
+                raised = known + gains.unknown * polar.weights[a, b, 1]
+                log_odds[i, j] = max(known, min(raised, most))
 
 
 @kernel
-def _take_over(evidence, odds, scale, certain):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what is known of squares over what cells of the scan told, where nobody has driven."""
-    n = len(evidence)
-    least = -_KNOWN_FREE * certain
+def _first_blocked(odds: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the first blocked ring of each sector, the number of rings for none."""
+    first = np.full(len(odds), odds.shape[1])
+    for sector in range(len(odds)):
+        for ring in range(odds.shape[1]):
+            if odds[sector, ring] >= 0:
+                first[sector] = ring
+                break
+    return first
+
+
+@kernel
+def _sector_of(bearing: float, yaw: float, sectors: int) -> int:
+    """Return the sector of a bearing in ``odom`` [rad] for a heading [rad]; sector 0 is behind."""
+    return int((bearing - yaw + 3 * np.pi) / (2 * np.pi) * sectors) % sectors
+
+
+@kernel
+def _take_ground(
+    log_odds: NDArray[np.float32], ground: NDArray[np.float32], scale: float, max_log_odds: float
+) -> None:
+    """Write the ground layer over what polar cells have shown, except where the robot has driven.
+
+    Ground cells are finer and know the clouds themselves.
+    """
+    n = len(log_odds)
+    least = -_FREE_SHARE * max_log_odds
     for i in range(n):
         for j in range(n):
-            if odds[i, j] != 0.0 and evidence[i, j] > -certain:
-                evidence[i, j] = min(max(scale * odds[i, j], least), certain)
+            if ground[i, j] != 0.0 and log_odds[i, j] > -max_log_odds:
+                log_odds[i, j] = min(max(scale * ground[i, j], least), max_log_odds)
+
+
+class LowObstacles(NamedTuple):
+    """Low obstacles for the compiled update.
+
+    Attributes:
+        heights: Heights, in cells of half the size, wrapped around [m], float32, shape (m, m).
+        centre: Cell of the robot at the last cloud, shape (2,).
+        ground: Log odds of the ground layer, wrapped around, float32, shape (k, k).
+        half: Number of cells to either side of the robot that are looked at.
+        gain: Log odds for each metre of height [1/m].
+        free_log_odds: Log odds of the ground layer below minus this that overrule.
+    """
+
+    heights: NDArray[np.float32]
+    centre: NDArray[np.int64]
+    ground: NDArray[np.float32]
+    half: int
+    gain: float
+    free_log_odds: float
 
 
 @kernel
-def _raise(evidence, centre, half, bumps, squares, certain, doubt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Raise the evidence where the ground has bumps, or beside them, and nobody has driven.
+def _add_low_obstacles(
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    low: LowObstacles,
+    max_log_odds: float,
+) -> None:
+    """Raise the log odds where low obstacles stand, or beside them.
 
-    Beside them, because bumps and the gaps between walls are told by the middles of cells. Squares
-    that are surely free have no bumps.
+    Beside them, because obstacles and the gaps between them are told by the middles of cells.
+    Driven ground and ground cells that are surely free have no low obstacles.
     """
-    rises, middle, steepness = bumps
-    n, m, k = len(evidence), len(rises), len(squares)
-    half = min(half, m // 4 - 1)
+    n, m, k = len(log_odds), len(low.heights), len(low.ground)
+    half = min(low.half, m // 4 - 1)
     for a in range(centre[0] - half, centre[0] + half + 1):
         for b in range(centre[1] - half, centre[1] + half + 1):
             i, j = a & (n - 1), b & (n - 1)
-            if evidence[i, j] <= -certain or squares[i & (k - 1), j & (k - 1)] < -doubt:
+            is_free = low.ground[i & (k - 1), j & (k - 1)] < -low.free_log_odds
+            if log_odds[i, j] <= -max_log_odds or is_free:
                 continue
+            # The four half cells inside, and one more around.
             for u in range(2 * a - 1, 2 * a + 3):
                 for v in range(2 * b - 1, 2 * b + 3):
-                    rise = rises[u & (m - 1), v & (m - 1)]
-                    if rise > 0 and max(abs(u - middle[0]), abs(v - middle[1])) < m // 2:
-                        evidence[i, j] = max(evidence[i, j], min(steepness * rise, certain))
+                    height = low.heights[u & (m - 1), v & (m - 1)]
+                    inside = max(abs(u - low.centre[0]), abs(v - low.centre[1])) < m // 2
+                    if height > 0 and inside:
+                        raised = min(low.gain * height, max_log_odds)
+                        log_odds[i, j] = max(log_odds[i, j], raised)
 
 
 @kernel
-def _shorten(ranges, evidence, centre, here, yaw, bearings, limits):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """End ranges where one of three rays through their sector meets a wall."""
-    n, half = len(evidence), len(evidence) // 2 - 1
-    cell, wall, reach = limits
+def _end_ranges(
+    ranges: NDArray[np.float32],
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    position: NDArray[np.float64],
+    yaw: float,
+    bearings: NDArray[np.float64],
+    cell: float,
+    lethal_log_odds: float,
+    reach: float,
+) -> None:
+    """End ranges where one of three rays through their sector meets an obstacle."""
+    n, half = len(log_odds), len(log_odds) // 2 - 1
     width = 2 * np.pi / len(ranges)
     for sector in range(len(ranges)):
         for ray in range(3):
             angle = yaw + bearings[sector] + (ray - 1) * width / 3
             c, s = np.cos(angle), np.sin(angle)
-            far = _FOOTPRINT
+            far = _BODY_RANGE
             while far < reach and not ranges[sector] <= far:  # NaN is no limit.
-                i = int(np.floor((here[0] + far * c) / cell))
-                j = int(np.floor((here[1] + far * s) / cell))
+                i = int(np.floor((position[0] + far * c) / cell))
+                j = int(np.floor((position[1] + far * s) / cell))
                 if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
                     break
-                if evidence[i & (n - 1), j & (n - 1)] > wall:
+                if log_odds[i & (n - 1), j & (n - 1)] > lethal_log_odds:
                     ranges[sector] = far
                     break
                 far += cell / 2

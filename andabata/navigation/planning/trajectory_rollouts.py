@@ -1,71 +1,70 @@
-"""Rollouts: arcs driven ahead in the head, and the yaw rate that the cheapest of them begins with.
+"""Forward-simulates candidate arcs and turns on the local plan and selects a safe command.
 
-The robot turns only so sharply: of the ways that a map shows it can take those that begin with an
-arc it can drive (the dynamic window's idea, Fox et al. 1997, at constant speed; three arcs in a row
-are an assumption). Where none leads on it turns on the spot or backs out, as a skid-steer can and
-the paper's never does; over ground that it knows it hastens.
+The robot turns only so sharply: of the ways that a plan shows it can take those that begin with an
+arc it can drive (the dynamic window, Fox et al. 1997, at constant speed; three arcs in a row are an
+assumption). Where none leads on it turns on the spot or backs out, as a skid-steer can and the
+paper's never does; over ground that is known to be free it drives faster.
 """
 
 import math
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.kinematics import apply_dead_zone
+from andabata.machine.clock import CONTROL_PERIOD
+from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.grid_planner import GridPlanner
-from andabata.navigation.planning.local_planner import LocalPlanner
 from terrain.kernel import kernel
-
-_PERIOD = 0.1
-"""Time of a control step [s]."""
 
 STEP = 0.2
 """Time between the points of an arc [s]."""
 
 ARRIVED = 0.8
-"""A rollout that comes nearer to the goal than this is at its end [m]."""
+"""Distance from the goal at which a rollout ends [m]."""
 
-AROUND = 8.0
-"""Rollouts look up the way on where it costs so much more than the best one at most [m]."""
+MARGIN = 8.0
+"""Cost above the robot's up to which rollouts look up the way on [m]."""
 
-_LINGERING = 2.5
-"""Who moves about within this of a place stays there [m]."""
+_STAY_RADIUS = 2.5
+"""Distance within which the robot counts as staying about a place [m]."""
 
-_RECENT = 90.0
-"""What is longer ago than this does not count as staying [s]."""
+_STAY_MEMORY = 90.0
+"""Time after which a stay is forgotten [s]."""
 
 _NO_WAY = 1e3
+"""Cost of a place without a way on [m]."""
+
 _CONTACT = 1e4
-"""Costs of a place without a way on [m], and of a square metre of room that is missing."""
+"""Cost of a square metre of missing clearance [m]."""
 
 
 class TrajectoryRolloutsConfig(BaseModel):
-    """Numbers of the rollouts.
+    """Settings of the rollouts.
 
     Attributes:
-        arc_time: An arc is driven for this long [s].
-        arcs: Arcs in a row; their number and time make the horizon.
-        rates: Yaw rates of an arc, shares of the steering limit.
-        room: Clearance that the oracle keeps where it can, to which the body is a circle [m].
-        margin: Room that a robot with a map keeps around its body [m].
-        patience: Time about one place after which the robot begins to keep less room; after twice
-            as long it keeps ``squeeze`` less [s]. Nothing that it may do leads on, and the map's
-            walls are whole squares: gaps between them are wider than they look.
-        squeeze: See ``patience`` [m].
-        shy: Extra cost of a metre for each metre of clearance short of one metre, to the oracle.
-        crowd: Of what the plan says that a metre costs more than a metre, this share counts.
-        hold: Control steps between two decisions: as many as actions are held for in training.
-        turns: Turns on the spot to each side, up to half a one.
-        pause: Each stop, to turn on the spot or to back out, costs this much more than the time
-            that it takes [m].
-        trust: A wish stands when its cheapest way costs so much more than the cheapest at most [m].
-        haste: Share of the speed at which an arc is driven over ground that is known to be free,
-            with room on both sides, or where the robot came through; 1 is the paper's one speed.
-        close: With less room than that half of the haste is left, down to this distance from
-            walls [m].
+        arc_time: Duration of an arc [s].
+        arcs: Number of arcs in a row; their number and time make the horizon.
+        rates: Yaw rates of an arc, as shares of the steering limit.
+        margin: Clearance that is kept around the body [m].
+        no_progress_time: Time about one place after which the robot begins to keep less clearance;
+            after twice as long it keeps ``clearance_relaxation`` less [s]. By then nothing allowed
+            leads on, and obstacles are whole cells: the gaps between them are wider than they look.
+        clearance_relaxation: Clearance that is given up then [m].
+        cost_share: Share of the plan's extra costs of a metre that counts.
+        action_repeat: Number of control steps between two decisions, as in training.
+        turns: Number of turns on the spot to each side, up to half a one.
+        stop_cost: Cost of each stop, to turn on the spot or to back out, beside its time [m].
+        override_margin: Cost by which another way has to be cheaper than the controller's command
+            to replace it [m].
+        max_speed_scale: Largest share of the robot's speed, for arcs over ground that is known to
+            be free with clearance on both sides, or where the robot came through; 1 is the paper's
+            one speed.
+        full_speed_clearance: Least clearance at which half of the extra speed is driven [m]; all of
+            it takes the plan's inflation radius.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -73,253 +72,409 @@ class TrajectoryRolloutsConfig(BaseModel):
     arc_time: float = Field(default=2.2, gt=0)
     arcs: int = Field(default=3, ge=2, le=5)
     rates: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
-    room: float = Field(default=0.45, gt=0)
     margin: float = Field(default=0.06, ge=0)
-    patience: float = Field(default=30.0, gt=0)
-    squeeze: float = Field(default=0.2, ge=0)
-    shy: float = Field(default=1.0, ge=0)
-    crowd: float = Field(default=0.5, ge=0)
-    hold: int = Field(default=5, ge=1)
+    no_progress_time: float = Field(default=30.0, gt=0)
+    clearance_relaxation: float = Field(default=0.2, ge=0)
+    cost_share: float = Field(default=0.5, ge=0)
+    action_repeat: int = Field(default=5, ge=1)
     turns: int = Field(default=6, ge=1)
-    pause: float = Field(default=3.0, ge=0)
-    trust: float = Field(default=0.3, ge=0)
-    haste: float = Field(default=2.0, ge=1, le=3)
-    close: float = Field(default=0.9, gt=0)
+    stop_cost: float = Field(default=3.0, ge=0)
+    override_margin: float = Field(default=0.3, ge=0)
+    max_speed_scale: float = Field(default=2.0, ge=1, le=3)
+    full_speed_clearance: float = Field(default=0.9, gt=0)
+
+
+class Candidates(NamedTuple):
+    """First moves among which the cheapest is selected.
+
+    Attributes:
+        rates: Yaw rates of arcs [rad/s], the controller's command first, shape (a,).
+        turns: Angles of turns on the spot [rad], shape (t,).
+        reverse_rates: Yaw rates of arcs backwards [rad/s], shape (r,).
+        after_arc: Arcs that may follow an arc, in its end's frame: x, y [m], heading [rad], shape
+            (k, m, 3).
+        after_turn: Arcs that may follow a turn: longer, so that both look equally far ahead.
+    """
+
+    rates: NDArray[np.float64]
+    turns: NDArray[np.float64]
+    reverse_rates: NDArray[np.float64]
+    after_arc: NDArray[np.float64]
+    after_turn: NDArray[np.float64]
+
+
+class Motion(NamedTuple):
+    """Sampling of an arc.
+
+    Attributes:
+        points: Number of points.
+        stride: Distance between two [m].
+        time: Time between two [s].
+    """
+
+    points: int
+    stride: float
+    time: float
+
+
+class Ground(NamedTuple):
+    """What the plan knows around the robot; see ``GridPlanner``.
+
+    Attributes:
+        costs: Cost of a cell's length, float32, shape (n, n).
+        clearance: Clearance [cells], float32, shape (n, n).
+        traversed_clearance: Clearance, more where the robot came through [cells], shape (n, n).
+        cost_to_go: Cost of the rest of the way [cells], float32, shape (n, n).
+        cell: Edge of a cell [m].
+        goal_x: Goal in the square [cells].
+        goal_y: Goal in the square [cells].
+    """
+
+    costs: NDArray[np.float32]
+    clearance: NDArray[np.float32]
+    traversed_clearance: NDArray[np.float32]
+    cost_to_go: NDArray[np.float32]
+    cell: float
+    goal_x: float
+    goal_y: float
+
+
+class Body(NamedTuple):
+    """Body of the robot as circles, and what its moves cost.
+
+    Attributes:
+        radius: Radius of the two circles that cover the body that drives, with margin [m].
+        offset: Distance of their middles before and behind the robot's [m].
+        swing_radius: Radius of the circle that the turning body sweeps, with margin [m].
+        cost_share: Share of the plan's extra costs that counts.
+        turn_cost: Cost of turning on the spot [m/rad].
+    """
+
+    radius: float
+    offset: float
+    swing_radius: float
+    cost_share: float
+    turn_cost: float
+
+
+class Place(NamedTuple):
+    """A pose in the square of the plan.
+
+    Attributes:
+        x: Position [cells].
+        y: Position [cells].
+        yaw: Heading [rad].
+    """
+
+    x: float
+    y: float
+    yaw: float
+
+
+class SpeedLimit(NamedTuple):
+    """Condition of a speed above the robot's usual one.
+
+    Attributes:
+        clearance: Least clearance all along the arc [cells].
+        inscribed_radius: Inscribed radius of the plan [cells].
+        inflation_radius: Inflation radius of the plan [cells].
+        inflation_cost: Inflation cost of the plan.
+    """
+
+    clearance: float
+    inscribed_radius: float
+    inflation_radius: float
+    inflation_cost: float
 
 
 class TrajectoryRollouts:
-    """Rollouts over a local map."""
+    """Selects the first move of the cheapest rollout over a plan."""
 
     def __init__(self, robot: RobotModel, config: TrajectoryRolloutsConfig) -> None:
         """Prepare for a body.
 
         Args:
-            robot: Speed and steering limit.
-            config: Numbers.
+            robot: Size, speed and steering limit.
+            config: Settings.
         """
         self.config = config
         self._robot = robot
-        self._rates = np.array([0.0, *config.rates]) * robot.max_steering
-        rest = config.model_copy(update={"arcs": config.arcs - 1})
-        # What follows an arc, and what follows a turn on the spot: whoever looks less far ahead
-        # would seem to have more room.
-        after = {
-            "arcs": config.arcs - 1,
-            "arc_time": config.arc_time * config.arcs / (config.arcs - 1),
-        }
-        self._tails = np.ascontiguousarray(fan(robot, rest)[0])
-        self._ways = np.ascontiguousarray(fan(robot, config.model_copy(update=after))[0])
-        self._points = round(config.arc_time / STEP)
+        limit, arcs = robot.max_steering, config.arcs
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
-        self._turns = np.concatenate([turns, -turns])
-        # Backing out is priced without what follows it: a turn, which has its own price from there.
-        self._backs = np.array([-0.5, 0.0, 0.5]) * robot.max_steering
-        self._prices = np.zeros(len(self._rates) + len(self._turns) + len(self._backs))
-        # Two circles, before and behind the middle, cover the body; one the body that turns.
-        ahead, room = robot.length / 4, robot.half_radius + config.margin
-        swing = math.hypot(robot.length / 2, robot.width / 2) + config.margin
-        per_radian = robot.speed / robot.max_steering
-        self._half_turn = np.pi * per_radian
-        limits = (room, ahead, swing, config.crowd, ARRIVED, per_radian)
-        self._limits = tuple(float(limit) for limit in limits)
-        self._places = np.empty((round(_RECENT / (config.hold * _PERIOD)), 2))
+        self._candidates = Candidates(
+            rates=np.array([0.0, *config.rates]) * limit,
+            turns=np.concatenate([turns, -turns]),
+            # What follows an arc backwards is a turn, which has its own price from there.
+            reverse_rates=np.array([-0.5, 0.0, 0.5]) * limit,
+            after_arc=np.ascontiguousarray(
+                arc_fan(robot, config.rates, arcs - 1, config.arc_time)[0]
+            ),
+            after_turn=np.ascontiguousarray(
+                arc_fan(robot, config.rates, arcs - 1, config.arc_time * arcs / (arcs - 1))[0]
+            ),
+        )
+        self._motion = Motion(round(config.arc_time / STEP), robot.speed * STEP, STEP)
+        self._body = Body(
+            radius=robot.half_radius + config.margin,
+            offset=robot.length / 4,
+            swing_radius=math.hypot(robot.length / 2, robot.width / 2) + config.margin,
+            cost_share=config.cost_share,
+            turn_cost=robot.speed / limit,
+        )
+        self._prices = np.zeros(sum(len(moves) for moves in self._candidates[:3]))
+        decisions = round(_STAY_MEMORY / (config.action_repeat * CONTROL_PERIOD))
+        self._places = np.empty((decisions, 2))
         self.reset()
 
     def reset(self) -> None:
-        """Forget where it was, and that it was turning on the spot."""
+        """Forget where the robot was, and that it was turning on the spot."""
         self._turning = 0.0
         self._places[:] = np.inf
         self._decisions = 0
 
-    def choose(
-        self, local_planner: LocalPlanner, here: NDArray[np.float64], yaw: float, wish: float
-    ) -> tuple[float, float]:
-        """Return a yaw rate [rad/s] and the share of the speed to drive it at, below 0 backwards.
+    def select(
+        self, plan: GridPlanner, cell: float, position: NDArray[np.float64], yaw: float, rate: float
+    ) -> Twist:
+        """Return the controller's command, or the first move of a way that is cheaper.
 
-        They are the wish, or the begin of a way that is cheaper by more than ``trust``: an arc, a
-        turn on the spot, or backwards until one of these leads on.
+        It is replaced by a way that is cheaper by more than ``override_margin``: an arc, a turn on
+        the spot, or an arc backwards until one of these leads on.
 
         Args:
-            local_planner: With a plan.
-            here: Position of the robot in ``odom`` [m], shape (2,).
-            yaw: Its heading there [rad].
-            wish: Where a controller would steer [rad/s].
+            plan: Plan with costs to the goal.
+            cell: Edge of its cells [m].
+            position: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Heading there [rad].
+            rate: Yaw rate of the command [rad/s].
         """
-        config, limit, cell = self.config, self._robot.max_steering, local_planner.config.cell
-        self._rates[0] = apply_dead_zone(min(max(wish, -limit), limit), self._robot.dead_zone)
-        plan = local_planner.plan
-        x, y = (here - plan.corner) / cell
-        goal = (plan.end - plan.corner) / cell
-        room, ahead, swing, *others = self._limits
-        squeeze = config.squeeze * self._impatience(here)
-        _price_ways(
-            self._rates,
-            self._turns,
-            self._backs,
-            self._tails,
-            self._ways,
-            (self._points, self._robot.speed * STEP, STEP, cell),
-            (plan.costs, plan.gaps, plan.rooms, plan.onward),
-            (x, y, yaw, goal[0], goal[1]),
-            (room - squeeze, ahead, swing - squeeze, *others),
-            self._prices,
+        config, robot, moves = self.config, self._robot, self._candidates
+        limit = robot.max_steering
+        moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular
+        x, y = (position - plan.corner) / cell
+        goal_x, goal_y = (plan.goal - plan.corner) / cell
+        ground = Ground(
+            *(plan.costs, plan.clearance, plan.traversed_clearance, plan.cost_to_go),
+            *(cell, goal_x, goal_y),
         )
-        # A turn is paid for when it begins, and turning back begins another. Whoever backs out
-        # stops twice, and has yet to turn.
-        arcs, turns = len(self._rates), len(self._rates) + len(self._turns)
-        self._prices[arcs:turns] += config.pause * (self._turns * self._turning <= 0)
-        self._prices[turns:] += 2.0 * config.pause + self._half_turn
+        place = Place(x, y, yaw)
+        _price_moves(moves, self._motion, ground, place, self._relaxed(position), self._prices)
+        # A turn is paid for when it begins, and turning back begins another. Backing out takes two
+        # stops, and a turn that is still to come.
+        arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
+        self._prices[arcs:turns] += config.stop_cost * (moves.turns * self._turning <= 0)
+        self._prices[turns:] += 2.0 * config.stop_cost + np.pi * self._body.turn_cost
         best = int(np.argmin(self._prices))
         self._turning = 0.0
-        if self._prices[0] <= self._prices[best] + config.trust:
+        if self._prices[0] <= self._prices[best] + config.override_margin:
             best = 0
         if best < arcs:
-            rate = float(self._rates[best])
-            return wish if best == 0 else rate, self._pace(plan, (x, y, yaw), rate, cell)
+            driven = float(moves.rates[best])
+            scale = self._speed_scale(plan, cell, place, driven)
+            return Twist(robot.speed * scale, rate if best == 0 else driven)
         if best >= turns:
-            return float(self._backs[best - turns]), -1.0
-        self._turning = math.copysign(limit, self._turns[best - arcs])
-        return self._turning, 0.0
+            return Twist(-robot.speed, float(moves.reverse_rates[best - turns]))
+        self._turning = math.copysign(limit, moves.turns[best - arcs])
+        return Twist(0.0, self._turning)
 
-    def _impatience(self, here: NDArray[np.float64]) -> float:
-        """Return how long the robot has been about a place, 0 for what is usual to 1."""
-        self._places[self._decisions % len(self._places)] = here
+    def _relaxed(self, position: NDArray[np.float64]) -> Body:
+        """Return the body with less margin the longer the robot makes no progress."""
+        self._places[self._decisions % len(self._places)] = position
         self._decisions += 1
-        stays = np.hypot(*(self._places - here).T) < _LINGERING
-        time = float(stays.sum()) * self.config.hold * _PERIOD
-        return min(max(time / self.config.patience - 1.0, 0.0), 1.0)
+        stays = np.hypot(*(self._places - position).T) < _STAY_RADIUS
+        time = float(stays.sum()) * self.config.action_repeat * CONTROL_PERIOD
+        share = min(max(time / self.config.no_progress_time - 1.0, 0.0), 1.0)
+        relaxed, body = self.config.clearance_relaxation * share, self._body
+        return body._replace(radius=body.radius - relaxed, swing_radius=body.swing_radius - relaxed)
 
-    def _pace(
-        self, plan: GridPlanner, at: tuple[float, float, float], rate: float, cell: float
-    ) -> float:
+    def _speed_scale(self, plan: GridPlanner, cell: float, place: Place, rate: float) -> float:
         """Return the largest share of the speed that an arc may be driven at."""
-        haste, prices = self.config.haste, plan.prices
-        for pace, room in ((haste, prices.shy), ((1.0 + haste) / 2, self.config.close)):
-            stride = pace * self._robot.speed * STEP / cell
-            crowding = (room / cell, prices.room / cell, prices.shy / cell, prices.crowd)
-            arc = (*at, rate * STEP, stride, self._points)
-            if _is_free(plan.costs, plan.gaps, crowding, arc):
-                return pace
+        most, weights = self.config.max_speed_scale, plan.weights
+        for scale, clearance in (
+            (most, weights.inflation_radius),
+            ((1.0 + most) / 2, self.config.full_speed_clearance),
+        ):
+            stride = scale * self._robot.speed * STEP / cell
+            limit = SpeedLimit(
+                clearance / cell,
+                weights.inscribed_radius / cell,
+                weights.inflation_radius / cell,
+                weights.inflation_cost,
+            )
+            turn, points = rate * STEP, self._motion.points
+            if _is_free(plan.costs, plan.clearance, limit, place, turn, stride, points):
+                return scale
         return 1.0
 
 
-def fan(
-    robot: RobotModel, config: TrajectoryRolloutsConfig
+def arc_fan(
+    robot: RobotModel, rates: tuple[float, ...], arcs: int, arc_time: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return all rollouts of the rates of ``config``, and the first rate of each.
+    """Return all sequences of arcs at constant speed, and the first yaw rate of each.
+
+    Args:
+        robot: Speed and steering limit.
+        rates: Yaw rates of an arc, as shares of the limit.
+        arcs: Number of arcs in a row.
+        arc_time: Duration of an arc [s].
 
     Returns:
         x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
         shape (k,).
     """
-    rates = np.array(list(product(config.rates, repeat=config.arcs))) * robot.max_steering
-    turns = np.repeat(rates, round(config.arc_time / STEP), axis=1) * STEP
+    sequences = np.array(list(product(rates, repeat=arcs))) * robot.max_steering
+    turns = np.repeat(sequences, round(arc_time / STEP), axis=1) * STEP
+    # The heading halfway through a step: an arc's chord points there.
     yaw = np.cumsum(turns, axis=1) - turns / 2
     x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
     y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP
-    return np.stack([x, y, yaw + turns / 2], axis=2), rates[:, 0]
+    return np.stack([x, y, yaw + turns / 2], axis=2), sequences[:, 0]
 
 
 @kernel
-def _price_ways(rates, turns, backs, tails, ways, stride, ground, at, limits, prices):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write what the cheapest way costs that begins with each arc, turn on the spot, arc back."""
-    points, far, time, cell = stride
-    costs, gaps, rooms, onward = ground
-    x0, y0, yaw0, goal_x, goal_y = at
-    room, ahead, swing, crowd, arrived, per_radian = limits
-    ahead, arrived = ahead / cell, arrived / cell
+def _price_moves(
+    moves: Candidates,
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    prices: NDArray[np.float64],
+) -> None:
+    """Write the cost [m] of the cheapest way that begins with each arc, turn, arc backwards."""
+    cell = ground.cell
+    arrived = ARRIVED / cell
+    arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
     for k in range(len(prices)):
-        if k == len(rates):
-            tails = ways
-        x, y, yaw = x0, y0, yaw0
+        x, y, yaw = place
         driven = missing = 0.0
         there = False
-        back = k - len(rates) - len(turns)
-        if k < len(rates) or back >= 0:
-            rate, way = (rates[k], far) if back < 0 else (backs[back], -far)
-            for _ in range(points):
-                middle = yaw + rate * time / 2
+        is_turn, is_reverse = arcs <= k < turns, k >= turns
+        if not is_turn:
+            rate = moves.reverse_rates[k - turns] if is_reverse else moves.rates[k]
+            way = -motion.stride if is_reverse else motion.stride
+            for _ in range(motion.points):
+                middle = yaw + rate * motion.time / 2
                 x, y = x + way * np.cos(middle) / cell, y + way * np.sin(middle) / cell
-                yaw += rate * time
-                there |= np.hypot(x - goal_x, y - goal_y) < arrived
+                yaw += rate * motion.time
+                there |= np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived
                 if there:
                     break
-                gap = _gap(rooms, x, y, yaw, ahead) * cell
-                driven += far * (1.0 + crowd * (_between(costs, x, y) - 1.0))
-                missing += max(room - gap, 0.0) ** 2
+                driven += motion.stride * _rate_at(ground, body, x, y)
+                missing += _missing(ground, body, x, y, yaw)
         else:
-            turn = turns[k - len(rates)]
-            driven = per_radian * abs(turn)
-            missing = points * max(swing - _between(gaps, x, y) * cell, 0.0) ** 2
+            turn = moves.turns[k - arcs]
+            driven = body.turn_cost * abs(turn)
+            # On the spot the corners sweep a circle, and no passage that was driven helps.
+            swept = _between(ground.clearance, x, y) * cell
+            missing = motion.points * max(body.swing_radius - swept, 0.0) ** 2
             yaw += turn
         price = driven + _CONTACT * missing
-        if there or back >= 0:
+        if there or is_reverse:
             prices[k] = price
             if not there:
-                prices[k] += _rest(onward, x, y, goal_x, goal_y, cell)
+                prices[k] += _rest(ground, x, y)
             continue
-        prices[k] = np.inf
-        c, s = np.cos(yaw), np.sin(yaw)
-        for tail in range(len(tails)):
-            more, p, q = price, x, y
-            there = False
-            for t in range(tails.shape[1]):
-                a, b = tails[tail, t, 0] / cell, tails[tail, t, 1] / cell
-                p, q = x + c * a - s * b, y + s * a + c * b
-                if np.hypot(p - goal_x, q - goal_y) < arrived:
-                    there = True
-                    break
-                gap = _gap(rooms, p, q, yaw + tails[tail, t, 2], ahead) * cell
-                more += far * (1.0 + crowd * (_between(costs, p, q) - 1.0))
-                more += _CONTACT * max(room - gap, 0.0) ** 2
-                if more > prices[k]:
-                    break
-            if not there:
-                more += _rest(onward, p, q, goal_x, goal_y, cell)
-            prices[k] = min(prices[k], more)
+        followers = moves.after_turn if is_turn else moves.after_arc
+        prices[k] = _cheapest_follower(followers, motion, ground, Place(x, y, yaw), body, price)
 
 
 @kernel
-def _rest(onward, x, y, goal_x, goal_y, cell):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return what the way on from a place costs [m]."""
-    limit = len(onward) - 1
-    rest = onward[min(max(int(x), 0), limit), min(max(int(y), 0), limit)] * cell
+def _cheapest_follower(
+    followers: NDArray[np.float64],
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    price: float,
+) -> float:
+    """Return the cost [m] of a first move with the cheapest arcs that may follow it."""
+    cell = ground.cell
+    arrived = ARRIVED / cell
+    cheapest = np.inf
+    c, s = np.cos(place.yaw), np.sin(place.yaw)
+    for k in range(len(followers)):
+        more, x, y = price, place.x, place.y
+        there = False
+        for t in range(followers.shape[1]):
+            a, b = followers[k, t, 0] / cell, followers[k, t, 1] / cell
+            x, y = place.x + c * a - s * b, place.y + s * a + c * b
+            if np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived:
+                there = True
+                break
+            more += motion.stride * _rate_at(ground, body, x, y)
+            more += _CONTACT * _missing(ground, body, x, y, place.yaw + followers[k, t, 2])
+            # Costs only grow: what is dearer already needs no end.
+            if more > cheapest:
+                break
+        if not there:
+            more += _rest(ground, x, y)
+        cheapest = min(cheapest, more)
+    return cheapest
+
+
+@kernel
+def _rate_at(ground: Ground, body: Body, x: float, y: float) -> float:
+    """Return the cost of a metre at a place, of whose extra costs a share counts."""
+    return 1.0 + body.cost_share * (_between(ground.costs, x, y) - 1.0)
+
+
+@kernel
+def _missing(ground: Ground, body: Body, x: float, y: float, yaw: float) -> float:
+    """Return the square of the clearance that the driving body lacks at a pose [m2].
+
+    Two circles, before and behind the middle, cover the body: the nearer one counts.
+    """
+    u, v = body.offset / ground.cell * np.cos(yaw), body.offset / ground.cell * np.sin(yaw)
+    clearance = min(
+        _between(ground.traversed_clearance, x + u, y + v),
+        _between(ground.traversed_clearance, x - u, y - v),
+    )
+    return max(body.radius - clearance * ground.cell, 0.0) ** 2
+
+
+@kernel
+def _rest(ground: Ground, x: float, y: float) -> float:
+    """Return the cost of the way on from a place [m]."""
+    limit = len(ground.cost_to_go) - 1
+    i, j = min(max(int(x), 0), limit), min(max(int(y), 0), limit)
+    rest = ground.cost_to_go[i, j] * ground.cell
     if rest < _NO_WAY:
-        return rest
-    return _NO_WAY + np.hypot(x - goal_x, y - goal_y) * cell
+        return float(rest)
+    return _NO_WAY + np.hypot(x - ground.goal_x, y - ground.goal_y) * ground.cell
 
 
 @kernel
-def _is_free(costs, gaps, crowding, arc):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Tell whether all along an arc nothing makes a metre dearer but walls at some distance."""
-    least, room, shy, crowd = crowding
-    x, y, yaw, turn, stride, points = arc
+def _is_free(
+    costs: NDArray[np.float32],
+    clearance: NDArray[np.float32],
+    speed: SpeedLimit,
+    place: Place,
+    turn: float,
+    stride: float,
+    points: int,
+) -> bool:
+    """Return True if all along an arc nothing but obstacles at some distance adds to the cost."""
+    x, y, yaw = place
     limit = len(costs) - 1
+    span = speed.inflation_radius - speed.inscribed_radius
     for _ in range(points):
         x, y = x + stride * np.cos(yaw + turn / 2), y + stride * np.sin(yaw + turn / 2)
         yaw += turn
         i, j = min(max(int(x), 0), limit), min(max(int(y), 0), limit)
         if costs[i, j] <= 1.0:
             continue
-        for_walls = crowd * min(max((shy - gaps[i, j]) / (shy - room), 0.0), 1.0)
-        if gaps[i, j] < least or costs[i, j] > 1.0 + for_walls + 1e-3:
+        falling = min(max((speed.inflation_radius - clearance[i, j]) / span, 0.0), 1.0)
+        inflation = speed.inflation_cost * falling
+        if clearance[i, j] < speed.clearance or costs[i, j] > 1.0 + inflation + 1e-3:
             return False
     return True
 
 
 @kernel
-def _gap(gaps, x, y, yaw, ahead):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the gap of the nearer of two circles before and behind the middle, in cells."""
-    u, v = ahead * np.cos(yaw), ahead * np.sin(yaw)
-    return min(_between(gaps, x + u, y + v), _between(gaps, x - u, y - v))
-
-
-@kernel
-def _between(grid, x, y):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the value between the four nearest cells' middles."""
+def _between(grid: NDArray[np.float32], x: float, y: float) -> float:
+    """Return the value between the middles of the four nearest cells."""
     limit = len(grid) - 2.0
     x, y = min(max(x - 0.5, 0.0), limit), min(max(y - 0.5, 0.0), limit)
     i, j = int(x), int(y)
     a, b = x - i, y - j
     near = grid[i, j] * (1 - a) + grid[i + 1, j] * a
-    return near * (1 - b) + (grid[i, j + 1] * (1 - a) + grid[i + 1, j + 1] * a) * b
+    return float(near * (1 - b) + (grid[i, j + 1] * (1 - a) + grid[i + 1, j + 1] * a) * b)

@@ -30,6 +30,7 @@ def cloud_file(tmp_path):
 
 
 def test_help_is_a_tour_and_imports_nothing_heavy():
+    """The help lists the verbs without importing a heavy library."""
     code = (
         "import sys; from andabata.app.cli import main; main(['--help']);"
         "heavy = {'torch', 'open3d', 'sklearn', 'pybullet', 'numba', 'scipy', 'matplotlib'};"
@@ -52,6 +53,7 @@ def test_help_is_a_tour_and_imports_nothing_heavy():
 
 
 def test_worlds_are_listed_and_shown(capsys):
+    """``world`` lists all presets and gives a world's size."""
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
     known = "forest hill hollow lake maze natural natural-far natural-test park plain stony"
@@ -61,6 +63,7 @@ def test_worlds_are_listed_and_shown(capsys):
 
 
 def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
+    """``scan`` gives 32 ranges, 32 x 10 cells and a PNG file."""
     picture = tmp_path / "scan.png"
     code, out, _ = run(capsys, "scan", str(cloud_file), "--picture", str(picture), "--json")
     data = json.loads(out)
@@ -106,6 +109,7 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
 def test_errors_take_one_line_and_leave_nothing(
     capsys, tmp_path, monkeypatch, words, code, message
 ):
+    """An error is one line on stderr with its exit code, and no file is left."""
     monkeypatch.chdir(tmp_path)
     found, out, err = run(capsys, *words)
     assert found == code
@@ -121,6 +125,7 @@ def test_errors_take_one_line_and_leave_nothing(
     "content", [b"", b"PK\x03\x04 nonsense", b"\x00" * 100], ids=["empty", "truncated", "zeros"]
 )
 def test_a_damaged_cloud_is_named(capsys, tmp_path, monkeypatch, content):
+    """A damaged cloud gives an error with its name."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.npz").write_bytes(content)
     code, _, err = run(capsys, "scan", "bad.npz")
@@ -129,7 +134,8 @@ def test_a_damaged_cloud_is_named(capsys, tmp_path, monkeypatch, content):
     assert [entry.name for entry in tmp_path.iterdir()] == ["bad.npz"]
 
 
-def test_a_cloud_of_nan_is_named(capsys, tmp_path, monkeypatch):
+def test_a_cloud_of_nan_is_refused(capsys, tmp_path, monkeypatch):
+    """A cloud without a finite point is refused."""
     monkeypatch.chdir(tmp_path)
     points = np.full((50, 3), np.nan, dtype=np.float32)
     (tmp_path / "nan.npz").write_bytes(cloud_to_bytes(PointCloud(points)))
@@ -138,11 +144,14 @@ def test_a_cloud_of_nan_is_named(capsys, tmp_path, monkeypatch):
 
 
 def test_debug_shows_the_traceback(capsys):
+    """``--debug`` shows the traceback of an error."""
     assert main(["world", "show", "moon", "--debug"]) == 2
     assert "Traceback" in capsys.readouterr().err
 
 
 def test_ctrl_c_ends_with_130(capsys, monkeypatch):
+    """An interrupt gives exit code 130 and one word."""
+
     def interrupt(*_):
         raise KeyboardInterrupt
 
@@ -152,5 +161,6 @@ def test_ctrl_c_ends_with_130(capsys, monkeypatch):
 
 
 def test_doctor_finds_everything(capsys):
+    """``doctor`` finds no broken package here."""
     code, out, _ = run(capsys, "doctor", "--json")
     assert (code, json.loads(out)["ok"]) == (0, True)

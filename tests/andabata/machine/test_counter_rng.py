@@ -1,4 +1,4 @@
-"""Draws by number: what they should be, and independent of each other."""
+"""Counter-based random numbers: known outputs, distribution and independence."""
 
 import numpy as np
 from numba import njit
@@ -9,6 +9,7 @@ from andabata.machine.counter_rng import normal, uniform
 
 @njit
 def _many(key, count):
+    """Return the first uniform numbers of a key."""
     found = np.empty(count)
     for k in range(count):
         found[k] = uniform(key, np.uint64(k))
@@ -17,6 +18,7 @@ def _many(key, count):
 
 @njit
 def _normals(shares):
+    """Return the normal quantiles at some probabilities."""
     found = np.empty(len(shares))
     for k in range(len(shares)):
         found[k] = normal(shares[k])
@@ -24,6 +26,7 @@ def _normals(shares):
 
 
 def test_they_are_splitmix64():
+    """Numbers are those of the published generator."""
     # The first outputs of the published generator, seeded with 1234567.
     first = [6457827717110365317, 3203168211198807973, 9817491932198370423]
     np.testing.assert_array_equal(
@@ -32,6 +35,7 @@ def test_they_are_splitmix64():
 
 
 def test_they_are_even_and_neighbours_know_nothing_of_each_other():
+    """Numbers are uniform and uncorrelated, within a key and between keys."""
     for key in (0, 1, 2**63 - 1):
         draws = _many(np.uint64(key), 200_000)
         assert stats.kstest(draws, "uniform").pvalue > 1e-3
@@ -42,6 +46,7 @@ def test_they_are_even_and_neighbours_know_nothing_of_each_other():
 
 
 def test_normal_numbers_are_the_inverse_of_the_distribution():
+    """Normal numbers are scipy's quantiles to seven figures, finite at 0 and 1."""
     shares = np.concatenate([np.logspace(-15, -0.31, 500), 1 - np.logspace(-15, -0.31, 500)])
     np.testing.assert_allclose(_normals(shares), stats.norm.ppf(shares), rtol=2e-6, atol=2e-7)
     assert np.isfinite(_normals(np.array([0.0, 1.0]))).all()

@@ -1,4 +1,4 @@
-"""Map and globe."""
+"""Geodetic reference: known distances, inverse conversion, magnetic flux."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from andabata.machine.geo_reference import GeoReference, wrapped_longitude
 
 
 def test_the_origin_is_the_origin():
+    """The datum itself has coordinates zero."""
     geo_reference = GeoReference()
     place = np.array(
         [[geo_reference.latitude_deg, geo_reference.longitude_deg, geo_reference.altitude]]
@@ -25,6 +26,7 @@ def test_known_distances_on_the_ellipsoid():
 
 @pytest.mark.parametrize("latitude", [-70.0, -36.7, 0.0, 45.0, 80.0])
 def test_there_and_back(latitude):
+    """Conversion to geodetic coordinates and back is the identity."""
     geo_reference = GeoReference(latitude_deg=latitude, longitude_deg=170.0, altitude=500.0)
     points = np.random.default_rng(0).uniform(-5000, 5000, (100, 3)) * [1, 1, 0.1]
     np.testing.assert_allclose(
@@ -33,6 +35,7 @@ def test_there_and_back(latitude):
 
 
 def test_up_is_up_and_north_is_north():
+    """Ten metres up add ten metres of altitude; north adds latitude alone."""
     geo_reference = GeoReference()
     up, north = geo_reference.to_geodetic(np.array([[0, 0, 10.0], [0, 100.0, 0]]))
     assert up[2] == pytest.approx(geo_reference.altitude + 10.0, abs=1e-6)
@@ -41,6 +44,7 @@ def test_up_is_up_and_north_is_north():
 
 
 def test_the_magnetic_field_points_north_and_down():
+    """Flux has the given strength, declination and inclination."""
     geo_reference = GeoReference(declination_deg=10.0, inclination_deg=60.0, field=50.0)
     east, north, up = geo_reference.flux
     assert np.linalg.norm(geo_reference.flux) == pytest.approx(50.0)
@@ -49,6 +53,7 @@ def test_the_magnetic_field_points_north_and_down():
 
 
 def test_both_sides_of_the_antimeridian_are_near_each_other():
+    """Longitudes on both sides of 180 degrees are neighbours."""
     reference = GeoReference(latitude_deg=-16.8, longitude_deg=179.9999, altitude=40.0)
     west, east = reference.to_map(np.array([[-16.8, 179.9998, 40.0], [-16.8, -179.9999, 40.0]]))
     assert west[0] == pytest.approx(-10.66, abs=0.01)
@@ -70,15 +75,18 @@ def test_a_millimetre_far_from_home_is_a_millimetre():
     [(43.47, -80.54, 6308e3), (36.715, -3.478, 89.4e3), (36.7151, -4.478, 11.1)],
 )
 def test_distances_over_the_globe(latitude, longitude, distance):
+    """Distances are those of the sphere within half a per cent."""
     assert GeoReference().distance(latitude, longitude) == pytest.approx(distance, rel=0.005)
 
 
 def test_a_datum_near_a_pole_is_refused():
+    """A latitude beyond 89 degrees is an error."""
     with pytest.raises(ValueError, match="less than or equal to 89"):
         GeoReference(latitude_deg=89.5)
 
 
 def test_longitudes_from_0_to_360_are_understood():
+    """Longitudes beyond 180 degrees are wrapped."""
     assert wrapped_longitude(279.46) == pytest.approx(-80.54)
     assert wrapped_longitude(-4.478) == -4.478
     assert wrapped_longitude(180.0) == 180.0

@@ -1,4 +1,4 @@
-"""The rotating laser: geometry, times, noise; and clouds that are placed beam by beam."""
+"""Rotating laser and horizontal scanner: geometry, times, errors."""
 
 import numpy as np
 import pytest
@@ -27,6 +27,7 @@ def moving_track(speed=0.0, rate=0.0, seconds=8.0, tilt=0.0):
 
 
 def assembled(scene, track, config=EXACT, seconds=7.2, stride=1):
+    """Return the assembler after some seconds of sweeps."""
     lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
     assembler = CloudAssembler(CloudAssemblyConfig(dense_stride=stride), ROBOT.lidar_height)
     for step in range(round(seconds * 10)):
@@ -35,11 +36,13 @@ def assembled(scene, track, config=EXACT, seconds=7.2, stride=1):
 
 
 def test_forty_sweeps_a_second_and_half_a_turn_in_133():
+    """Head and beams have the periods of the paper."""
     assert LidarConfig().head_rate * 133 / 40 == pytest.approx(np.pi)
     assert LidarConfig().beam_period * 1080 == pytest.approx(0.75 / 40)
 
 
 def test_flat_ground_is_flat_and_the_blind_cone_is_as_wide_as_the_laser_is_high(make_scene):
+    """Flat ground is level, and the blind cone has 45 degrees."""
     cloud = assembled(make_scene(), moving_track()).cloud
     np.testing.assert_allclose(cloud.points[:, 2], 0.0, atol=1e-4)
     r = np.hypot(*cloud.points[:, :2].T)
@@ -52,6 +55,7 @@ def test_flat_ground_is_flat_and_the_blind_cone_is_as_wide_as_the_laser_is_high(
     ("speed", "rate", "tilt"), [(0.3, 0.0, 0.0), (0.3, 0.5, 0.0), (0.0, -0.5, 0.15)]
 )
 def test_a_wall_stays_a_plane_while_the_robot_moves(make_scene, speed, rate, tilt):
+    """Motion compensation keeps a wall plane."""
     wall = box(SemanticClass.WALL, (6.0, 0.0, 1.0), (0.4, 16.0, 2.0))
     cloud = assembled(make_scene(objects=[wall]), moving_track(speed, rate, tilt=tilt)).cloud
     on_wall = cloud.points[cloud.classes == SemanticClass.WALL]
@@ -78,12 +82,12 @@ def test_a_wrong_clock_bends_the_wall(make_scene):
     assert np.abs(on_wall[:, 0] - 5.8).max() > 0.3
 
 
-def test_what_the_head_has_turned_past_is_known_before_the_turn_ends_and_told_of_once(make_scene):
+def test_what_the_head_has_passed_is_settled_before_the_turn_ends_and_only_once(make_scene):
     """A post is settled half a second after the laser has passed it, in each half turn once."""
     post = box(SemanticClass.POST, (1.0, 4.0, 0.8), (0.2, 0.2, 1.6))
     lidar = RotatingLidar(make_scene(objects=[post]).rays, EXACT, ROBOT, np.random.default_rng(0))
     assembler, track = CloudAssembler(CloudAssemblyConfig(), ROBOT.lidar_height), moving_track()
-    passed, told, spans, before = [], [], [], -np.inf
+    passed, reported, spans, before = [], [], [], -np.inf
     for step in range(72):
         now = (step + 1) / 10
         assembler.add(lidar.sweeps(step / 10, now, track), track)
@@ -94,20 +98,21 @@ def test_what_the_head_has_turned_past_is_known_before_the_turn_ends_and_told_of
             points, ages, (newest, oldest) = recent.since(before)
             on_post = (np.abs(points - [1.0, 4.0, 0.9]) < [0.2, 0.2, 0.8]).all(axis=1)
             due = (ages >= np.float32(newest)) & (ages < np.float32(oldest))
-            told += [now] * bool((due & on_post).any())
+            reported += [now] * bool((due & on_post).any())
             spans.append(int(due.sum()))
             before = recent.settled
     ends = [a for a, b in zip(passed, [*passed[1:], np.inf], strict=True) if b - a > 1.0]
     assert len(ends) == 2
-    assert len(told) in (2, 3, 4)  # What is passed just when it is looked at is told in two parts.
+    assert len(reported) in (2, 3, 4)  # A post that is just being passed comes in two parts.
     for end in ends:
-        assert any(0.4 < stamp - end < 1.2 for stamp in told)
+        assert any(0.4 < stamp - end < 1.2 for stamp in reported)
     whole = sum(len(part) for part in assembler.recent.parts)
     assert sum(spans) < 7.2 / HALF_TURN * whole
     assert sum(spans) > 6.0 / HALF_TURN * whole
 
 
 def test_the_cloud_travels_with_the_robot(make_scene):
+    """The relative cloud is in the frame of the robot."""
     post = box(SemanticClass.POST, (4.0, 1.0, 0.8), (0.2, 0.2, 1.6))
     assembler = assembled(make_scene(objects=[post]), moving_track())
     pose = Pose.from_euler(np.array([1.0, 1.0, 0.1]), 0.0, 0.0, np.pi / 2)
@@ -118,6 +123,7 @@ def test_the_cloud_travels_with_the_robot(make_scene):
 
 
 def test_a_cloud_has_about_as_many_points_as_the_papers_when_near_beams_are_thinned(shelf):
+    """Thinning leaves out two near beams in three and no far one."""
     scene = shelf.get("natural", 3)
     ground = scene.world.ground
     start = scene.world.tasks[0].start
@@ -138,6 +144,7 @@ def test_a_cloud_has_about_as_many_points_as_the_papers_when_near_beams_are_thin
 
 
 def test_noise_is_three_centimetres_and_some_returns_are_lost(make_scene):
+    """Noise and dropouts have the configured numbers."""
     wall = box(SemanticClass.WALL, (4.0, 0.0, 2.0), (0.4, 16.0, 4.0))
     scene = make_scene(objects=[wall])
     track = moving_track()
@@ -153,6 +160,7 @@ def test_noise_is_three_centimetres_and_some_returns_are_lost(make_scene):
 
 
 def test_edges_give_mixed_pixels(make_scene):
+    """Mixed pixels lie between an edge and what is behind it."""
     post = box(SemanticClass.POST, (3.0, 0.0, 1.0), (0.3, 0.3, 2.0))
     scene = make_scene(objects=[post])
     config = LidarConfig(noise=0.0, dropout=0.0, mixed=1.0)
@@ -166,6 +174,7 @@ def test_edges_give_mixed_pixels(make_scene):
 
 
 def test_the_same_rng_gives_the_same_sweeps(make_scene):
+    """Sweeps are a function of the seed."""
     scene, track = make_scene(), moving_track(0.3, 0.2)
     first, second = (
         RotatingLidar(scene.rays, LidarConfig(), ROBOT, np.random.default_rng(5)).sweeps(
@@ -177,6 +186,7 @@ def test_the_same_rng_gives_the_same_sweeps(make_scene):
 
 
 def test_the_horizontal_scanner_sees_a_wall_at_its_bearing(make_scene):
+    """Ranges of the horizontal scanner are those of a wall ahead."""
     wall = box(SemanticClass.WALL, (0.0, 4.0, 1.0), (20.0, 0.4, 2.0))
     scanner = HorizontalScanner(
         make_scene(objects=[wall]).rays, PolarGrid(), ROBOT, np.random.default_rng(0)
@@ -201,12 +211,14 @@ def spinning(scene, **fields):
 
 
 def test_rows_of_beams_that_lie_degrees_apart_do_not_mix(make_scene):
+    """Rows of a multi-beam laser are no neighbours."""
     points, _ = spinning(make_scene(size=40.0))
     near = np.hypot(points[:, 0], points[:, 1]) < 15
     np.testing.assert_allclose(points[near, 2], 0.0, atol=1e-3)
 
 
 def test_columns_of_a_spinning_laser_mix_at_the_side_of_a_wall(make_scene):
+    """Columns of a multi-beam laser are neighbours."""
     wall = box(SemanticClass.WALL, (4.0, 0.0, 1.0), (0.4, 2.0, 2.0))
     points, classes = spinning(make_scene(objects=[wall], size=40.0))
     ground = points[classes == SemanticClass.GROUND]
@@ -217,6 +229,43 @@ def test_columns_of_a_spinning_laser_mix_at_the_side_of_a_wall(make_scene):
 
 
 def test_a_rosette_has_no_neighbours():
+    """Neighbours are one beam, one column or none apart."""
     assert LidarConfig(span_deg=(-52.0, 7.0), beams=100, weave=0.0137).neighbour_stride == 0
     assert LidarConfig().neighbour_stride == 1
     assert LidarConfig(span_deg=(-15.0, 15.0), beams=16).neighbour_stride == 16
+
+
+def test_a_reach_changes_no_return_within_it(make_scene):
+    """Returns within the reach are the same, bit for bit, mixed pixels included."""
+    post = box(SemanticClass.POST, (3.0, 0.0, 1.0), (0.3, 0.3, 2.0))
+    wall = box(SemanticClass.WALL, (8.0, 0.0, 1.0), (0.4, 16.0, 2.0))
+    scene, track = make_scene(objects=[post, wall]), moving_track()
+    config = LidarConfig(mixed=1.0)
+    whole, short = (
+        RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(1), reach)
+        .sweeps(0.0, 3.3, track)
+        .ranges
+        for reach in (np.inf, 5.0)
+    )
+    near = whole < 4.8
+    np.testing.assert_array_equal(whole[near], short[near])
+    assert np.isinf(short).sum() > np.isinf(whole).sum()
+
+
+def test_ranges_outside_of_the_limits_are_no_returns(make_scene):
+    """Returns nearer than the least or farther than the largest range are lost."""
+    scene, track = make_scene(), moving_track()
+    config = LidarConfig(noise=0.0, dropout=0.0, mixed=0.0, min_range=1.0, max_range=3.0)
+    lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
+    ranges = lidar.sweeps(0.0, 1.0, track).ranges
+    found = ranges[np.isfinite(ranges)]
+    assert (found.min() >= 1.0) & (found.max() <= 3.0)
+    assert len(found) > 100
+
+
+def test_sweeps_of_adjacent_spans_follow_each_other(make_scene):
+    """Spans that share a border share no sweep: stamps go on by the sweep period."""
+    track = moving_track()
+    lidar = RotatingLidar(make_scene().rays, EXACT, ROBOT, np.random.default_rng(0))
+    stamps = [lidar.sweeps(k / 10, (k + 1) / 10, track).stamps for k in range(5)]
+    np.testing.assert_allclose(np.concatenate(stamps), np.arange(20) / 40)

@@ -36,6 +36,7 @@ WMM2020 = [
 
 @pytest.mark.parametrize("row", WMM2025 + WMM2020)
 def test_the_published_values_come_out(row):
+    """Declination, inclination and strength are the published ones."""
     year, km, latitude, longitude, declination, inclination, total = row
     found = magnetic_field(latitude, longitude, 1000.0 * km, year)
     assert found.declination_deg == pytest.approx(declination, abs=0.006)
@@ -46,6 +47,7 @@ def test_the_published_values_come_out(row):
 
 
 def test_each_date_has_its_own_model():
+    """Each period of five years has its own model."""
     names = {year: magnetic_field(48.0, 11.0, 0.0, year).source[:7] for year in range(2010, 2031)}
     assert [names[year] for year in (2010, 2014, 2015, 2019, 2020, 2024, 2025, 2030)] == [
         *["WMM2010"] * 2,
@@ -57,6 +59,7 @@ def test_each_date_has_its_own_model():
 
 @pytest.mark.parametrize("year", [1970.0, 2009.9, 2030.2, 2106.0])
 def test_a_date_outside_of_the_models_is_said_and_gives_a_sane_field(year):
+    """Dates without a model are marked, and their field is near the nearest model."""
     found, near = (magnetic_field(48.0, 11.0, 500.0, y) for y in (year, 2020.0))
     assert not found.is_valid
     assert "outside of 2010 to 2030" in found.source
@@ -66,11 +69,13 @@ def test_a_date_outside_of_the_models_is_said_and_gives_a_sane_field(year):
 
 @pytest.mark.parametrize("latitude", [-89.0, 89.0])
 def test_near_the_poles_it_is_a_number(latitude):
+    """The field is finite near the poles."""
     found = magnetic_field(latitude, 0.0, 2800.0, 2026.9)
     assert np.isfinite([found.declination_deg, found.inclination_deg, found.flux_density]).all()
 
 
 def test_the_year_of_a_stamp():
+    """Stamps become decimal years."""
     assert decimal_year(0) == 1970.0
     assert decimal_year(1_767_225_600 * 10**9) == 2026.0
     assert decimal_year(1_700_000_000 * 10**9) == pytest.approx(2023.87, abs=0.01)

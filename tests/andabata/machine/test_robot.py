@@ -1,6 +1,7 @@
-"""Robots as data: each drives, turns as told and stands on its wheels."""
+"""Robot models: each stands, drives and turns; parameters are checked."""
 
 import json
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ NAMES = ("andabata", "husky", "jackal")
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_stands_drives_and_turns(make_ground, name):
+    """Each robot of the package rests level, drives and turns as commanded."""
     robot = RobotModel.load(name)
     vehicle = BulletVehicle(make_ground(), robot)
     ratios = []
@@ -39,6 +41,7 @@ def test_a_robot_stands_drives_and_turns(make_ground, name):
 
 
 def test_a_run_learns_with_another_body():
+    """A training plan takes another robot."""
     assert {
         plan.environment.simulated_robot.robot.name
         for plan in load_plan(robot="jackal").stages.values()
@@ -46,6 +49,7 @@ def test_a_run_learns_with_another_body():
 
 
 def test_another_body_drives_from_the_command_line(capsys, tmp_path):
+    """The command line drives another robot and lists the known ones."""
     words = ["drive", "--world", "maze", "--robot", "husky", "--controller", "straight"]
     words += ["--time-limit", "6", "--out", str(tmp_path), "--set", "plant=kinematic", "--json"]
     assert main(words) == 0
@@ -55,5 +59,37 @@ def test_another_body_drives_from_the_command_line(capsys, tmp_path):
 
 
 def test_a_body_that_cannot_be_is_refused():
+    """A negative mass is an error."""
     with pytest.raises(ValueError, match="mass"):
         RobotModel(mass=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"dead_zone": 0.5}, "dead_zone: expected less than max_steering"),
+        ({"wheel_mass": 11.0}, "wheel_mass: expected four wheels lighter than the robot"),
+    ],
+)
+def test_parameters_that_contradict_each_other_are_refused(fields, message):
+    """A dead zone or wheels that do not fit the other parameters are an error."""
+    with pytest.raises(ValueError, match=message):
+        RobotModel(**fields)
+
+
+def test_derived_sizes_are_known():
+    """The effective track is the slip factor's multiple; two circles cover the rectangle."""
+    robot = RobotModel()
+    assert robot.effective_track == pytest.approx(1.275 * 0.46)
+    assert robot.half_radius == pytest.approx(np.hypot(0.67 / 4, 0.27))
+
+
+def test_the_urdf_has_the_robots_mass_and_wheels():
+    """Masses of all links sum up to the robot's, and wheels stand at track and wheelbase."""
+    robot = RobotModel()
+    root = ElementTree.fromstring(robot.to_urdf())
+    masses = [float(mass.get("value")) for mass in root.iter("mass")]
+    assert sum(masses) == pytest.approx(robot.mass)
+    joints = {joint.get("name"): joint.find("origin").get("xyz") for joint in root.iter("joint")}
+    place = [float(part) for part in joints["front_left_joint"].split()]
+    assert place == pytest.approx([robot.wheelbase / 2, robot.track / 2, 0.0])

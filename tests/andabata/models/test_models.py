@@ -11,9 +11,9 @@ from andabata.models import Models, shipped_forest, shipped_ground_classifier, s
 from andabata.navigation.guided import GuidedController
 from traversability.cartesian.classifier import (
     GroundClassifier,
-    SquareConfig,
-    SquareSamples,
-    grow_look,
+    GroundClassifierConfig,
+    GroundSamples,
+    train_stage,
 )
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
@@ -26,8 +26,8 @@ def others():
     looks = []
     for names in (GROUND_FEATURES, CONTEXT_FEATURES):
         features = rng.uniform(0, 1, (500, len(names))).astype(np.float32)
-        samples = SquareSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
-        looks.append(grow_look(samples, names, SquareConfig(trees=2), 0))
+        samples = GroundSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
+        looks.append(train_stage(samples, names, GroundClassifierConfig(trees=2), 0))
     return GroundClassifier(*looks, 0.1)
 
 

@@ -10,7 +10,7 @@ from tests.recordings import STRING, note, stamp, write_bag
 
 DEFINITIONS = {
     "an empty one": "",
-    "of it": "other_msgs/Part part\n",
+    "without it": "other_msgs/Part part\n",
     "parsed": "int8 ! no (definition\n",
     "parsed: ": "\0\xff",
 }

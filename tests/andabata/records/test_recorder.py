@@ -11,8 +11,8 @@ from andabata.app.cli import main
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.records import topics
-from andabata.records.bag_reader import Setup, read_setup
 from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.export import read_bag_cloud
 from andabata.records.messages import MessageBuilder, header_ns
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
@@ -20,7 +20,7 @@ from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import TOPICS
 from tests.played_graph import MemoryWriter
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -83,7 +83,7 @@ def test_a_drive_with_a_map_replays_within_its_geofence(capsys, tmp_path):
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence
-    assert geofence == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).geofence
+    assert geofence == SceneCache(1).get("natural-test", evaluation_world(3, 0)).geofence
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0
@@ -94,7 +94,7 @@ def test_an_invalid_geofence_is_refused(geofence):
     """A recorded geofence that is not four numbers raises a BagError."""
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     with pytest.raises(BagError, match="geofence: expected x_min, y_min, x_max, y_max"):
-        _ = Setup(pose, 0, {"geofence": geofence}).geofence
+        _ = DriveSetup(pose, 0, {"geofence": geofence}).geofence
 
 
 def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):

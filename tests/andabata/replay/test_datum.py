@@ -264,9 +264,9 @@ def test_a_given_start_keeps_its_position_in_the_map(plain, recorded, tmp_path):
         setup = read_setup(bag, {}, {})
     first = GeoReference().to_geodetic(np.zeros((1, 3)))
     assert not setup.rough
-    assert setup.datum.source == "the first good fix, at the start that is told"
+    assert setup.datum.source == "the first good fix, at the given start"
     np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
-    assert setup.datum.sensed is not None
+    assert setup.datum.measured is not None
 
 
 def test_a_pose_in_odom_is_no_start(plain, tmp_path):

@@ -217,7 +217,7 @@ def test_a_wrong_height_is_remarked(replay):
     code, data, _ = replay(edit=edit)
     assert code == 0
     assert "m below where robot.lidar_height puts it" in " ".join(data["remark_texts"])
-    assert "nothing tells where frame velodyne is" in " ".join(data["remark_texts"])
+    assert "the pose of frame velodyne is unknown" in " ".join(data["remark_texts"])
 
 
 def test_sensors_without_a_known_mounting_are_refused_by_name(replay):

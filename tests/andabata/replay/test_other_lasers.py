@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.machine.beams import BeamTables, cloud_of_sweeps, place_beams, place_points
+from andabata.machine.beams import BeamTables, place_beams, place_points, sweeps_to_cloud
 from andabata.machine.lidar import LidarConfig
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
@@ -245,7 +245,7 @@ def test_points_and_beams_are_placed_alike():
     )
     track = moving_track()
     points, times = place_beams(sweeps, track, 0.7, BeamTables())
-    cloud = cloud_of_sweeps(sweeps, BeamTables())
+    cloud = sweeps_to_cloud(sweeps, BeamTables())
     np.testing.assert_allclose(place_points(cloud, track, 0.7), points, atol=2e-5)
     np.testing.assert_allclose(cloud.stamps, times, atol=1e-9)
 

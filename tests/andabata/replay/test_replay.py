@@ -105,7 +105,7 @@ def test_a_clock_that_jumps_is_replayed_in_pieces(capsys, rows, tmp_path, step):
         assert code == 3
         assert "health: ok 100 %" in out
         assert "pieces: 2" in out
-        assert "remark: clock: 8.0 h without any sense" in out
+        assert "remark: clock: 8.0 h without any reading" in out
         assert "unknown: " in out
 
 

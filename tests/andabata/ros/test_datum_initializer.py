@@ -41,7 +41,7 @@ def standing():
     queue = MessageQueue(writer, MessageBuilder(1, EPOCH))
     simulator.reset(Start(-8.0, 0.0, 0.3))
     for _ in range(160):
-        queue_readings(queue, replace(simulator.step(STANDSTILL, blind=True), sweeps=None))
+        queue_readings(queue, replace(simulator.step(STANDSTILL, skip_scan=True), sweeps=None))
         queue.flush()
     simulator.close()
     return writer.messages
@@ -97,7 +97,7 @@ def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models)
     messages = [(EPOCH + 1, topics.INITIAL_POSE, start), *standing]
     _, node, _ = navigate(messages, models)
     data = node.run(seconds=8.0)
-    assert data["datum"]["source"] == "the first good fix, at the start that is told"
+    assert data["datum"]["source"] == "the first good fix, at the given start"
     here = GeoReference(
         **{k: data["datum"][k] for k in ("latitude_deg", "longitude_deg")},
         altitude=data["datum"]["altitude_m"],

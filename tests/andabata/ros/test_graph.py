@@ -6,9 +6,9 @@ import sys
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench.ros_graph import Graph, has_tools
 from andabata.records.topics import TOPICS
 from andabata.ros.graph import PACKAGES
-from tests.ros_graph import Graph, has_tools
 
 needs_ros = pytest.mark.skipif(
     not has_tools(),

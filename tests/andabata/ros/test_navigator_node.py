@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench.ros_graph import has_tools, result, running, stop, stopped
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns
 from andabata.ros.graph import PACKAGES
-from tests.ros_graph import has_tools, result, running, stop, stopped
 from traversability.grid import PolarGrid
 
 needs_ros = pytest.mark.skipif(

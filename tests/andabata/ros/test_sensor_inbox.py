@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from andabata.machine.pose import Pose
+from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.sense_decoding import MessageDecoder
-from andabata.records.sense_units import SenseUnits
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.units import UnitFactors
 from andabata.ros.sensor_inbox import SensorInbox
 from tests.edited_bags import transforms
 from tests.played_graph import PlayedGraph
@@ -34,7 +34,9 @@ def received():
 
     def play(*messages):
         graph = PlayedGraph(messages, EPOCH, EPOCH + 10 * NS)
-        inbox = SensorInbox(graph, SensorDecoder(EPOCH, decoder=MessageDecoder(units=SenseUnits())))
+        inbox = SensorInbox(
+            graph, SensorDecoder(EPOCH, decoder=MessageDecoder(units=UnitFactors()))
+        )
         inbox.subscribe()
         graph.sleep_until(EPOCH + NS)
         return inbox, graph

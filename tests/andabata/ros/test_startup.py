@@ -5,10 +5,10 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
+from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.sense_decoding import MessageDecoder
-from andabata.records.sense_units import SenseUnits
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.units import UnitFactors
 from andabata.ros import startup
 from andabata.ros.graph import RosError
 from andabata.ros.sensor_inbox import SensorInbox
@@ -35,7 +35,7 @@ class FixedDatum:
 def finder(messages, pose, seconds=30.0):
     """Return a start finder on a graph, the graph, its datum initializer, and the status lines."""
     graph = PlayedGraph(messages, EPOCH, EPOCH + round(seconds * NS))
-    inbox = SensorInbox(graph, SensorDecoder(0, decoder=MessageDecoder(units=SenseUnits())))
+    inbox = SensorInbox(graph, SensorDecoder(0, decoder=MessageDecoder(units=UnitFactors())))
     inbox.subscribe()
     datum, status = FixedDatum(pose), []
     return StartFinder(graph, inbox, datum, status.append), graph, datum, status

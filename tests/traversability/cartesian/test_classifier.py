@@ -6,20 +6,25 @@ import pytest
 from andabata.models import shipped_ground_classifier
 from traversability.cartesian.classifier import (
     GroundClassifier,
-    SquareConfig,
-    SquareSamples,
-    grow_look,
-    grow_squares,
-    square_samples,
+    GroundClassifierConfig,
+    GroundSamples,
+    ground_samples,
+    train_ground_classifier,
+    train_stage,
 )
-from traversability.cartesian.context import CONTEXT_FEATURES, NOBODY, SURE, in_context
+from traversability.cartesian.context import (
+    CONTEXT_FEATURES,
+    MAX_LOG_ODDS,
+    NO_NEIGHBOUR,
+    add_context,
+)
 from traversability.cartesian.elevation_grid import HIGHEST, LOWEST, MEAN, POINTS, ElevationGrid
 from traversability.cartesian.features import (
     GROUND_FEATURES,
-    NEAREST,
-    REACH,
+    MAX_RANGE,
+    MIN_RANGE,
     GroundFeatures,
-    label_squares,
+    label_ground_cells,
 )
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
@@ -57,7 +62,7 @@ def described(points, here=HERE):
     tiles, features = ElevationGrid(), GroundFeatures()
     tiles.describe(points, here)
     features.describe(tiles, here)
-    return features.places.copy(), features.values.copy()
+    return features.cells.copy(), features.values.copy()
 
 
 def test_a_tile_knows_its_ground_and_what_stands_on_it_and_no_crown():
@@ -140,9 +145,9 @@ def test_squares_know_no_place_and_no_height():
 def test_squares_are_judged_as_far_as_the_polar_grid_goes():
     places, _ = described(sheet(flat))
     ranges = np.hypot(*(0.2 * places + 0.1).T)
-    assert PolarGrid().outer_radius == REACH
-    assert ranges.max() == pytest.approx(REACH, abs=0.2)
-    assert len(places) == pytest.approx(np.pi * (REACH**2 - NEAREST**2) / 0.04, rel=0.01)
+    assert PolarGrid().outer_radius == MAX_RANGE
+    assert ranges.max() == pytest.approx(MAX_RANGE, abs=0.2)
+    assert len(places) == pytest.approx(np.pi * (MAX_RANGE**2 - MIN_RANGE**2) / 0.04, rel=0.01)
 
 
 def test_unseen_ground_has_no_squares_and_no_plane():
@@ -170,10 +175,10 @@ def test_a_square_is_red_when_a_tile_of_it_is_and_crowns_make_none():
     places, _ = described(points)
     tiles = ElevationGrid()
     tiles.describe(points, HERE)
-    red = label_squares(PointCloud(points), bad, 0.15, tiles, places)
+    red = label_ground_cells(PointCloud(points), bad, 0.15, tiles, places)
     assert places[red].tolist() == [[10, 5]]
     none = np.zeros(len(points), dtype=bool)
-    assert not label_squares(PointCloud(points), none, 0.15, tiles, places).any()
+    assert not label_ground_cells(PointCloud(points), none, 0.15, tiles, places).any()
 
 
 @pytest.mark.parametrize(
@@ -183,7 +188,7 @@ def test_a_tile_is_red_from_its_share_of_bad_points_on(bad, share, red):
     points = np.tile(np.array([[2.05, 1.05, 0.0]], np.float32), (10, 1))
     tiles = ElevationGrid()
     tiles.describe(points, HERE)
-    found = label_squares(
+    found = label_ground_cells(
         PointCloud(points), np.arange(10) < bad, share, tiles, np.array([[10, 5]])
     )
     assert found.tolist() == [bool(red)]
@@ -205,7 +210,7 @@ def test_the_shipped_one_finds_a_trunk_and_leaves_the_ground_beside_it():
     points = np.concatenate([sheet(flat, spacing=0.04), trunk(2.1, 0.1), trunk(2.1, -1.3)])
     noisy = points + rng.normal(0, 0.008, points.shape).astype(np.float32)
     places, values = described(noisy)
-    middles, odds = 0.2 * places + 0.1, forest.odds(values, places)
+    middles, odds = 0.2 * places + 0.1, forest.log_odds(values, places)
     for y in (0.1, -1.3):
         assert odds[np.argmin(np.hypot(*(middles - [2.1, y]).T))] > 1
     between = np.hypot(*(middles - [2.1, -0.6]).T) < 0.3
@@ -216,7 +221,7 @@ def few_samples(names=GROUND_FEATURES):
     """Return samples that a single split tells apart."""
     rng = np.random.default_rng(2)
     features = rng.uniform(0, 1, (2_000, len(names))).astype(np.float32)
-    return SquareSamples(features, features[:, names.index("spread")] > 0.5, np.zeros(2_000, bool))
+    return GroundSamples(features, features[:, names.index("spread")] > 0.5, np.zeros(2_000, bool))
 
 
 def rocky(seed):
@@ -230,26 +235,30 @@ def rocky(seed):
 
 
 def test_it_learns_and_comes_back_from_its_file_the_same():
-    samples, config = few_samples(), SquareConfig(trees=20, share=1.0)
-    look = grow_look(samples, GROUND_FEATURES, config, 0)
-    assert np.mean((look.odds(samples.features) > 0) == samples.red) > 0.99
+    samples, config = few_samples(), GroundClassifierConfig(trees=20, share=1.0)
+    look = train_stage(samples, GROUND_FEATURES, config, 0)
+    assert np.mean((look.log_odds(samples.features) > 0) == samples.blocked) > 0.99
     clouds = [rocky(seed)[0] for seed in range(4)]
-    forest, same = (grow_squares((clouds[:2], clouds[2:]), config, 0, {"seed": 0}) for _ in "ab")
+    forest, same = (
+        train_ground_classifier((clouds[:2], clouds[2:]), config, 0, {"seed": 0}) for _ in "ab"
+    )
     data = forest.to_bytes()
     again = GroundClassifier.from_bytes(data)
     assert again.to_bytes() == data == same.to_bytes()
     places, values = described(rocky(9)[0].points)
-    assert np.array_equal(again.odds(values, places), forest.odds(values, places))
+    assert np.array_equal(again.log_odds(values, places), forest.log_odds(values, places))
     assert [count > 10_000 for count in forest.summary["squares"]] == [True, True]
     assert len(data) < 1 << 20
 
 
 def test_the_second_look_finds_a_block_that_nobody_showed_it():
     clouds = [rocky(seed)[0] for seed in range(6)]
-    forest = grow_squares((clouds[:3], clouds[3:]), SquareConfig(trees=20, share=1.0), 0)
+    forest = train_ground_classifier(
+        (clouds[:3], clouds[3:]), GroundClassifierConfig(trees=20, share=1.0), 0
+    )
     cloud, middle = rocky(9)
     places, values = described(cloud.points)
-    away, odds = np.abs(0.2 * places + 0.1 - middle).max(axis=1), forest.odds(values, places)
+    away, odds = np.abs(0.2 * places + 0.1 - middle).max(axis=1), forest.log_odds(values, places)
     assert (odds[away < 0.2] > 0).all()
     assert (odds[away > 0.6] < 0).all()
 
@@ -259,17 +268,27 @@ def test_context_is_what_the_neighbours_were_taken_for():
     cross = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]
     places, odds = np.array([*cross, [7, 7]]), np.array([3.0, -1.0, 2.0, -20.0, 20.0, 1.0])
     features = np.arange(6 * len(GROUND_FEATURES), dtype=np.float32).reshape(6, -1)
-    rows = in_context(features, odds, places)
+    rows = add_context(features, odds, places)
     assert rows.shape == (6, len(CONTEXT_FEATURES))
     assert np.array_equal(rows[:, : len(GROUND_FEATURES)], features)
     found = rows[:, len(GROUND_FEATURES) :]
-    assert found[0].tolist() == [3.0, (-1.0 + 2.0 - SURE + SURE) / 4, -SURE, SURE]
-    assert found[1].tolist() == [-1.0, 1.0, -SURE, SURE]  # Diagonal ones are beside it, too.
-    assert found[5].tolist() == [1.0, NOBODY, NOBODY, NOBODY]
+    assert found[0].tolist() == [
+        3.0,
+        (-1.0 + 2.0 - MAX_LOG_ODDS + MAX_LOG_ODDS) / 4,
+        -MAX_LOG_ODDS,
+        MAX_LOG_ODDS,
+    ]
+    assert found[1].tolist() == [
+        -1.0,
+        1.0,
+        -MAX_LOG_ODDS,
+        MAX_LOG_ODDS,
+    ]  # Diagonal ones are beside it, too.
+    assert found[5].tolist() == [1.0, NO_NEIGHBOUR, NO_NEIGHBOUR, NO_NEIGHBOUR]
     order = np.array([3, 1, 5, 0, 2, 4])
-    assert np.array_equal(in_context(features[order], odds[order], places[order]), rows[order])
-    assert np.array_equal(in_context(features, odds, places - 1000), rows)
-    assert in_context(features[:0], odds[:0], places[:0]).shape == (0, len(CONTEXT_FEATURES))
+    assert np.array_equal(add_context(features[order], odds[order], places[order]), rows[order])
+    assert np.array_equal(add_context(features, odds, places - 1000), rows)
+    assert add_context(features[:0], odds[:0], places[:0]).shape == (0, len(CONTEXT_FEATURES))
 
 
 def test_low_things_count_more():
@@ -277,11 +296,11 @@ def test_low_things_count_more():
     rng = np.random.default_rng(3)
     features = np.zeros((4_000, len(GROUND_FEATURES)), dtype=np.float32)
     red = rng.uniform(size=4_000) < 0.4
-    samples = SquareSamples(features, red, red)
+    samples = GroundSamples(features, red, red)
     even, thrice = (
-        grow_look(samples, GROUND_FEATURES, SquareConfig(trees=30, low=low), 0).odds(features[:1])[
-            0
-        ]
+        train_stage(
+            samples, GROUND_FEATURES, GroundClassifierConfig(trees=30, low=low), 0
+        ).log_odds(features[:1])[0]
         for low in (1.0, 3.0)
     )
     assert even == pytest.approx(np.log(red.mean() / (1 - red.mean())), abs=0.01)
@@ -298,9 +317,9 @@ def test_low_things_are_told_from_slopes_and_trunks():
     severity = np.where(bad, np.inf, -2.0).astype(np.float32)
     bad[: len(ground)], severity[: len(ground)][steep] = steep, 1.5
     cloud = PointCloud(points, nontraversable=bad, severity=severity, forbidden=bad)
-    samples = square_samples([cloud], 1.0, rng)
+    samples = ground_samples([cloud], 1.0, rng)
     heights = samples.features[samples.low, column("height")]
-    assert 1 <= samples.low.sum() < samples.red.sum()
+    assert 1 <= samples.low.sum() < samples.blocked.sum()
     assert (heights < 0.13).all()
     assert (heights > 0).all()
 
@@ -309,28 +328,28 @@ def test_ground_that_the_true_map_forbids_is_red_whatever_its_points_belong_to()
     ground = sheet(flat, spacing=0.05)
     around = (np.abs(ground[:, :2] - [2.1, 1.1]) < 0.1).all(axis=1)
     cloud = PointCloud(ground, nontraversable=np.zeros(len(ground), bool), forbidden=around)
-    samples = square_samples([cloud], 1.0, np.random.default_rng(5))
-    assert 1 <= samples.red.sum() <= 9  # Clouds are turned: 0.2 m of it touch so many squares.
+    samples = ground_samples([cloud], 1.0, np.random.default_rng(5))
+    assert 1 <= samples.blocked.sum() <= 9  # Clouds are turned: 0.2 m of it touch so many squares.
     assert not samples.low.any()
 
 
 def test_bad_input_is_refused():
     samples = few_samples()
     green = np.zeros(10, bool)
-    few = SquareSamples(samples.features[:10], green, green)
+    few = GroundSamples(samples.features[:10], green, green)
     with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
-        grow_look(few, GROUND_FEATURES, SquareConfig(), 0)
+        train_stage(few, GROUND_FEATURES, GroundClassifierConfig(), 0)
     with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
-        square_samples([], 1.0, np.random.default_rng(0))
+        ground_samples([], 1.0, np.random.default_rng(0))
     unknown = PointCloud(sheet(flat), nontraversable=np.zeros(len(sheet(flat)), bool))
     with pytest.raises(ValueError, match="expected clouds that know which places the true map"):
-        square_samples([unknown], 1.0, np.random.default_rng(0))
-    config = SquareConfig(trees=3)
-    first = grow_look(samples, GROUND_FEATURES, config, 0)
-    second = grow_look(few_samples(CONTEXT_FEATURES), CONTEXT_FEATURES, config, 0)
+        ground_samples([unknown], 1.0, np.random.default_rng(0))
+    config = GroundClassifierConfig(trees=3)
+    first = train_stage(samples, GROUND_FEATURES, config, 0)
+    second = train_stage(few_samples(CONTEXT_FEATURES), CONTEXT_FEATURES, config, 0)
     forest = GroundClassifier(first, second, 0.1)
     with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
-        forest.odds(samples.features[:5, :-1], np.zeros((5, 2), int))
+        forest.log_odds(samples.features[:5, :-1], np.zeros((5, 2), int))
     with pytest.raises(ValueError, match="looks at 30, 26 columns"):
         GroundClassifier(second, first, 0.1)
     data = forest.to_bytes()

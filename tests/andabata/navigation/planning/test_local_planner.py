@@ -18,7 +18,7 @@ from terrain.heightfield import Heightfield
 from terrain.objects import box
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
-from traversability.virtual_scan import VirtualScan, sure_odds
+from traversability.virtual_scan import VirtualScan, certain_log_odds
 from worlds.rays import RayScene
 from worlds.scenes import Scene
 from worlds.truth import TruthConfig, build_truth
@@ -31,7 +31,7 @@ ORIGIN, AHEAD = np.zeros(2), np.array([8.0, 0.0])
 def odds(ranges):
     """Return the odds of a scan whose sectors are free so far [m]."""
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
-    return VirtualScan(full, GRID.outer_radius).odds_of(GRID)
+    return VirtualScan(full, GRID.outer_radius).log_odds_of(GRID)
 
 
 def wall_ahead(distance=3.0, half_width=4.0):
@@ -144,11 +144,13 @@ def test_emptiness_that_nothing_hides_is_an_edge():
     brink = np.full((GRID.n_sectors, GRID.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
     front = np.abs(GRID.bearings) < np.deg2rad(60)
     brink[np.ix_(front, GRID.ring_edges[:-1] > 2.0)] = CellState.EMPTY
-    place = seen(LocalPlanner(GRID), sure_odds(brink), 20).subgoal(ORIGIN, np.array([4.0, 0.0]))
+    place = seen(LocalPlanner(GRID), certain_log_odds(brink), 20).subgoal(
+        ORIGIN, np.array([4.0, 0.0])
+    )
     assert place is not None
     hidden = brink.copy()
     hidden[front, 4] = CellState.NON_TRAVERSABLE
-    behind = seen(LocalPlanner(GRID), sure_odds(hidden), 20)
+    behind = seen(LocalPlanner(GRID), certain_log_odds(hidden), 20)
     assert behind.subgoal(np.array([4.0, 0.0]), np.array([3.2, 0.0])) is None
 
 

@@ -8,7 +8,7 @@ from andabata.navigation.controller import ControllerInput, SweepWindow
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayer, LowObstacleLayerConfig
-from traversability.cartesian.classifier import GroundClassifier, Look
+from traversability.cartesian.classifier import GroundClassifier, Stage
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES
@@ -170,7 +170,7 @@ def always(odds):
     zeros = {name: np.zeros(1, dtype) for name, dtype in COLUMNS.items()}
     leaf = {**zeros, "feature": np.full(1, -1, np.int16)}
     looks = (
-        Look(Trees(("spread",), "logistic", odds, **leaf), names)
+        Stage(Trees(("spread",), "logistic", odds, **leaf), names)
         for names in (GROUND_FEATURES, CONTEXT_FEATURES)
     )
     return GroundClassifier(*looks, 0.1)
@@ -203,7 +203,7 @@ def test_where_the_robot_has_driven_there_is_no_wall():
     local_planner = LocalPlanner(GRID)
     for x in np.linspace(0.0, 4.0, 41):
         local_planner.guide(view_of(with_rock(ground(rng), np.array([2.0, 0.0])), x, stamp=x))
-        local_planner.evidence.mark(view_of(None).scan.odds_of(GRID), np.array([x, 0.0]), 0.0)
+        local_planner.evidence.mark(view_of(None).scan.log_odds_of(GRID), np.array([x, 0.0]), 0.0)
     local_planner.subgoal(np.array([4.0, 0.0]), np.array([8.0, 0.0]))
     i, j = np.floor((np.array([2.0, 0.0]) - local_planner.plan.corner) / 0.2).astype(int)
     assert local_planner.plan.costs[i, j] == 1.0

@@ -30,7 +30,9 @@ def mapped(ranges, goal=AHEAD):
     local_planner = LocalPlanner(GRID, around=AROUND)
     full = np.broadcast_to(np.asarray(ranges, dtype=np.float32), GRID.n_sectors)
     for _ in range(20):
-        local_planner.evidence.mark(VirtualScan(full, GRID.outer_radius).odds_of(GRID), ORIGIN, 0.0)
+        local_planner.evidence.mark(
+            VirtualScan(full, GRID.outer_radius).log_odds_of(GRID), ORIGIN, 0.0
+        )
     local_planner.subgoal(ORIGIN, goal)
     return local_planner
 
@@ -112,7 +114,7 @@ def test_the_way_that_it_came_is_a_way_back(heading):
 def driven_up_to(ranges):
     """Return a map of a robot that came from behind and saw sectors free so far [m]."""
     local_planner = LocalPlanner(GRID, around=AROUND)
-    odds = VirtualScan(np.asarray(ranges, dtype=np.float32), GRID.outer_radius).odds_of(GRID)
+    odds = VirtualScan(np.asarray(ranges, dtype=np.float32), GRID.outer_radius).log_odds_of(GRID)
     for x in np.arange(-4.0, 0.05, 0.1):
         local_planner.evidence.mark(odds, np.array([x, 0.0]), 0.0)
     local_planner.subgoal(ORIGIN, AHEAD)

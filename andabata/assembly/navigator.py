@@ -1,0 +1,147 @@
+"""A navigator put together: localisation, perception, planner and controller, in one place.
+
+Simulation, replay and the live graph get theirs here, so that all of them are the same.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.localization.localizer import Localizer
+from andabata.localization.noisy_ground_truth import (
+    NoisyGroundTruthConfig,
+    NoisyGroundTruthLocalizer,
+)
+from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
+from andabata.machine.robot import RobotModel
+from andabata.machine.simulator import SensingConfig
+from andabata.models import Models
+from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
+from andabata.navigation.controller import NoPlanner, Steering
+from andabata.navigation.navigator import Navigator
+from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
+from andabata.navigation.planning.cartesian_layers import CartesianLayers
+from andabata.navigation.planning.local_planner import LocalPlannerConfig
+from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
+from traversability.grid import PolarGrid
+
+
+class NavigatorConfig(BaseModel):
+    """Settings of a robot's navigator.
+
+    Attributes:
+        robot: Body: size, speed, limits.
+        sensing: Scanner and other sensors.
+        assembly: Assembly of sweeps into clouds.
+        grid: Polar grid.
+        localizer: ``ukf``, the robot's filter, or ``truth``, the true pose with ``errors``, for
+            ablation.
+        filter: Settings of the filter.
+        errors: Errors of the true pose.
+        local_planner: Settings of the local planner.
+        rollouts: Settings of its rollouts.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    robot: RobotModel = Field(default_factory=RobotModel)
+    sensing: SensingConfig = Field(default_factory=SensingConfig)
+    assembly: CloudAssemblyConfig = Field(default_factory=CloudAssemblyConfig)
+    grid: PolarGrid = Field(default_factory=PolarGrid)
+    localizer: Literal["ukf", "truth"] = "ukf"
+    filter: UkfConfig = Field(default_factory=UkfConfig)
+    errors: NoisyGroundTruthConfig = Field(default_factory=NoisyGroundTruthConfig)
+    local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
+    rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
+
+
+class NavigatorParts(NamedTuple):
+    """A navigator with the parts that others read.
+
+    Attributes:
+        navigator: Navigator.
+        localizer: Estimator of its pose.
+        perception: Its perception.
+    """
+
+    navigator: Navigator
+    localizer: Localizer
+    perception: Perception
+
+
+def make_navigator(
+    config: NavigatorConfig,
+    models: Models | None,
+    steering: Steering | None,
+    rng: np.random.Generator,
+) -> NavigatorParts:
+    """Put a navigator together.
+
+    Args:
+        config: Settings.
+        models: Classifiers; needed with the rotating laser.
+        steering: Controller and planner; None for a learner that drives from outside.
+        rng: Source of the errors of the true pose, with ``localizer = truth``.
+
+    Raises:
+        ValueError: If classifiers or the filter's sensors are missing.
+    """
+    steering = steering or Steering()
+    has_planner = not isinstance(steering.planner, NoPlanner)
+    localizer = make_localizer(config, rng)
+    perception = make_perception(config, models, has_planner)
+    navigator = Navigator(config.robot, localizer, perception, steering)
+    return NavigatorParts(navigator, localizer, perception)
+
+
+def make_perception(
+    config: NavigatorConfig, models: Models | None, with_layers: bool
+) -> Perception:
+    """Return the perception that fits the scanner.
+
+    Args:
+        config: Settings.
+        models: Classifiers; needed with the rotating laser.
+        with_layers: True for the layers that a planner reads.
+
+    Raises:
+        ValueError: If the rotating laser comes without classifiers.
+    """
+    if config.sensing.scanner == "horizontal":
+        return HorizontalPerception(config.grid)
+    if models is None:
+        raise ValueError("models: expected classifiers for the rotating laser, got None")
+    assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
+    layers = None
+    if with_layers:
+        planner = config.local_planner
+        layers = CartesianLayers(
+            assembler,
+            planner.occupancy.cells,
+            planner.occupancy.cell,
+            planner.ground,
+            planner.low_obstacles,
+            models.ground_classifier,
+        )
+    return CloudPerception(assembler, models.forest, config.grid, layers)
+
+
+def make_localizer(config: NavigatorConfig, rng: np.random.Generator) -> Localizer:
+    """Return the estimator of the pose.
+
+    Args:
+        config: Settings.
+        rng: Source of the errors of the true pose.
+
+    Raises:
+        ValueError: If the filter comes without the sensors that it needs.
+    """
+    if config.localizer == "truth":
+        return NoisyGroundTruthLocalizer(config.errors, rng)
+    if config.sensing.proprioception is None:
+        raise ValueError(
+            "proprioception: expected the sensors that the filter needs, got none; "
+            "localizer = truth does without"
+        )
+    return UkfLocalizer(config.filter, config.robot, config.sensing.geo_reference)

@@ -1,0 +1,93 @@
+"""Buffer of past periods of the filter, for fixes that arrive late.
+
+A late fix is inserted into the period in which it was taken, and the filter runs again from there:
+the result is that of a fix that arrived in time.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.process_model import Measurements, NoiseModel
+
+
+@dataclass(frozen=True)
+class FilterPeriod:
+    """State of the filter at the begin of a control period, and the period's measurements.
+
+    Attributes:
+        x: State, shape (18,).
+        P: Covariance, shape (18, 18).
+        now: Stamp of the state [s].
+        counts: Table of counts by sensor, shape (6, 3).
+        measurements: Measurements of the period.
+        noise: Noise that the period is filtered with.
+    """
+
+    x: NDArray[np.float64]
+    P: NDArray[np.float64]
+    now: float
+    counts: NDArray[np.int64]
+    measurements: Measurements
+    noise: NoiseModel
+
+    def with_fix(self, fix: NDArray[np.float64]) -> Measurements:
+        """Return the period's measurements with one more fix, in the order of their stamps.
+
+        Args:
+            fix: Row as in ``Measurements.gnss``, shape (6,).
+        """
+        fixes = self.measurements.gnss
+        place = int(np.searchsorted(fixes[:, 0], fix[0]))
+        return self.measurements._replace(gnss=np.insert(fixes, place, fix, axis=0))
+
+
+class ReplayBuffer:
+    """Latest periods of the filter, oldest first."""
+
+    def __init__(self, max_delay: float) -> None:
+        """Begin empty.
+
+        Args:
+            max_delay: Time span that is kept [s].
+        """
+        self._max_delay = max_delay
+        self._periods: deque[FilterPeriod] = deque()
+
+    def clear(self) -> None:
+        """Remove all periods."""
+        self._periods.clear()
+
+    def append(self, period: FilterPeriod) -> None:
+        """Add a period after the others."""
+        self._periods.append(period)
+
+    def drop_old(self, now: float) -> None:
+        """Remove the periods that began more than ``max_delay`` before ``now`` [s]."""
+        while now - self._periods[0].now > self._max_delay:
+            self._periods.popleft()
+
+    def rewind(self, stamp: float) -> list[FilterPeriod]:
+        """Remove and return the periods from the one that contains a stamp on.
+
+        Args:
+            stamp: Time of a late measurement [s].
+
+        Returns:
+            Periods, oldest first; none if the stamp is older than the buffer, which then stays as
+            it is.
+        """
+        begun = [k for k, period in enumerate(self._periods) if period.now < stamp]
+        if not begun:
+            return []
+        periods = list(self._periods)[begun[-1] :]
+        for _ in periods:
+            self._periods.pop()
+        return periods
+
+    def latest_finite_state(self) -> NDArray[np.float64] | None:
+        """Return the latest state whose numbers are all finite, None without any."""
+        states = (period.x for period in reversed(self._periods))
+        return next((x for x in states if np.isfinite(x).all()), None)

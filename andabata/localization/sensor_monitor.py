@@ -1,0 +1,121 @@
+"""Supervision of the filter's sensors: timeouts, long rejection, and warnings."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.localizer import Health
+from andabata.localization.process_model import YAW, X, Y
+from andabata.localization.ukf_config import UkfConfig
+
+_MEDIAN_OF = 5
+"""Number of fixes whose median offset is compared."""
+
+_TIME_TOLERANCE = 1e-9
+"""Difference of two times that counts as none [s]."""
+
+
+class SensorMonitor:
+    """Record of when each sensor last sent data, and when its data were last accepted.
+
+    A sensor that sends data which are all rejected for long suggests that the filter is wrong: its
+    covariance is then inflated, each time by twice the standard deviation of the time before.
+    """
+
+    def __init__(self, config: UkfConfig, stamp: float) -> None:
+        """Begin as if every sensor had just sent accepted data.
+
+        Args:
+            config: Timeouts and limits.
+            stamp: Time of the start [s].
+        """
+        self._config = config
+        self._received = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
+        self._accepted = dict.fromkeys(("compass", "gnss"), stamp)
+        self._inflated = dict(self._accepted)
+        self._inflations = dict.fromkeys(self._accepted, 0)
+        # Offsets [m] from the estimate of fixes since the last accepted one.
+        self._offsets: list[NDArray[np.float64]] = []
+
+    def receive(self, sensor: str, stamp: float) -> None:
+        """Record that a sensor sent data at a time [s]."""
+        self._received[sensor] = stamp
+
+    def accept(self, sensor: str, stamp: float) -> None:
+        """Record that the filter accepted data of a sensor at a time [s]."""
+        self._accepted[sensor] = self._inflated[sensor] = stamp
+        self._inflations[sensor] = 0
+        if sensor == "gnss":
+            self._offsets.clear()
+
+    def add_offset(self, offset: NDArray[np.float64]) -> None:
+        """Record the offset of a fix from the estimate [m], shape (2,)."""
+        self._offsets.append(offset)
+
+    def inflation(self, sensor: str, stamp: float) -> float | None:
+        """Return the factor of the standard deviation that is due to be added, None if none is.
+
+        Args:
+            sensor: Name of the sensor, ``compass`` or ``gnss``.
+            stamp: Time at the end of the period [s].
+        """
+        multipath = sensor == "gnss" and self._looks_like_multipath()
+        config = self._config
+        patience = config.multipath_inflation_time if multipath else config.inflation_time
+        sends = self._received[sensor] == stamp
+        if not (sends and stamp - self._inflated[sensor] > patience):
+            return None
+        factor = 2 ** self._inflations[sensor]
+        self._inflations[sensor] += 1
+        self._inflated[sensor] = stamp
+        return float(factor)
+
+    def _looks_like_multipath(self) -> bool:
+        """Return true if all fixes since the last accepted one are off by the same."""
+        if len(self._offsets) < 2 * _MEDIAN_OF or self._inflations["gnss"]:
+            return False
+        first = np.median(self._offsets[:_MEDIAN_OF], axis=0)
+        last = np.median(self._offsets[-_MEDIAN_OF:], axis=0)
+        near = np.hypot(*last) < self._config.multipath_offset
+        return bool(near and np.hypot(*(last - first)) < self._config.multipath_spread)
+
+    def warnings(self, now: float, P: NDArray[np.float64]) -> tuple[str, ...]:
+        """Return what is wrong with sensors and estimate, one text each.
+
+        Args:
+            now: Stamp of the state [s].
+            P: Covariance of the state, shape (18, 18).
+        """
+        config = self._config
+        found = []
+        for name, since, limit, text in (
+            ("imu", self._received["imu"], config.imu_timeout, "silent"),
+            ("wheels", self._received["wheels"], config.wheel_timeout, "silent"),
+            ("compass", self._accepted["compass"], config.compass_timeout, "not accepted"),
+            ("gnss", self._accepted["gnss"], config.gnss_timeout, "not accepted"),
+        ):
+            if now - since > limit + _TIME_TOLERANCE:
+                found.append(f"{name}: {text} for {now - since:.1f} s")
+        # Longest half axis of the horizontal error ellipse.
+        east, north, both = P[X, X], P[Y, Y], P[X, Y]
+        position = math.sqrt((east + north) / 2 + math.hypot((east - north) / 2, both))
+        if position > config.lost_position:
+            found.append(f"position: uncertain by {position:.1f} m")
+        yaw = math.sqrt(P[YAW, YAW])
+        if yaw > config.lost_yaw:
+            found.append(f"heading: uncertain by {np.rad2deg(yaw):.0f} degrees")
+        return tuple(found)
+
+
+def health_of(warnings: tuple[str, ...]) -> Health:
+    """Return the health for some warnings of ``SensorMonitor.warnings``.
+
+    A robot is lost without a position, a heading, or both IMU and wheels.
+    """
+    if not warnings:
+        return Health.OK
+    sources = {text.split(":")[0] for text in warnings}
+    if {"position", "heading"} & sources or {"imu", "wheels"} <= sources:
+        return Health.LOST
+    return Health.DEGRADED

@@ -1,0 +1,35 @@
+"""Registry of learners: a learner is a module, and a line in each of the two tables here."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from rl.actor_critic import ActorCritic, ActorCriticConfig
+from rl.learner import BaseLearnerConfig, Learner
+from rl.sac import SacConfig, SoftActorCritic
+from rl.spaces import ActionSpec, ObservationSpec
+
+LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]
+"""Settings of any learner, told apart by ``algorithm``."""
+
+_LEARNERS: dict[type[BaseLearnerConfig], type[SoftActorCritic] | type[ActorCritic]] = {
+    SacConfig: SoftActorCritic,
+    ActorCriticConfig: ActorCritic,
+}
+
+
+def make_learner(
+    config: LearnerConfig, observations: ObservationSpec, actions: ActionSpec, seed: int
+) -> Learner:
+    """Return a fresh learner.
+
+    Args:
+        config: Settings, which name the algorithm.
+        observations: Space of the observations.
+        actions: Space of the actions.
+        seed: Seed of the weights.
+
+    Raises:
+        DeviceError: If torch does not find the device.
+    """
+    return _LEARNERS[type(config)](observations, actions, config, seed)  # type: ignore[arg-type]

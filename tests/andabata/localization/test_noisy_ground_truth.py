@@ -1,0 +1,76 @@
+"""Localizer from ground truth: its errors have the configured spread and correlation."""
+
+import numpy as np
+import pytest
+
+from andabata.localization.localizer import Health
+from andabata.localization.noisy_ground_truth import (
+    NoisyGroundTruthConfig,
+    NoisyGroundTruthLocalizer,
+)
+from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings
+
+ORIGIN = Pose(np.zeros(3), np.array([0, 0, 0, 1.0]))
+EXACT = NoisyGroundTruthConfig(position_sigma=0, yaw_sigma=0, tilt_sigma=0)
+
+
+def readings(end, ticks=10):
+    """Return a period of a robot at rest at the origin that ends at a time [s]."""
+    stamps = end - 0.1 + np.arange(1, ticks + 1) / 100
+    rows = np.zeros((ticks, 8))
+    rows[:, 0], rows[:, 7] = stamps, 1.0
+    return SensorReadings(end, true_track=rows)
+
+
+def errors(config, seconds, seed=0):
+    """Return the errors of x, y [m] and yaw [rad] after each period, shape (k, 3)."""
+    localizer = NoisyGroundTruthLocalizer(config, np.random.default_rng(seed))
+    localizer.reset(ORIGIN, 0.0)
+    found = []
+    for step in range(1, round(seconds * 10) + 1):
+        localizer.update(readings(step / 10))
+        found.append([*localizer.pose.position[:2], localizer.pose.yaw])
+    return np.array(found)
+
+
+def test_without_errors_it_is_the_truth():
+    """With sigma zero the pose is the true one, and health is always OK."""
+    localizer = NoisyGroundTruthLocalizer(EXACT, np.random.default_rng(0))
+    localizer.reset(ORIGIN, 0.0)
+    localizer.update(readings(0.1))
+    np.testing.assert_array_equal(localizer.pose.position, 0.0)
+    assert localizer.health is Health.OK
+    assert localizer.track.latest == pytest.approx(0.1)
+
+
+def test_errors_have_their_spread_and_correlation_time():
+    """Errors of position and heading are Gauss-Markov processes of the configured numbers."""
+    config = NoisyGroundTruthConfig(
+        position_sigma=0.4, position_time=2.0, yaw_sigma=0.05, yaw_time=1.0, tilt_sigma=0
+    )
+    found = errors(config, 600.0)
+    for column, sigma, time in ((0, 0.4, 2.0), (1, 0.4, 2.0), (2, 0.05, 1.0)):
+        error = found[:, column]
+        assert error.std() == pytest.approx(sigma, rel=0.2)
+        correlation = np.corrcoef(error[:-10], error[10:])[0, 1]
+        assert correlation == pytest.approx(np.exp(-1.0 / time), abs=0.1)
+
+
+def test_the_error_is_continuous_within_a_period():
+    """Between two ticks the pose moves by a tenth of the period's change: it never jumps."""
+    localizer = NoisyGroundTruthLocalizer(
+        NoisyGroundTruthConfig(position_sigma=1.0, position_time=0.2), np.random.default_rng(0)
+    )
+    localizer.reset(ORIGIN, 0.0)
+    localizer.update(readings(0.1))
+    x = localizer.track.at(np.arange(11) / 100)[:, 0]
+    np.testing.assert_allclose(np.diff(x), np.full(10, (x[-1] - x[0]) / 10), atol=1e-9)
+
+
+def test_readings_without_a_truth_are_an_error():
+    """A record has no true track."""
+    localizer = NoisyGroundTruthLocalizer(EXACT, np.random.default_rng(0))
+    localizer.reset(ORIGIN, 0.0)
+    with pytest.raises(ValueError, match="expected the true poses of the period"):
+        localizer.update(SensorReadings(0.1))

@@ -1,0 +1,100 @@
+"""Supervision of sensors: timeouts, inflation after long rejection, health."""
+
+import numpy as np
+import pytest
+
+from andabata.localization.localizer import Health
+from andabata.localization.sensor_monitor import SensorMonitor, health_of
+from andabata.localization.ukf_config import UkfConfig
+
+CONFIG = UkfConfig()
+CERTAIN = np.eye(18) * 0.01
+
+
+@pytest.mark.parametrize(
+    ("sensor", "timeout"),
+    [("imu", 0.1), ("wheels", 0.2), ("compass", 1.0), ("gnss", 6.0)],
+)
+def test_each_sensor_has_its_own_timeout(sensor, timeout):
+    """A warning comes after the timeout, not at it; data end it."""
+    monitor = SensorMonitor(CONFIG, 10.0)
+    for name in {"imu", "wheels"} - {sensor}:
+        monitor.receive(name, 100.0)
+    for name in {"compass", "gnss"} - {sensor}:
+        monitor.accept(name, 100.0)
+    assert monitor.warnings(10.0 + timeout, CERTAIN) == ()
+    (text,) = monitor.warnings(10.0 + timeout + 0.1, CERTAIN)
+    assert text.startswith(f"{sensor}: ")
+    assert text.endswith(f" for {timeout + 0.1:.1f} s")
+    monitor.receive(sensor, 17.0)
+    monitor.accept(sensor, 17.0) if sensor in ("compass", "gnss") else None
+    assert monitor.warnings(17.0, CERTAIN) == ()
+
+
+def test_rejected_data_inflate_the_covariance_and_each_time_twice_as_much():
+    """After the inflation time of rejected data the factors are 1, 2, 4; acceptance resets."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    found = {}
+    for step in range(1, 500):
+        now = step / 10
+        monitor.receive("compass", now)
+        if (factor := monitor.inflation("compass", now)) is not None:
+            found[now] = factor
+    assert list(found.values()) == [1.0, 2.0, 4.0]
+    np.testing.assert_allclose(list(found), [15.1, 30.2, 45.3], atol=0.11)
+    monitor.accept("compass", 50.0)
+    monitor.receive("compass", 65.1)
+    assert monitor.inflation("compass", 65.1) == 1.0
+
+
+def test_a_silent_sensor_inflates_nothing():
+    """Without data there is nothing to doubt the filter for."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    assert monitor.inflation("gnss", 100.0) is None
+
+
+@pytest.mark.parametrize(
+    ("step", "offset", "due"),
+    [(0.0, 7.0, 45.0), (0.5, 7.0, 15.0), (0.0, 20.0, 15.0)],
+)
+def test_fixes_off_by_a_constant_are_waited_out(step, offset, due):
+    """Near, constant offsets look like multipath; growing or far ones do not."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    for second in range(1, 60):
+        monitor.add_offset(np.array([offset + step * second, 0.0]))
+        monitor.receive("gnss", float(second))
+        if monitor.inflation("gnss", float(second)) is not None:
+            break
+    assert second == due + 1
+
+
+@pytest.mark.parametrize(
+    ("east", "north", "both", "yaw", "expected"),
+    [
+        (10.0, 0.1, 0.0, 0.01, ("position: uncertain by 3.2 m",)),
+        (5.0, 5.0, 4.9, 0.01, ("position: uncertain by 3.1 m",)),
+        (8.9, 0.1, 0.0, 0.01, ()),
+        (0.1, 0.1, 0.0, 0.16, ("heading: uncertain by 23 degrees",)),
+    ],
+)
+def test_a_large_uncertainty_is_a_warning(east, north, both, yaw, expected):
+    """The longest axis of the error ellipse and the heading have their limits."""
+    P = CERTAIN.copy()
+    P[6, 6], P[7, 7], P[6, 7], P[7, 6], P[2, 2] = east, north, both, both, yaw
+    assert SensorMonitor(CONFIG, 0.0).warnings(0.0, P) == expected
+
+
+@pytest.mark.parametrize(
+    ("warnings", "health"),
+    [
+        ((), Health.OK),
+        (("imu: silent for 1.0 s",), Health.DEGRADED),
+        (("gnss: not accepted for 9.0 s", "compass: not accepted for 9.0 s"), Health.DEGRADED),
+        (("imu: silent for 1.0 s", "wheels: silent for 1.0 s"), Health.LOST),
+        (("position: uncertain by 4.0 m",), Health.LOST),
+        (("heading: uncertain by 40 degrees",), Health.LOST),
+    ],
+)
+def test_health_follows_the_warnings(warnings, health):
+    """Lost is without position, heading, or both IMU and wheels."""
+    assert health_of(warnings) is health

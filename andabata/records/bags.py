@@ -154,7 +154,7 @@ def open_writer(path: Path) -> MessageWriter:
         BagError: If the suffix is another, or the path exists already.
     """
     if path.exists():
-        raise BagError(f"{path}: expected a new file, got one that is there; choose another name")
+        raise BagError(f"{path}: expected a new file, got an existing one; choose another name")
     match path.suffix:
         case ".bag":
             return RosbagWriter(path, 1)
@@ -196,7 +196,7 @@ class LeftOut:
     Attributes:
         topic: Name of their topic; None if damage hides it.
         messages: Number of messages; None if it is unknown.
-        reason: Reason: what was expected and what came.
+        reason: Sentence with what was expected and what was found.
     """
 
     topic: str | None
@@ -230,7 +230,9 @@ class Bag:
             BagError: If the path does not exist.
         """
         if not path.exists():
-            raise BagError(f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
+            raise BagError(
+                f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing; check the path"
+            )
         self.path = path
         self._damaged = damaged
         self._container: Container | None = None

@@ -57,9 +57,11 @@ def salvage(source: Path, target: Path) -> SalvageResult:
         OSError: If the target cannot be written.
     """
     if target.exists():
-        raise BagError(f"{target}: expected a new file, got one that is there; choose another name")
+        raise BagError(f"{target}: expected a new file, got an existing one; choose another name")
     if not source.exists():
-        raise BagError(f"{source}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
+        raise BagError(
+            f"{source}: expected a .bag, an .mcap or a ROS 2 folder, got nothing; check the path"
+        )
     with readable(source), closing(open_container(source)) as container:
         damage = list(container.damage)
         if damage and not any(container.counts):

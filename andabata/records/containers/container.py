@@ -45,7 +45,7 @@ class Damage:
     Attributes:
         offset: Offset of its first byte.
         size: Number of bytes.
-        reason: Reason: what was expected and what came.
+        reason: Sentence with what was expected and what was found.
         messages: Number of messages that it held; None if it is unknown.
     """
 

@@ -149,6 +149,7 @@ class _McapCopy:
             if each.operation == records.MESSAGE
         }
         raw = bytes(self._source.data[record.offset : record.end])
+        # Readers fail at messages without a channel: write the chunk without them.
         unknown = used - self._source.channels.keys()
         if unknown:
             content = _without(content, inner, unknown)

@@ -104,6 +104,7 @@ class McapFile:
                 break
             if not self._ended:
                 self.top.append(record)
+        # The summary repeats what the data section holds: damage in it loses no message.
         beyond = [each for each in self.damage if self._ended and each.offset >= data_end]
         self.damage = [each for each in self.damage if each not in beyond]
         self._finish(finished and not beyond)
@@ -187,6 +188,7 @@ class McapFile:
         """
         header = records.chunk_header(self.data, record)
         content = records.chunk_content(self.data, header)
+        # First all records, then the table: a damaged chunk must not be added in part.
         inner = []
         offset, end = 0, len(content)
         while offset < end:

@@ -9,6 +9,8 @@ from typing import NamedTuple, TypeVar
 from andabata.records.containers.compression import decompress
 
 MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of an MCAP file."""
+
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 5, 6, 7
 CHUNK_INDEX, ATTACHMENT, ATTACHMENT_INDEX, STATISTICS = 8, 9, 10, 11
 METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 12, 13, 14, 15
@@ -29,6 +31,8 @@ _CANDIDATE = re.compile(
 """Pattern of a record's begin: operation code, length below 2**48, compression of a chunk."""
 
 Buffer = bytes | memoryview
+"""Bytes of a file or of a decompressed chunk."""
+
 Found = TypeVar("Found")
 
 
@@ -186,6 +190,7 @@ def _plausible(data: Buffer, offset: int) -> bool:
         if record.operation == CHUNK:
             chunk_content(data, chunk_header(data, record))
             return True
+        # Random bytes resemble one record now and then, but hardly several in a row.
         for _ in range(3):
             check(data, record)
             if record.operation == FOOTER or record.end == len(data):

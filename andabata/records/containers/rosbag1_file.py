@@ -19,6 +19,7 @@ from andabata.records.containers.container import (
 )
 from andabata.records.containers.rosbag1_records import Buffer, DamagedRecordError, Record
 
+# Operation codes of the records inside and outside of chunks.
 _IN_CHUNK = (records.MESSAGE, records.CONNECTION)
 _OUTSIDE = (records.INDEX, records.CHUNK, records.CHUNK_INFO)
 
@@ -120,11 +121,12 @@ class Rosbag1File:
             try:
                 record = records.record_at(self.data, offset)
             except DamagedRecordError as error:
-                record_cut = self._cut_chunk(offset)
-                if record_cut is not None:
-                    yield record_cut
-                    offset = record_cut.end
+                cut_chunk = self._cut_chunk(offset)
+                if cut_chunk is not None:  # Its first messages can still be read.
+                    yield cut_chunk
+                    offset = cut_chunk.end
                     continue
+                # Skip to the next bytes that look like a record.
                 begin = records.find_record(self.data, offset + 1, _OUTSIDE + _IN_CHUNK, end)
                 behind = end if begin is None else begin
                 self.damage.append(Damage(offset, behind - offset, str(error)))
@@ -175,6 +177,7 @@ class Rosbag1File:
         """Add the messages and connections of a chunk."""
         compression = record.fields[b"compression"].decode(errors="replace")
         body = self.data[record.start : record.end]
+        # Damage was noted already where the chunk is cut short.
         size: int | None = record.number(b"size")
         end = record.end
         damaged = bool(self.damage) and self.damage[-1].offset == record.offset
@@ -192,6 +195,7 @@ class Rosbag1File:
             content, damaged = None, True
             self.damage.append(Damage(record.offset, record.end - record.offset, str(error)))
         if content is None:
+            # Read what precedes the damage; None makes ``content`` do the same later.
             size = None
             content = _prefix(compression, body)
         known = len(self.damage)
@@ -199,6 +203,7 @@ class Rosbag1File:
         self._scan_chunk(content, block, record.offset)
         whole = not damaged and len(self.damage) == known
         self.blocks.append(Block(record.offset, record.start, end, compression, size, whole))
+        # Views of the mapped file would keep it open.
         del content
         body.release()
 
@@ -284,10 +289,12 @@ class Rosbag1File:
         """Replace damage of the index, which is not needed, by a note."""
         if not self._index_offset:
             return
+        # The chunks hold all that the index holds: damage in it loses no message.
         beyond = [each for each in self.damage if each.offset >= self._index_offset]
         self.damage = [each for each in self.damage if each.offset < self._index_offset]
         if beyond or self._index_offset >= len(self.data):
             self.notes.append("the index is damaged or cut off: read without it")
+        # A file that ends before its index, between two records, looks whole otherwise.
         missing = self._index_offset - len(self.data)
         if missing > 0 and not self.damage:
             reason = "expected messages up to the index, got the end of the file"

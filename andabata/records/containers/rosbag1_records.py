@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 MAGIC = b"#ROSBAG V2.0\n"
+"""First bytes of a bag."""
+
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
 
 _REQUIRED = {
@@ -22,9 +24,12 @@ _FIELD_SIZES = {b"conn": 4, b"time": 8, b"count": 4, b"size": 4, b"chunk_pos": 8
 """Sizes of fixed fields [bytes]."""
 
 _LONGEST_HEADER = 4096
+"""Longest header that is accepted [bytes]; real ones have a hundred."""
+
 _OPERATION = re.compile(rb"\x04\x00\x00\x00op=([\x02\x04\x05\x06\x07])")
 
 Buffer = bytes | memoryview
+"""Bytes of a file or of a decompressed chunk."""
 
 
 class DamagedRecordError(ValueError):

@@ -203,7 +203,7 @@ def test_missing_topics_and_wrong_paths_are_named(capsys, tmp_path):
     error = capsys.readouterr().err
     assert "/2D_scan" in error
     assert "/cmd_vel" in error
-    with pytest.raises(BagError, match="one that is there"):
+    with pytest.raises(BagError, match="an existing one"):
         open_writer(path)
     with pytest.raises(BagError, match=r"\.bag, \.mcap or \.db3"):
         open_writer(tmp_path / "x.txt")

@@ -298,7 +298,7 @@ def test_an_interrupted_salvage_leaves_no_file(tmp_path, monkeypatch):
 def test_names_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path):
     """Existing, missing and mistyped paths are errors, and nothing is written."""
     path = write_bag(tmp_path / "x.bag")
-    with pytest.raises(BagError, match="one that is there"):
+    with pytest.raises(BagError, match="an existing one"):
         salvage(path, path)
     with pytest.raises(BagError, match=r"a name in \.bag"):
         salvage(path, tmp_path / "y.mcap")

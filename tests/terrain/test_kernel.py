@@ -202,5 +202,5 @@ def test_numbas_setting_is_left_as_it_was(monkeypatch):
     def reciprocal(x: float) -> float:
         return 1.0 / x
 
-    assert kernel_module._settings.CACHE_DIR == before
+    assert before == kernel_module._settings.CACHE_DIR
     assert reciprocal(0.0) == np.inf

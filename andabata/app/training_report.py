@@ -25,7 +25,7 @@ from andabata.training.run import HISTORY, read_history
 from rl.policy import Policy
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.world import World, choose_task
 
 Row = dict[str, Any]
@@ -218,7 +218,7 @@ def _drive(
     number, stage, test = job
     run, environment = runs[number], runs[number].plan.stages[stage].unseen
     models = replace(Models.from_bytes(files), policy=run.policy(stage))
-    scene = SceneShelf().get(environment.preset, environment.seeds[0], environment.difficulty)
+    scene = SceneCache().get(environment.preset, environment.seeds[0], environment.difficulty)
     config = _judged(environment)
     name = "learned" if environment.heading == "subgoal" else "learned-map"
     controller = make_controller(name, scene.world, config, models)

@@ -14,7 +14,7 @@ from andabata.models import shipped_forest
 from andabata.navigation import cloud_assembly
 from andabata.navigation.perception import CloudPerception
 from traversability import scanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 
 STEP = 0.1
@@ -80,7 +80,7 @@ def bench_chain(
         controller: Who steers.
         step: Called after each run.
     """
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     totals: list[float] = []
     parts: list[dict[str, float]] = []
     for _ in range(runs):

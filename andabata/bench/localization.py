@@ -18,7 +18,7 @@ from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.tasks.episode_monitor import TerminationConfig
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
 _INSTANT = 100
@@ -80,7 +80,7 @@ def track_drives(
 
 def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> Tracked:
     """Drive through one world."""
-    scene = SceneShelf(1).get(world, evaluation_world(seed, trial))
+    scene = SceneCache(1).get(world, evaluation_world(seed, trial))
     simulated_robot = SimulatedRobot(
         scene, config, None, make_controller("oracle", scene.world, config)
     )

@@ -22,7 +22,7 @@ from andabata.machine.simulator import Simulator
 from andabata.models import shipped_forest
 from andabata.navigation.cloud_assembly import CloudAssembler
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Start
 
@@ -107,7 +107,7 @@ def ride_clouds(
 
 def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
     """Stand for a cloud, as the navigator does, ride for two, and compare what was made of them."""
-    scene = SceneShelf(1).get(ride.ground, evaluation_world(seed, ride.number))
+    scene = SceneCache(1).get(ride.ground, evaluation_world(seed, ride.number))
     rng = np.random.default_rng([seed, ride.number, 7])
     robot, lidar = config.robot, config.sensing.lidar
     simulator = Simulator(scene.world, scene.rays, robot, config.plant, config.sensing, rng)

@@ -40,7 +40,7 @@ from rl.training import EpisodeSpec, play_together
 from terrain.kernel import kernel
 from traversability.features import cell_features
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import World
 
@@ -141,16 +141,16 @@ def races(world: str, seed: int) -> Iterator[Case]:
     from rl.networks import use_one_thread
 
     use_one_thread()
-    shelf = SceneShelf()
-    scene = shelf.get(world, evaluation_world(seed, 0))
+    scenes = SceneCache()
+    scene = scenes.get(world, evaluation_world(seed, 0))
     yield _ray_race(scene, seed)
-    maze = shelf.get("maze", evaluation_world(seed, 0))
-    yield _flat_race(maze, evaluation_world(seed, 0), shelf)
+    maze = scenes.get("maze", evaluation_world(seed, 0))
+    yield _flat_race(maze, evaluation_world(seed, 0), scenes)
     yield from _cloud_races(scene, seed)
     yield _filter_race()
     yield from _loop_races(scene, seed)
-    yield _training_race(shelf)
-    yield _crowd_race(world, seed, shelf)
+    yield _training_race(scenes)
+    yield _crowd_race(world, seed, scenes)
 
 
 def _ray_race(scene: Scene, seed: int) -> Case:
@@ -215,13 +215,13 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
+def _flat_race(scene: Scene, world_seed: int, scenes: SceneCache) -> Case:
     """Return stage 1's work: a robot with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, count, shelf)
+        robots = FlatVectorEnv(config, count, scenes)
         robots.reset(seed=0)
         draws = np.random.default_rng(0).uniform(-0.6, 0.6, (_FLAT_STEPS, count, 1))
         actions = draws.astype(np.float32)
@@ -357,12 +357,12 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_race(shelf: SceneShelf) -> Case:
+def _training_race(scenes: SceneCache) -> Case:
     """Return stage 1's training: control steps with everything that is learnt from them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, 8, shelf, autoreset=False)
+        robots = FlatVectorEnv(config, 8, scenes, autoreset=False)
         robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
         layout = ObservationLayout(grid.n_sectors)
         learner = SoftActorCritic(layout, grid.outer_radius, robot.max_steering, SacConfig(), 0)
@@ -381,14 +381,14 @@ def _training_race(shelf: SceneShelf) -> Case:
     return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
+def _crowd_race(world: str, seed: int, scenes: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier."""
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
 
     def crowd(count: int, workers: int) -> Work:
         if workers == 1:
-            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, shelf)
+            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, scenes)
         else:
             robots = OffroadVectorEnv(config, count, workers)
         states, _ = robots.reset(seed=0)

@@ -21,7 +21,7 @@ from andabata.records.messages import Composer
 from andabata.records.recorder import Outbox, Recorder
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Task, World, choose_task
 
@@ -150,7 +150,7 @@ def drive_once(
     Raises:
         BagError: If the recording cannot be begun.
     """
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     models = models or Models()
     driver = make_controller(controller, scene.world, config, models)
     simulated_robot = SimulatedRobot(

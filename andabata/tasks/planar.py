@@ -39,7 +39,7 @@ from andabata.tasks.planar_kernel import (
 from andabata.tasks.rewards import TERMS, repulsion_weights
 from rl.spaces import N_EXTRAS
 from traversability.virtual_scan import VirtualScan
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.world import Start, choose_task, jittered
 
 State = NDArray[np.float32]
@@ -57,7 +57,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         self,
         config: OffroadConfig,
         num_envs: int,
-        shelf: SceneShelf | None = None,
+        scenes: SceneCache | None = None,
         autoreset: bool = True,
     ) -> None:
         """Prepare a stage for a number of robots.
@@ -65,7 +65,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         Args:
             config: Of a stage with the horizontal scanner, the kinematic plant and the true pose.
             num_envs: Robots.
-            shelf: Scenes to share.
+            scenes: Scenes to share.
             autoreset: See above.
 
         Raises:
@@ -87,7 +87,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         )
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
         self._autoreset = autoreset
-        self._shelf = shelf or SceneShelf()
+        self._scenes = scenes or SceneCache()
         self._mazes: list[Maze] = []
         self._numbers: dict[tuple[int, float | None], int] = {}
         self._maps: list[LocalPlanner] = []
@@ -217,7 +217,7 @@ class FlatVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any]):
         """Return the place of a world among those laid out, laying it out the first time."""
         key = (world_seed, difficulty)
         if key not in self._numbers:
-            scene = self._shelf.get(self.config.preset, world_seed, difficulty)
+            scene = self._scenes.get(self.config.preset, world_seed, difficulty)
             truth = scene.world.truth
             self._numbers[key] = len(self._mazes)
             self._mazes.append(

@@ -13,14 +13,14 @@ from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.planar import FlatVectorEnv, is_flat
 from rl.policy import Policy
 from rl.training import Episode, EpisodeSpec, play, play_together
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 _Files = tuple[bytes, bytes, bytes]
 _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _robots: dict[int, FlatVectorEnv] = {}
-_shelf = SceneShelf(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
+_scenes = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
 _LANES = 8
 """Robots of the first stage that a process drives side by side."""
@@ -111,9 +111,9 @@ def _play(
     name = hash(config.model_dump_json())
     if is_flat(config):
         if name not in _robots:
-            _robots[name] = FlatVectorEnv(config, _LANES, _shelf, autoreset=False)
+            _robots[name] = FlatVectorEnv(config, _LANES, _scenes, autoreset=False)
         return play_together(_robots[name], actor, hold, share, explore)
     key = (name, files)
     if key not in _environments:
-        _environments[key] = OffroadEnv(config, Models.from_bytes(files), _shelf)
+        _environments[key] = OffroadEnv(config, Models.from_bytes(files), _scenes)
     return [play(_environments[key], actor, hold, one, explore) for one in share]

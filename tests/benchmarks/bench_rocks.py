@@ -25,7 +25,7 @@ from andabata.models import shipped_forest
 from andabata.navigation.guided import GuidedController
 from andabata.tasks.episode_monitor import TerminationConfig
 from terrain.classes import TRAITS
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.world import World
 
 DISTANCES = (2.0, 1.6, 1.3, 1.0, 0.8)
@@ -116,7 +116,7 @@ class Drive:
 
 def drive(config: SimulatedRobotConfig, goals: int, place: tuple[str, int]) -> Drive:
     """Drive in the world of a preset and seed."""
-    scene = SceneShelf().get(*place)
+    scene = SceneCache().get(*place)
     controller = make_controller("learned", scene.world, config)
     assert isinstance(controller, GuidedController)
     simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)

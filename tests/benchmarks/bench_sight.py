@@ -28,7 +28,7 @@ from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from tests.benchmarks.bench_squares import forbidden, moved
 from traversability.cartesian.elevation_grid import EVER, ElevationGrid
 from traversability.cartesian.features import NEAREST, REACH, SQUARE, GroundFeatures
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 GOALS = 3
 SIGHTS = ("as it is", "true pose", "true squares", "true map", "oracle")
@@ -70,7 +70,7 @@ def know(simulated_robot: SimulatedRobot, squares: GroundLayer, unseen: bool) ->
 def drive(sight: str, place: tuple[str, int]) -> tuple[list[float], str]:
     """Return the SPL of each goal that a drive reached in a row, and what ended it."""
     config = KNOWN_POSE if sight == "true pose" else SimulatedRobotConfig()
-    scene = SceneShelf().get(*place)
+    scene = SceneCache().get(*place)
     law = "oracle" if sight == "oracle" else "learned"
     controller = make_controller(law, scene.world, config)
     simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)

@@ -29,7 +29,7 @@ from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from traversability.grid import PolarGrid
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.truth import Reason, TraversabilityMap
 from worlds.world import World
 
@@ -120,7 +120,7 @@ def main() -> None:
     config = SimulatedRobotConfig(plant="kinematic")
     rows, walls = [], []
     for seed in range(first, first + count):
-        scene = SceneShelf().get(preset, seed)
+        scene = SceneCache().get(preset, seed)
         controller = make_controller("learned", scene.world, config)
         simulated_robot = SimulatedRobot(scene, config, shipped_forest(), controller)
         watcher = Watcher(scene.world, config.grid, forest)

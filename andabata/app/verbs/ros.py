@@ -144,14 +144,14 @@ def robot(
     from andabata.ros.graph import RosGraph
     from andabata.ros.nodes import RobotNode
     from andabata.tasks.episode_monitor import TerminationConfig
-    from worlds.scenes import SceneShelf
+    from worlds.scenes import SceneCache
     from worlds.splits import evaluation_world
 
     console = Console(quiet, as_json)
     resolved = resolve(
         SimulatedRobotConfig, config, settings or (), with_parts(SimulatedRobotConfig, sensor, body)
     )
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     graph = RosGraph("andabata_robot")
     try:
         node = RobotNode(graph, scene, resolved)

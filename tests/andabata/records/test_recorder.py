@@ -17,7 +17,7 @@ from andabata.records.messages import Composer, fix_of
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
 from andabata.records.topics import TOPICS
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -76,7 +76,7 @@ def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence
-    assert geofence == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).geofence
+    assert geofence == SceneCache(1).get("natural-test", evaluation_world(3, 0)).geofence
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0

@@ -241,7 +241,10 @@ def _picture(
     # Without an optical depth porous objects stop every ray: what is drawn is their hull.
     depths = np.zeros(len(lines), dtype=np.float32)
     ranges, classes = rays.cast(lines, depths, 120.0)
-    hits = lines[:, :3] + lines[:, 3:] * np.where(np.isfinite(ranges), ranges, 120.0)[:, None]
+    hits = np.asarray(
+        lines[:, :3] + lines[:, 3:] * np.where(np.isfinite(ranges), ranges, 120.0)[:, None],
+        dtype=np.float64,
+    )
     colours = _COLOURS[classes] * _shade(hits.reshape(height, width, 3)).reshape(-1, 1)
     colours = _tinted(colours, hits, frame, grid)
     colours[~np.isfinite(ranges)] = _SKY
@@ -250,7 +253,7 @@ def _picture(
     seen = ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
     draw = ImageDraw.Draw(image)
     _draw_points(draw, camera.project(frame.points), frame.ages, seen)
-    _draw_path(draw, camera.project(path + [0.0, 0.0, 0.15]), seen)
+    _draw_path(draw, camera.project(path + np.array([0.0, 0.0, 0.15])), seen)
     _draw_robot(draw, camera, frame.pose, robot)
     return image
 
@@ -318,9 +321,7 @@ def _draw_path(
             draw.line([*projected[k - 1, :2], *projected[k, :2]], fill=_PATH_COLOUR, width=2)
 
 
-def _draw_robot(
-    draw: ImageDraw.ImageDraw, camera: Camera, pose: Pose, robot: RobotModel
-) -> None:
+def _draw_robot(draw: ImageDraw.ImageDraw, camera: Camera, pose: Pose, robot: RobotModel) -> None:
     """Draw the body as a box and the turning laser on it as a disc."""
     half = np.array([robot.length, robot.width, 0.0]) / 2
     corners = np.array([[x, y, z] for z in (0.08, 0.4) for x, y in _CORNERS])

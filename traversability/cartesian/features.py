@@ -198,17 +198,17 @@ def _make_output(capacity: int) -> _Output:
 
 def label_ground_cells(
     cloud: PointCloud,
-    bad: NDArray[np.bool_],
+    marked: NDArray[np.bool_],
     share: float,
     elevation: ElevationGrid,
     cells: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Return which ground cells have an elevation cell with enough bad points below crowns.
+    """Return which ground cells have an elevation cell with enough marked points below crowns.
 
     Args:
         cloud: Labelled points.
-        bad: True for bad points, bool, shape (m,).
-        share: Share of bad points from which on an elevation cell is bad.
+        marked: True for marked points, bool, shape (m,).
+        share: Share of marked points from which on an elevation cell is marked.
         elevation: Elevation grid of the same cloud.
         cells: Ground cells, int64, shape (n, 2).
 
@@ -223,17 +223,17 @@ def label_ground_cells(
     i, j = (place & mask).T
     own = elevation.table[i, j]
     low = inside & (own[:, POINTS] > 0) & (cloud.points[:, 2] < own[:, LOWEST] + MAX_HEIGHT)
-    # Share of bad points in each elevation cell.
+    # Share of marked points in each elevation cell.
     flat = i * n + j
     total = np.bincount(flat[low], minlength=n**2)
-    count = np.bincount(flat[low & bad], minlength=n**2)
-    blocked = ((count > 0) & (count >= share * total)).reshape(n, n)
-    # A ground cell is bad if one of its elevation cells is.
+    count = np.bincount(flat[low & marked], minlength=n**2)
+    is_marked = ((count > 0) & (count >= share * total)).reshape(n, n)
+    # A ground cell is marked if one of its elevation cells is.
     found = np.zeros(len(cells), dtype=np.bool_)
     for a in range(EDGE_CELLS):
         for b in range(EDGE_CELLS):
             u, v = (EDGE_CELLS * cells + np.array([a, b])).T & mask
-            found |= blocked[u, v]
+            found |= is_marked[u, v]
     return found
 
 

@@ -18,7 +18,7 @@ def _same_weights():
 
 
 @pytest.fixture(scope="session")
-def shelf():
+def scenes():
     return SceneCache()
 
 

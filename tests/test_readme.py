@@ -34,7 +34,7 @@ from tests.documents import (
     spans,
     verbs,
 )
-from traversability.cartesian.classifier import SquareConfig
+from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
 from traversability.forest_training import ForestConfig
@@ -71,7 +71,6 @@ MAKE = {
     "bench": "takes half an hour; its commands' options are looked at here",
     "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
-GONE = ("tests/benchmarks/bench_bumps.py",)  # The text says at which commit it was.
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
 DOCUMENTS = documents()
 
@@ -272,7 +271,9 @@ def test_commands_and_options_in_the_text_exist(document):
     assert set(targets) <= set(MAKE)
     scripts = [word for span in named if span.startswith("python ") for word in span.split()]
     for word in scripts:
-        assert not word.endswith(".py") or word in GONE or (ROOT / word).is_file(), word
+        assert not word.endswith(".py") or (ROOT / word).is_file(), word
+    modules = [span.split()[2] for span in named if span.startswith("python -m ")]
+    assert [module for module in modules if find_spec(module) is None] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
@@ -282,7 +283,7 @@ def test_settings_in_the_text_exist(document):
         EvaluationConfig(),
         CloudsConfig(),
         ForestConfig(),
-        SquareConfig(),
+        GroundClassifierConfig(),
     ]
     bases += [load_plan(name) for name in algorithms()]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]

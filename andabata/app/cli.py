@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from andabata.app.verbs import (
     bag,
@@ -26,11 +27,47 @@ from andabata.app.verbs import (
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
+FLOW = (
+    "doctor",
+    "world",
+    "clouds",
+    "classifier",
+    "scan",
+    "train",
+    "report",
+    "policy",
+    "drive",
+    "evaluate",
+    "bag",
+    "ros",
+    "bench",
+    "demo",
+)
+"""Verbs from a fresh installation to a robot that drives: the help is a tour of them."""
+
 # Exception of typer for a wrong command line: click's, or its own copy in later versions.
 _USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
 
+
+class FlowOrder(TyperGroup):
+    """Group that lists its verbs in the order in which they are first needed.
+
+    typer lists single commands before groups of commands.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401 - click's, or typer's own copy.
+        """Return the names of the verbs, those outside the flow at the end."""
+        return sorted(super().list_commands(ctx), key=_place)
+
+
+def _place(name: str) -> int:
+    """Return the place of a verb in the flow."""
+    return FLOW.index(name) if name in FLOW else len(FLOW)
+
+
 app = typer.Typer(
     name="andabata",
+    cls=FlowOrder,
     help="Off-road navigation for a skid-steer robot with a rotating 2D laser.",
     no_args_is_help=True,
     add_completion=False,

@@ -164,7 +164,7 @@ class Demonstration:
         config, limit = with_parts(SimulatedRobotConfig, self._sensor), self._config.time_limit
         with self._console.progress("simulated seconds", None) as step:
             driven = drive_once(
-                _WORLD, self._seed, "learned", config, on_second=step, time_limit=limit
+                _WORLD, self._seed, "policy+planner", config, on_second=step, time_limit=limit
             )
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Config = TypeVar("Config", bound="BaseModel")
 
 # Panels of the help, in which options that belong together stand together.
-_ROBOT = "Robot and settings"
+_SETTINGS = "Settings"
 _SENSORS = "Recorded or real robot"
 _MODELS = "Models"
 _RUN = "Seed and processes"
@@ -60,7 +60,7 @@ Quiet = Annotated[
 ConfigFile = Annotated[
     Path | None,
     typer.Option(
-        "--config", metavar="FILE", help="TOML file with settings.", rich_help_panel=_ROBOT
+        "--config", metavar="FILE", help="TOML file with settings.", rich_help_panel=_SETTINGS
     ),
 ]
 Set = Annotated[
@@ -69,19 +69,19 @@ Set = Annotated[
         "--set",
         metavar="A.B=C",
         help="Override one setting; may be repeated.",
-        rich_help_panel=_ROBOT,
+        rich_help_panel=_SETTINGS,
     ),
 ]
 Sensor = Annotated[
     str,
     typer.Option(
         help="Laser: utm-30lx (the paper's, turning), os1-64, os0-128, vlp-16, livox-rosette.",
-        rich_help_panel=_ROBOT,
+        rich_help_panel=_SETTINGS,
     ),
 ]
 Robot = Annotated[
     str,
-    typer.Option(help="Body: andabata (the paper's), husky or jackal.", rich_help_panel=_ROBOT),
+    typer.Option(help="Body: andabata (the paper's), husky or jackal.", rich_help_panel=_SETTINGS),
 ]
 ForestFile = Annotated[
     Path | None,

@@ -149,7 +149,7 @@ def bench_chains(
     seed: int,
     steps: int,
     runs: int,
-    controller: str = "learned",
+    controller: str = "policy+planner",
     step: Callable[[], None] | None = None,
 ) -> list[Row]:
     """Return the rows of ``bench_chain`` for several robots, one after the other."""
@@ -165,7 +165,7 @@ def bench_chain(
     seed: int,
     steps: int,
     runs: int,
-    controller: str = "learned",
+    controller: str = "policy+planner",
     step: Callable[[], None] | None = None,
 ) -> list[Row]:
     """Return the time of each stage of a control step [us], and the speed of the whole.

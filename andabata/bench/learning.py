@@ -33,19 +33,19 @@ VARIANTS: dict[str, tuple[str, ...]] = {
         "stages.Maze2D.environment.reward.rear=0.009",
     ),
     "an action a step": (
-        "learner.hold=1",
-        "stages.Maze3D.environment.look_every=1",
-        "stages.Natural.environment.look_every=1",
+        "learner.action_repeat=1",
+        "stages.Maze3D.environment.perception_decimation=1",
+        "stages.Natural.environment.perception_decimation=1",
     ),
     "the goal as heading": ("stages.Maze2D.environment.heading=goal",),
-    "one robot at a time": ("learner.batch=1",),
+    "one robot at a time": ("learner.episodes_per_iteration=1",),
     "mazes of one difficulty": (
         "stages.Maze2D.difficulty.start=0.6",
         "stages.Maze2D.difficulty.least=0.6",
     ),
-    "the actor itself, not its average": ("learner.averaging=1.0",),
-    "one learning rate to the end": ("final_pace=1.0",),
-    "a third of the gradient steps": ("learner.steps_per_decision=0.1",),
+    "the actor itself, not its average": ("learner.ema_rate=1.0",),
+    "one learning rate to the end": ("final_lr_scale=1.0",),
+    "a third of the gradient steps": ("learner.updates_per_step=0.1",),
 }
 """Settings of ``andabata train`` by variant."""
 

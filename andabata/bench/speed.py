@@ -177,16 +177,16 @@ def make_cases(world: str, seed: int) -> Iterator[Case]:
     from rl.networks import use_one_thread
 
     use_one_thread()
-    shelf = SceneCache()
-    scene = shelf.get(world, evaluation_world(seed, 0))
+    scenes = SceneCache()
+    scene = scenes.get(world, evaluation_world(seed, 0))
     yield _laser_case(scene, seed)
-    maze = shelf.get("maze", evaluation_world(seed, 0))
-    yield _flat_case(maze, evaluation_world(seed, 0), shelf)
+    maze = scenes.get("maze", evaluation_world(seed, 0))
+    yield _flat_case(maze, evaluation_world(seed, 0), scenes)
     yield from _cloud_cases(scene, seed)
     yield _filter_case()
     yield from _loop_cases(scene, seed)
-    yield _training_case(shelf)
-    yield _many_robots_case(world, seed, shelf)
+    yield _training_case(scenes)
+    yield _many_robots_case(world, seed, scenes)
 
 
 def _laser_case(scene: Scene, seed: int) -> Case:
@@ -251,13 +251,13 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_case(scene: Scene, world_seed: int, shelf: SceneCache) -> Case:
+def _flat_case(scene: Scene, world_seed: int, scenes: SceneCache) -> Case:
     """Return the simulation of stage 1: robots with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
 
     def ours() -> Work:
-        robots = PlanarVectorEnv(config, count, shelf)
+        robots = PlanarVectorEnv(config, count, scenes)
         robots.reset(seed=0)
         draws = np.random.default_rng(0).uniform(-0.6, 0.6, (_FLAT_STEPS, count, 1))
         actions = draws.astype(np.float32)
@@ -389,12 +389,12 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_case(shelf: SceneCache) -> Case:
+def _training_case(scenes: SceneCache) -> Case:
     """Return the training of stage 1: control steps and the gradient steps after them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
-        robots = PlanarVectorEnv(config, 8, shelf, autoreset=False)
+        robots = PlanarVectorEnv(config, 8, scenes, autoreset=False)
         robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
         observations = steering_observations(grid.n_sectors, grid.outer_radius, robot.max_steering)
         actions = steering_actions(robot.max_steering)
@@ -414,20 +414,20 @@ def _training_case(shelf: SceneCache) -> Case:
     return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _many_robots_case(world: str, seed: int, shelf: SceneCache) -> Case:
+def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier.
 
     Args:
         world: World preset.
         seed: Seed of the evaluation's world.
-        shelf: Cache of scenes.
+        scenes: Cache of scenes.
     """
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
 
     def make_robots(count: int, workers: int) -> Work:
         if workers == 1:
-            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, shelf)
+            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, scenes)
         else:
             robots = OffroadVectorEnv(config, count, workers)
         states, _ = robots.reset(seed=0)

@@ -117,7 +117,9 @@ def salvage(
     out: Annotated[Path, typer.Option(help="New file with the same suffix, or new folder.")],
     output: ConsoleOptions,
 ) -> None:
-    """Keep what is whole of a recording. The exit code is 3 when something was lost.
+    """Copy all whole messages of a damaged recording.
+
+    The exit code is 3 when something was lost.
 
     Examples:
         andabata bag salvage broken.bag --out whole.bag

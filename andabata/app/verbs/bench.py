@@ -191,7 +191,9 @@ def vehicle(
 def chain(
     *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural",
-    controller: Annotated[str, typer.Option(help="learned, reactive or straight.")] = "learned",
+    controller: Annotated[
+        str, typer.Option(help="policy+planner, policy, planner, reactive or another.")
+    ] = "policy+planner",
     plants: Annotated[str, typer.Option(help="kinematic, bullet or both.")] = "kinematic,bullet",
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,

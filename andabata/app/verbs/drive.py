@@ -20,8 +20,12 @@ def drive(
     *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
     controller: Annotated[
-        str, typer.Option(help="learned, reactive, straight or oracle.")
-    ] = "learned",
+        str,
+        typer.Option(
+            help="policy+planner, policy, actor-critic, planner, reactive, reactive+planner, "
+            "straight or oracle."
+        ),
+    ] = "policy+planner",
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),

@@ -24,10 +24,11 @@ def evaluate(
     controllers: Annotated[
         str,
         typer.Option(
-            help="Some of learned, actor-critic, reactive, straight, oracle, comma-separated; "
-            "learned-map has no map, reactive+map and straight+map have one."
+            help="Some of policy, actor-critic, reactive, straight, without a map; "
+            "policy+planner, reactive+planner, planner, with the local planner; oracle; "
+            "random+planner, away+planner, null controllers; comma-separated."
         ),
-    ] = "learned,reactive",
+    ] = "policy+planner,reactive",
     trials: Annotated[
         int, typer.Option(min=1, max=EVALUATIONS, help="Number of trials of each controller.")
     ] = 20,
@@ -49,7 +50,7 @@ def evaluate(
 
     Examples:
         andabata evaluate --trials 100 --workers 4
-        andabata evaluate --controllers learned,oracle --world hill --goals 1
+        andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --policy my_policy.safetensors --json
         andabata evaluate --robot jackal --set terminations.time_limit=120

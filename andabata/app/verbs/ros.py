@@ -25,7 +25,9 @@ app = typer.Typer(
 @command
 def navigator(
     *,
-    controller: Annotated[str, typer.Option(help="learned, reactive or straight.")] = "learned",
+    controller: Annotated[
+        str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
+    ] = "policy+planner",
     start: Annotated[
         str | None,
         typer.Option(

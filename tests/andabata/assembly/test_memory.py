@@ -15,9 +15,9 @@ CLOUD = 40_000 * 12
 
 
 @pytest.fixture
-def drive(shelf):
+def drive(scenes):
     """A function that drives some steps, the first clouds and all compiling behind it."""
-    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
+    scene, config = scenes.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
     simulated_robot = SimulatedRobot(
         scene, config, shipped_forest(), ReactiveController(config.robot, config.grid)
     )

@@ -11,8 +11,8 @@ from worlds.ray_walk import NO_CLASS
 
 
 @pytest.mark.parametrize("name", ["natural-test", "park", "maze"])
-def test_a_short_sighted_robot_drives_the_same(shelf, name):
-    scene, config = shelf.get(name, 7), SimulatedRobotConfig(plant="kinematic")
+def test_a_short_sighted_robot_drives_the_same(scenes, name):
+    scene, config = scenes.get(name, 7), SimulatedRobotConfig(plant="kinematic")
     clouds, steps = [], []
     for far_sighted in (False, True):
         driver = ReactiveController(config.robot, config.grid)
@@ -42,8 +42,8 @@ def test_a_short_sighted_robot_drives_the_same(shelf, name):
 
 
 @pytest.mark.parametrize("name", ["learned", "reactive"])
-def test_a_robot_looks_when_it_decides_and_drives_the_same_when_watched(shelf, name):
-    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
+def test_a_robot_looks_when_it_decides_and_drives_the_same_when_watched(scenes, name):
+    scene, config = scenes.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
     drives, looks = [], []
     for watched in (False, True):
         driver = make_controller(name, None, config)
@@ -73,8 +73,8 @@ def test_a_robot_looks_when_it_decides_and_drives_the_same_when_watched(shelf, n
     assert looks[0] == -(-looks[1] // driver.hold)
 
 
-def test_rays_that_end_early_meet_what_endless_ones_meet(shelf):
-    scene, rng = shelf.get("natural-test", 7), np.random.default_rng(0)
+def test_rays_that_end_early_meet_what_endless_ones_meet(scenes):
+    scene, rng = scenes.get("natural-test", 7), np.random.default_rng(0)
     rays, ground = scene.rays, scene.world.ground
     for _ in range(20):
         x, y = rng.uniform(-45, 45, 2)

@@ -33,7 +33,7 @@ def test_scores_are_those_of_the_threshold_with_the_best_f1(monkeypatch):
     blocked = np.array([False, False, False, False, True, True, True, False])
     forest = SimpleNamespace(predict_proba=lambda features: probability)
     monkeypatch.setattr(ablation, "train_forest", lambda *_, **__: forest)
-    test = SimpleNamespace(features=None, red=blocked, ring=np.array([0, 0, 0, 0, 9, 0, 0, 0]))
+    test = SimpleNamespace(features=None, blocked=blocked, ring=np.array([0, 0, 0, 0, 9, 0, 0, 0]))
     scores = best_scores(VARIANTS["all"], None, test)
     # The best threshold calls the last three blocked: two hits, one miss, one false alarm.
     assert scores["F1"] == pytest.approx(4 / 6)

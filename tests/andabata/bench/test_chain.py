@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from andabata.app.cli import main
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench import chain
 from andabata.bench.chain import Stopwatch, TimedCall, stage_table
+from worlds.scenes import SceneCache
 
 
 class Part:
@@ -76,16 +78,16 @@ def test_stages_leave_out_what_they_call():
     """A stage's own time is its time without that of the stages inside of it."""
     spent = {
         **{"plant": 1.0, "senses": 2.0, "laser": 100.0, "rays": 30.0, "cast": 20.0, "filter": 3.0},
-        **{"assemble": 10.0, "place": 4.0, "look": 50.0, "project": 5.0, "features": 6.0},
-        **{"forest": 7.0, "decide": 200.0},
+        **{"assemble": 10.0, "place": 4.0, "scan": 50.0, "project": 5.0, "features": 6.0},
+        **{"forest": 7.0, "update": 20.0, "step": 220.0},
     }
     stages = chain._stages(spent)
     assert stages["noise of ranges"] == 50.0
     assert stages["store"] == 6.0
     assert stages["carry, scan"] == 32.0
     assert stages["policy"] == 150.0
-    top = ("plant", "senses", "laser", "filter", "assemble", "decide")
-    assert sum(stages.values()) == sum(spent[name] for name in top)
+    top = ("plant", "senses", "laser", "filter", "assemble", "step")
+    assert sum(stages.values()) == sum(spent[name] for name in top) - spent["update"]
 
 
 def test_all_names_of_a_real_robot_exist_and_their_times_add_up(capsys):
@@ -106,3 +108,14 @@ def test_perception_without_clouds_cannot_be_timed():
     robot = SimpleNamespace(simulator=None, perception=object())
     with pytest.raises(TypeError, match="expected clouds, got object"):
         chain.timed_calls(robot)
+
+
+def test_a_drive_calls_every_function_that_is_timed():
+    """A function that has lost its callers would be a stage of no time."""
+    config, scene = SimulatedRobotConfig(plant="kinematic"), SceneCache().get("maze", 3)
+    with (
+        chain.driving(scene, config, "policy+planner", 0) as (robot, advance),
+        Stopwatch(chain.timed_calls(robot)) as stopwatch,
+    ):
+        advance(40)
+    assert [stage for stage, seconds in stopwatch.seconds.items() if seconds == 0.0] == []

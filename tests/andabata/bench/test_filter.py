@@ -4,15 +4,15 @@ import numpy as np
 
 from andabata.bench import filter as bench
 from andabata.bench.filter import PARTS, best_of_seven, initial_belief
-from andabata.localization.process_model import Noise, Room, Weights
+from andabata.localization.process_model import Workspace
 
 
 def changed_by(part):
     """Return the change of the belief by one call of a part."""
     x, P = initial_belief()
     before = P.copy()
-    rest = (bench.STANDING_IMU, bench._FLUX, bench._FIX, bench.BODY)
-    bench.repeat_part(part, 1, x, P, *rest, Noise(), Weights.make(), Room.make())
+    rest = (bench.STANDING_IMU, bench._FLUX, bench._FIX, bench.MODEL)
+    bench.repeat_part(part, 1, x, P, *rest, Workspace.allocate())
     return P - before
 
 

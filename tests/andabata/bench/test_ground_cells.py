@@ -8,8 +8,8 @@ import pytest
 from andabata.bench.ground_cells import (
     BANDS,
     CONFIG,
+    LETHAL,
     MAP_BANDS,
-    WALL,
     GroundCellRecorder,
     map_rows,
     measurement_rows,
@@ -46,8 +46,9 @@ def test_a_cell_is_blocked_if_one_of_its_quarters_is_forbidden():
 def test_polar_cells_are_counted_from_behind_relative_to_the_heading():
     """A cell straight ahead of the robot lies in the middle sectors; far cells in the last ring."""
     grid = PolarGrid()
-    recorder = GroundCellRecorder(SimpleNamespace(truth=None), grid, SimpleNamespace(cell=0.1))
-    sector, ring = recorder._polar_cells(np.array([0.1, -0.1]), np.array([2.0, 99.0]), np.pi / 2)
+    recorder = SimpleNamespace(_grid=grid)
+    x, y = np.array([0.1, -0.1]), np.array([2.0, 99.0])
+    sector, ring = GroundCellRecorder._polar_cells(recorder, x, y, np.pi / 2)
     assert sector.tolist() == [grid.n_sectors // 2 - 1, grid.n_sectors // 2]
     assert grid.ring_edges[ring[0]] <= np.hypot(0.1, 2.0) < grid.ring_edges[ring[0] + 1]
     assert ring[1] == grid.n_rings - 1
@@ -65,7 +66,7 @@ def measured(odds_of_blocked, odds_of_clear, odds_of_polar):
 
 def test_scores_are_of_even_odds_and_of_cells_with_a_polar_cell():
     """The classifier's price of a miss is taken out before odds are compared with even ones."""
-    shift = np.log(CONFIG.squares.miss)
+    shift = np.log(CONFIG.ground.miss_cost)
     rows = measurement_rows(measured(0.1 - shift, -0.1 - shift, 1.0))
     assert len(rows) == 2 * (len(BANDS) + 1)
     for row in rows:
@@ -82,13 +83,14 @@ def test_obstacles_of_the_map_are_counted_among_blocked_and_among_clear_cells():
         [near, *state, odds]
         for near, _ in MAP_BANDS
         for state, odds in (
-            ((1.0, 0.0), WALL + 0.1),
-            ((1.0, 0.0), WALL - 0.1),
-            ((0.0, 0.5), WALL - 0.1),
-            ((0.0, 0.2), WALL + 0.1),
+            ((1.0, 0.0), LETHAL + 0.1),
+            ((1.0, 0.0), LETHAL - 0.1),
+            ((0.0, 0.5), LETHAL - 0.1),
+            ((0.0, 0.2), LETHAL + 0.1),
         )
     ]
     found = map_rows(np.array(rows))
     assert [row["obstacles among blocked cells"] for row in found] == [0.5, 0.5]
     assert [row["among clear cells"] for row in found] == [0.0, 0.0]
-    assert pytest.approx(CONFIG.wall * CONFIG.squares.most / CONFIG.certain) == WALL
+    share = CONFIG.occupancy.lethal_log_odds / CONFIG.occupancy.max_log_odds
+    assert pytest.approx(share * CONFIG.ground.max_log_odds) == LETHAL

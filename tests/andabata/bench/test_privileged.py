@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.privileged import (
     Drive,
@@ -13,9 +13,9 @@ from andabata.bench.privileged import (
     true_layer_update,
     variant_row,
 )
-from andabata.models import shipped_forest
+from andabata.models import Models
 from traversability.cartesian.elevation_grid import ElevationGrid
-from traversability.cartesian.features import NEAREST, REACH
+from traversability.cartesian.features import MAX_RANGE, MIN_RANGE
 from worlds.scenes import SceneCache
 from worlds.truth import Reason
 
@@ -38,25 +38,32 @@ def test_a_variant_without_a_name_is_refused():
 
 
 def test_a_controller_without_a_map_has_no_ground_layer():
-    """The oracle cannot be given true ground cells."""
-    with pytest.raises(TypeError, match="expected one with ground cells"):
-        _ground_layer(object())
+    """A policy alone cannot be given true ground cells."""
+    scene, config = SceneCache().get("maze", 3), SimulatedRobotConfig(plant="kinematic")
+    robot = make_robot("policy", scene, config)
+    with pytest.raises(TypeError, match="expected one with a planner and ground cells"):
+        _ground_layer(robot)
+    robot.close()
+
+
+def make_robot(name, scene, config):
+    models = Models()
+    return SimulatedRobot(scene, config, models, make_steering(name, scene.world, config, models))
 
 
 def test_the_true_map_blocks_what_it_forbids():
     """Within reach every cell is certain; it is blocked where the true map forbids its centre."""
     scene, config = SceneCache().get("maze", 3), SimulatedRobotConfig(plant="kinematic")
-    controller = make_controller("learned", scene.world, config)
-    robot = SimulatedRobot(scene, config, shipped_forest(), controller)
+    robot = make_robot("policy+planner", scene, config)
     task = scene.world.tasks[0]
     robot.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
-    layer, odometry = _ground_layer(controller), robot.localizer.odometry
+    layer, odometry = _ground_layer(robot), robot.localizer.odometry
     true = robot.simulator.vehicle.state.pose
     true_layer_update(robot, layer, unseen=True)(ElevationGrid(), odometry.position[:2])
     robot.close()
-    odds, certain = layer.odds, config.local_planner.squares.most
+    odds, certain = layer.log_odds, config.local_planner.ground.max_log_odds
     assert set(np.unique(odds)) == {-np.float32(certain), 0.0, np.float32(certain)}
-    area = np.pi * (REACH**2 - NEAREST**2) / 0.2**2
+    area = np.pi * (MAX_RANGE**2 - MIN_RANGE**2) / 0.2**2
     assert (odds != 0).sum() == pytest.approx(area, rel=0.01)
     # Offsets from the robot as complex numbers, which the frames' rotation multiplies.
     n = np.arange(-52, 53)

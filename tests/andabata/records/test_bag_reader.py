@@ -39,7 +39,7 @@ def command(seconds):
 def ends(*messages):
     """Return the times [s] at which the periods of a recording end."""
     periods = read_periods(ListBag(messages), SensorDecoder(EPOCH), {})
-    return [round(period.readings.stamp, 3) for period in periods]
+    return [round(period.readings.stamp, 5) for period in periods]
 
 
 def test_without_commands_the_clock_ends_periods():
@@ -55,14 +55,17 @@ def test_commands_end_periods():
 
 def test_the_clock_ends_periods_in_a_pause_of_commands():
     """A pause of over half a second is filled, up to the next command."""
-    found = ends(command(0.0), command(0.8), goal(0.8, 1.0))
-    assert found == [0.0, *(k / 10 for k in range(1, 8)), 0.8]
+    found = ends(command(0.0), command(0.83), goal(0.83, 1.0))
+    assert found == [*(k / 10 for k in range(8)), 0.83]
     assert ends(command(0.0), command(0.5), goal(0.5, 1.0)) == [0.0, 0.5]
+    assert ends(command(0.45), goal(0.45, 1.0)) == [0.0, 0.1, 0.2, 0.3, 0.45]
 
 
 def test_a_message_at_the_end_of_a_period_belongs_to_it():
     """One just after belongs to the next, and one before the start to none."""
     messages = [goal(-0.01, 9.0), goal(0.1, 1.0), goal(0.1 + 1e-6, 2.0)]
+    first = next(read_periods(ListBag([goal(0.0, 3.0)]), SensorDecoder(EPOCH), {}))
+    assert first.goal[0] == 3.0
     periods = read_periods(ListBag(messages), SensorDecoder(EPOCH), {})
     goals = [None if period.goal is None else period.goal[0] for period in periods]
     assert goals == [None, 1.0, 2.0]

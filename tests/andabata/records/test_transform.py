@@ -16,6 +16,24 @@ def test_transforms_multiply_as_matrices_do():
     np.testing.assert_allclose(both, parts[0].apply(parts[1].apply(points)), atol=1e-12)
 
 
+def test_a_transform_rotates_then_translates():
+    """A known point: a quarter turn to the left, then the offset of the frame."""
+    found = Transform(Rotation.from_euler("Z", 90, degrees=True), np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(found.apply(np.array([[1.0, 0, 0]])), [[1, 3, 3]], atol=1e-12)
+    np.testing.assert_array_equal(Transform.identity().apply(np.ones((1, 3))), np.ones((1, 3)))
+
+
+def test_positions_are_interpolated_linearly_and_kept_beyond_the_ends():
+    """All three axes at a quarter of the time, and the nearest row outside."""
+    history = TransformHistory("a", False)
+    for stamp, xyz in ((2.0, [1.0, -2.0, 3.0]), (4.0, [5.0, 2.0, 1.0]), (5.0, [7.0, 2.0, 1.0])):
+        history.add(stamp, [*xyz, 0, 0, 0, 1])
+    found = history.at(np.array([1.9, 2.0, 2.5, 4.0, 4.5, 5.1])).translation
+    expected = [[1, -2, 3], [1, -2, 3], [2, -1, 2.5], [5, 2, 1], [6, 2, 1], [7, 2, 1]]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_array_equal(history.latest().translation, [7, 2, 1])
+
+
 def test_the_inverse_undoes_a_transform():
     """Inverse after transform is the identity, for one instant and for several."""
     rng = np.random.default_rng(1)
@@ -46,7 +64,8 @@ def test_quaternions_of_either_sign_are_one_rotation():
     negative = [*other[:3], *(-part for part in other[3:])]
     assert not differ(other, negative)
     assert differ(one, other)
-    assert differ(row(0.0, 10), row(2e-6, 10))
+    assert differ(row(5.0, 10), row(5.0 + 2e-6, 10))
+    assert not differ(row(5.0, 10), row(5.0, 10))
     history = TransformHistory("base_link", False)
     history.add(0.0, one)
     history.add(1.0, negative)

@@ -35,6 +35,8 @@ def test_factors_bring_values_to_si(quantity, unit, value, si):
 def test_si_has_a_factor_of_one():
     """The first unit of each quantity is SI, and the table is not written to."""
     assert all(next(iter(units.values())) == 1.0 for units in UNITS.values())
+    assert UnitFactors() == UnitFactors(1.0, 1.0, 1.0, 1.0)
+    assert UNITS["acceleration"]["g"] == pytest.approx(1000 * UNITS["acceleration"]["mg"])
     assert "m/s" in units_of("wheels", ROBOT)
     assert "m/s" not in UNITS["wheels"]
 

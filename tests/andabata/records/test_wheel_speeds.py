@@ -78,3 +78,31 @@ def test_an_arc_is_read_from_poses():
     speed, yaw_rate = reader.twist(side, 0.2)
     assert speed == pytest.approx(0.3 * np.sqrt(2) / 0.2)
     assert yaw_rate == pytest.approx(np.pi / 2 / 0.2)
+
+
+def test_wheels_that_stand_have_speeds_of_zero():
+    """Velocities of zero count as long as no position has changed."""
+    assert decoded(topics.ENCODERS, joints(FOUR, velocities=[0.0] * 4))[0] == [[0.0, 0.0]]
+    still = [joints(FOUR, [1.0] * 4, [0.0] * 4)] * 3
+    assert decoded(topics.ENCODERS, *still)[0] == [[0.0, 0.0]] * 3
+
+
+def test_a_message_without_a_number_for_the_last_wheel_is_refused():
+    """One value too few is no value of that side."""
+    with pytest.raises(UnusableMessageError, match="neither velocities nor positions"):
+        decoded(topics.ENCODERS, joints(FOUR, velocities=[1.0] * 3))
+
+
+def test_a_twist_is_used_as_soon_as_there_is_one():
+    """A yaw rate alone is a twist, and poses are not differentiated after it."""
+    reader = OdometryTwist(Remarks(), "/odom")
+    assert reader.twist(odometry(0.0, 0.5), 0.0) == (0.0, 0.5)
+    assert reader.twist(odometry(0.0, 0.0, x=1.0), 0.1) == (0.0, 0.0)
+
+
+def test_small_changes_of_a_pose_are_no_motion():
+    """Up to 0.2 m a twist of zero is trusted."""
+    reader = OdometryTwist(Remarks(), "/odom")
+    twists = [reader.twist(odometry(0.0, 0.0, x=x), x) for x in (0.0, 0.1, 0.2, 0.3)]
+    assert twists[:3] == [(0.0, 0.0)] * 3
+    assert twists[3] == pytest.approx((1.0, 0.0))

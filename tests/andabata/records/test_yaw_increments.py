@@ -31,7 +31,15 @@ def turning(rotation=None, times=TIMES):
     return np.hstack([stamp, gyro, force]), np.hstack([stamp, north]), wheels
 
 
-@pytest.mark.parametrize("rotation", [None, Rotation.from_euler("XY", [170, 60], degrees=True)])
+@pytest.mark.parametrize(
+    "rotation",
+    [
+        None,
+        Rotation.from_euler("XY", [170, 60], degrees=True),
+        Rotation.from_euler("Y", 90, degrees=True),
+        Rotation.from_euler("X", -90, degrees=True),
+    ],
+)
 def test_all_sensors_measure_the_same_turn(rotation):
     """A left turn is positive for all three, however IMU and compass are mounted together."""
     found = YawIncrements.from_rows(*turning(rotation), ROBOT)
@@ -47,6 +55,13 @@ def test_missing_sensors_measure_zero():
     assert not found.compass.any()
     assert not found.wheels.any()
     assert len(YawIncrements.from_rows(imu[:50], None, None, ROBOT).gyro) == 0
+
+
+def test_without_gravity_the_vertical_is_the_z_axis():
+    """A gyro along z still measures the turn."""
+    imu, _, _ = turning()
+    imu[:, 4:7] = np.nan
+    assert YawIncrements.from_rows(imu, None, None, ROBOT).gyro == pytest.approx(RATE)
 
 
 def test_windows_with_a_silence_are_left_out():

@@ -1,4 +1,4 @@
-"""The navigator's story: readings in, wheel speeds out; without a scan or a pose it stands still."""
+"""Navigator: readings in, wheel speeds out; without a scan or a pose the robot stands still."""
 
 from dataclasses import replace
 
@@ -343,10 +343,8 @@ def test_a_robot_at_rest_finds_its_initial_pose(simulated_robot):
     robot.readings = robot.place(
         Start(3.0, -2.0, 0.7), np.array([25.0, 0.0]), np.random.default_rng(0)
     )
-    kept = []
     assert initial_pose(robot.readings, robot.config.sensing.geo_reference) is None
-    for _ in range(25):
-        kept.append(robot.simulator.step(STANDSTILL))
+    kept = [robot.simulator.step(STANDSTILL) for _ in range(25)]
     rows = {
         name: np.concatenate([getattr(s, name) for s in kept if len(getattr(s, name))])
         for name in ("imu", "mag", "gnss")

@@ -1,4 +1,4 @@
-"""Perception: sweeps to clouds to virtual scans, or the ranges of a horizontal scanner as they are."""
+"""Perception: clouds to virtual scans, or the ranges of a horizontal scanner as they are."""
 
 import numpy as np
 import pytest

@@ -9,13 +9,13 @@ APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 ROS_PACKAGES := ros-core python3-rospy python3-rosbag python3-geometry-msgs python3-nav-msgs \
 	python3-sensor-msgs python3-diagnostic-msgs python3-tf
 
-.PHONY: demo test check bench peers clean install ros
+.PHONY: demo test check bench soak peers clean install ros
 
 demo: install
 	$(BIN)/andabata demo
 
 test: install
-	$(BIN)/python -m pytest -n 2 -q tests --ignore tests/benchmarks
+	$(BIN)/python -m pytest -n 2 -q tests
 
 check: install
 	$(BIN)/ruff format --check .
@@ -26,12 +26,16 @@ check: install
 bench: peers
 	$(BIN)/andabata bench
 	$(BIN)/andabata bench chain
-	$(BIN)/python tests/benchmarks/bench_vehicle.py
-	$(BIN)/python tests/benchmarks/bench_maze.py andabata/models/policy.safetensors
+	$(BIN)/python -m andabata.bench.vehicle_rates
+	$(BIN)/python -m andabata.bench.maze andabata/models/policy.safetensors
 	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
 	$(BIN)/andabata bench perception --clouds data/clouds/bench
-	$(BIN)/python tests/benchmarks/bench_scan.py data/clouds/bench
-	$(BIN)/python -m tests.benchmarks.bench_live
+	$(BIN)/python -m andabata.bench.scan data/clouds/bench
+	$(BIN)/python -m andabata.bench.live
+
+# Minutes of drives in worlds that the tests do not visit; fails below a floor of goals.
+soak: install
+	$(BIN)/python -m andabata.bench.soak
 
 install: $(STAMP)
 

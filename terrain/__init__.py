@@ -1,6 +1,5 @@
-"""The ground and what stands on it.
+"""Terrain: heightfields and the objects on them, generated from random streams.
 
-In: a configuration, a difficulty and a random generator. Out: a ``Heightfield`` and ``SceneObject``
-    meshes,
-each with a semantic class. Read ``heightfield.py`` first.
+In: sizes, densities and a random generator. Out: a ``Heightfield`` and ``SceneObject`` meshes, each
+with a semantic class. Read ``heightfield.py`` first.
 """

@@ -1,4 +1,4 @@
-"""The one table of semantic classes: what stops a wheel and what stops a beam."""
+"""Semantic classes, and how each affects wheels and lidar beams."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 
 class SemanticClass(IntEnum):
-    """What a surface is. The values are written into clouds and never change meaning."""
+    """The kind of a surface. The values are stored in clouds and never change meaning."""
 
     GROUND = 0
     PATH = 1
@@ -30,13 +30,14 @@ class SemanticClass(IntEnum):
 
 @dataclass(frozen=True)
 class ClassTraits:
-    """How a class behaves.
+    """Physical properties of a semantic class.
 
     Attributes:
-        traversable: Whether the robot may drive on it (ground still has to be flat enough).
-        solid: Whether it is a body that the robot can touch; the others let wheels through.
-        hits_per_metre: Expected returns per metre of beam inside it [1/m]; ``inf`` is opaque.
-        returns: Probability that a beam that ends on it comes back.
+        traversable: True if the robot may drive on it (slope and step of ground still count).
+        solid: True if it has a collision body; wheels pass through the others.
+        hits_per_metre: Expected number of returns per metre of beam inside it [1/m]; ``inf`` if
+            opaque.
+        returns: Probability that a beam that hits it returns.
     """
 
     traversable: bool
@@ -49,7 +50,7 @@ _GROUND = ClassTraits(traversable=True, solid=True, hits_per_metre=inf)
 _OBSTACLE = ClassTraits(traversable=False, solid=True, hits_per_metre=inf)
 
 # Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in grass, 0.2 m in bushes.
-# Water is a mirror that sends one beam in twenty back. A stone is a rock too low to stop a wheel.
+# Water reflects: one beam in twenty returns. A stone is a rock too low to stop a wheel.
 TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
     {
         SemanticClass.GROUND: _GROUND,
@@ -70,3 +71,4 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.WATER: ClassTraits(False, solid=True, hits_per_metre=inf, returns=0.05),
     }
 )
+"""Properties of all semantic classes."""

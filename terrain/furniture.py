@@ -1,4 +1,8 @@
-"""Lamps, benches, tables and bins of a park."""
+"""Park furniture: lamps, benches, tables and bins, with sizes drawn from stated ranges.
+
+All functions take the ground, a place in the map [m] and a source of randomness, and return the
+convex parts of one object.
+"""
 
 import numpy as np
 
@@ -20,18 +24,16 @@ def bench(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> 
     z, yaw = float(ground.height_at(x, y)), rng.uniform(-np.pi, np.pi)
     length, along = rng.uniform(1.2, 2.0), np.array([np.cos(yaw), np.sin(yaw)])
     seat = box(SemanticClass.BENCH, (x, y, z + 0.43), (length, 0.4, 0.06), yaw)
-    things = [seat]
+    parts = [seat]
     for side in (-0.4, 0.4):
         foot = np.array([x, y]) + side * length * along
-        things.append(
-            box(SemanticClass.BENCH, (foot[0], foot[1], z + 0.1), (0.08, 0.35, 0.62), yaw)
-        )
+        parts.append(box(SemanticClass.BENCH, (foot[0], foot[1], z + 0.1), (0.08, 0.35, 0.62), yaw))
     if rng.random() < 0.5:
         back = np.array([x, y]) + 0.18 * np.array([-along[1], along[0]])
-        things.append(
+        parts.append(
             box(SemanticClass.BENCH, (back[0], back[1], z + 0.65), (length, 0.05, 0.4), yaw)
         )
-    return things
+    return parts
 
 
 def table(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
@@ -39,16 +41,16 @@ def table(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> 
     z, yaw = float(ground.height_at(x, y)), rng.uniform(-np.pi, np.pi)
     length, height = rng.uniform(1.2, 2.0), rng.uniform(0.7, 0.8)
     along = np.array([np.cos(yaw), np.sin(yaw)])
-    things = [box(SemanticClass.TABLE, (x, y, z + height - 0.025), (length, 0.8, 0.05), yaw)]
+    parts = [box(SemanticClass.TABLE, (x, y, z + height - 0.025), (length, 0.8, 0.05), yaw)]
     for side in (-0.35, 0.35):
         foot = np.array([x, y]) + side * length * along
         middle = (foot[0], foot[1], z + height / 2 - 0.1)
-        things.append(box(SemanticClass.TABLE, middle, (0.08, 0.6, height + 0.1), yaw))
-    return things
+        parts.append(box(SemanticClass.TABLE, middle, (0.08, 0.6, height + 0.1), yaw))
+    return parts
 
 
 def bin_(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
-    """Return a bin."""
+    """Return a cylindrical bin, 0.7 to 1 m high."""
     base = (x, y, float(ground.height_at(x, y)) - 0.1)
     radius = rng.uniform(0.18, 0.3)
     return [frustum(SemanticClass.BIN, base, (radius, radius), rng.uniform(0.8, 1.1), 10)]

@@ -1,6 +1,6 @@
-"""Kinds of ground, one pure function each: shapes of hills, ditches, pits and banks.
+"""Generators of terrain: hills, ditches, terraces and banks as pure functions.
 
-All functions take map coordinates of grid lines and return heights to be added, so that they
+Heights are arrays over the grid of the heightfield, to be added to each other, so that generators
 compose.
 """
 
@@ -11,22 +11,23 @@ from scipy.ndimage import gaussian_filter
 from terrain.kernel import kernel
 
 Field = NDArray[np.float64]
+"""Values on grid points or along grid lines."""
 
 
 def smooth_noise(
     shape: tuple[int, int], cell: float, wavelength: float, rng: np.random.Generator
 ) -> Field:
-    """Return smooth random heights of unit standard deviation.
+    """Return smooth random heights of mean 0 and standard deviation 1, shape (nx, ny).
 
     Args:
-        shape: Grid lines (nx, ny).
+        shape: Number of grid lines (nx, ny).
         cell: Distance between grid lines [m].
         wavelength: Typical distance from hill to hill [m].
         rng: Source of randomness.
     """
     sigma = wavelength / (4.0 * cell)
     pad = int(2 * sigma)
-    step = max(1, int(sigma / 4))  # Coarse noise, stretched: the same spectrum for less work.
+    step = max(1, int(sigma / 4))  # Filtered on a coarser grid: the same spectrum for less work.
     coarse = rng.standard_normal([(n + 2 * pad) // step + 2 for n in shape])
     coarse = gaussian_filter(coarse, sigma / step, mode="reflect")
     field = _stretch(coarse, shape, pad, step)
@@ -34,7 +35,14 @@ def smooth_noise(
 
 
 def _stretch(coarse: Field, shape: tuple[int, int], pad: int, step: int) -> Field:
-    """Return the middle of a coarse field on the fine grid, by bilinear interpolation."""
+    """Return the middle of a coarse field on the fine grid, by bilinear interpolation.
+
+    Args:
+        coarse: Field on every ``step``-th line of the padded fine grid.
+        shape: Number of fine grid lines (nx, ny).
+        pad: Number of fine grid lines before the first returned one.
+        step: Number of fine grid lines per coarse one.
+    """
     rows = (np.arange(shape[0]) + pad) / step
     columns = (np.arange(shape[1]) + pad) / step
     i, j = rows.astype(int), columns.astype(int)
@@ -51,29 +59,36 @@ def hills(
     max_slope: float,
     rng: np.random.Generator,
 ) -> Field:
-    """Return rolling ground with a given relief [m] and a given steepest slope.
+    """Return hills with a given relief and a given largest slope, shape (nx, ny) [m].
 
-    Long hills give the relief; shorter ones are made as strong as ``max_slope`` [rad] allows.
+    Long hills give the relief; short ones are made as high as ``max_slope`` allows.
+
+    Args:
+        shape: Number of grid lines (nx, ny).
+        cell: Distance between grid lines [m].
+        relief: Difference between highest and lowest point [m].
+        max_slope: Slope of the steepest 0.1 % of the ground [rad].
+        rng: Source of randomness.
     """
     long_hills = smooth_noise(shape, cell, 70.0, rng)
     short_hills = smooth_noise(shape, cell, 18.0, rng) * (
         0.35 + np.abs(smooth_noise(shape, cell, 50.0, rng))
     )
-    bumps = smooth_noise(shape, cell, 3.0, rng)
+    roughness = smooth_noise(shape, cell, 3.0, rng)
     heights = long_hills * relief / np.ptp(long_hills)
     low, high = 0.0, relief
-    for _ in range(12):  # Bisection on the strength of the short hills.
+    for _ in range(12):  # Bisection on the height of the short hills.
         strength = (low + high) / 2
-        steep = _steep(heights + strength * short_hills, cell)
+        steep = _steepest(heights + strength * short_hills, cell)
         low, high = (strength, high) if steep < np.tan(max_slope) else (low, strength)
-    heights = heights + low * short_hills + 0.012 * bumps
+    heights = heights + low * short_hills + 0.012 * roughness
     return (heights - heights.min()) * relief / np.ptp(heights)
 
 
-def _steep(heights: Field, cell: float) -> float:
+def _steepest(heights: Field, cell: float) -> float:
     """Return the slope (rise over run) that 0.1 % of the ground exceeds."""
-    every = heights[::2, ::2]
-    dx, dy = np.gradient(every, 2 * cell)
+    coarse = heights[::2, ::2]
+    dx, dy = np.gradient(coarse, 2 * cell)
     return float(np.quantile(np.hypot(dx, dy), 0.999))
 
 
@@ -84,7 +99,7 @@ def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> 
         x: Grid lines along x [m], shape (nx,).
         y: Grid lines along y [m], shape (ny,).
         line: Corners of the polyline [m], shape (k, 2).
-        reach: Largest distance that matters [m].
+        reach: Largest distance to compute [m].
 
     Returns:
         Distances [m], shape (nx, ny).
@@ -93,13 +108,22 @@ def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> 
     low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
     rows = slice(*np.searchsorted(x, [low[0], high[0]]))
     columns = slice(*np.searchsorted(y, [low[1], high[1]]))
-    _approach(x[rows], y[columns], np.asarray(line, dtype=np.float64), nearest[rows, columns])
+    _write_distances(
+        x[rows], y[columns], np.asarray(line, dtype=np.float64), nearest[rows, columns]
+    )
     return nearest
 
 
 @kernel
-def _approach(x, y, line, nearest):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Lower ``nearest`` to the distance from the polyline."""
+def _write_distances(x: Field, y: Field, line: Field, nearest: Field) -> None:
+    """Write the distance from each grid point to a polyline.
+
+    Args:
+        x: Grid lines along x [m], shape (nx,).
+        y: Grid lines along y [m], shape (ny,).
+        line: Corners of the polyline [m], shape (k, 2).
+        nearest: Output: distances [m], shape (nx, ny).
+    """
     for i in range(len(x)):
         for j in range(len(y)):
             best = np.inf
@@ -107,6 +131,7 @@ def _approach(x, y, line, nearest):  # type: ignore[no-untyped-def]  # noqa: ANN
                 ax, ay = line[k, 0], line[k, 1]
                 dx, dy = line[k + 1, 0] - ax, line[k + 1, 1] - ay
                 px, py = x[i] - ax, y[j] - ay
+                # The foot of the perpendicular, kept between the ends of the segment.
                 share = (px * dx + py * dy) / max(dx * dx + dy * dy, 1e-12)
                 share = min(max(share, 0.0), 1.0)
                 px, py = px - share * dx, py - share * dy
@@ -115,27 +140,44 @@ def _approach(x, y, line, nearest):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 def ditch(distance: Field, width: float, depth: float) -> Field:
-    """Return the heights [m] of a ditch with a flat floor along a line at ``distance`` [m]."""
+    """Return the heights of a ditch with sloping sides and a flat floor [m].
+
+    Args:
+        distance: Distance to the ditch's middle line [m], any shape.
+        width: Width at the top [m]; the floor is half as wide.
+        depth: Depth of the floor [m].
+    """
     return -depth * np.clip((width / 2 - distance) / (width / 4), 0.0, 1.0)
 
 
 def terrace(distance: Field, radius: float, height: float, edge: float) -> Field:
-    """Return the heights [m] of a plateau within ``radius`` [m] of a line, its edge ``edge`` wide.
+    """Return the heights of a plateau around a line [m].
 
-    A negative height makes a basin.
+    Args:
+        distance: Distance to the line [m], any shape.
+        radius: Distance at which the ground outside begins [m].
+        height: Height of the plateau [m]; negative for a basin.
+        edge: Width of the sloping edge [m].
     """
     return height * np.clip((radius - distance) / edge, 0.0, 1.0)
 
 
 def bank(distance: Field, foot: float, height: float, slope: float) -> Field:
-    """Return the heights [m] of banks that rise with ``slope`` [rad] beyond ``foot`` [m]."""
+    """Return the heights of banks along a line [m].
+
+    Args:
+        distance: Distance to the line [m], any shape.
+        foot: Distance at which the banks begin [m].
+        height: Height at which they end [m].
+        slope: Slope [rad].
+    """
     return np.clip((distance - foot) * np.tan(slope), 0.0, height)
 
 
 def winding_line(
     start: NDArray[np.float64], heading: float, length: float, turn: float, rng: np.random.Generator
 ) -> Field:
-    """Return a line that wanders: corners every 1.5 m, shape (k, 2).
+    """Return a winding polyline with corners every 1.5 m [m], shape (k, 2).
 
     Args:
         start: First corner [m], shape (2,).

@@ -1,4 +1,4 @@
-"""The ground as a regular grid of heights, with the triangles that physics and rays both see."""
+"""The ground as a regular grid of heights, triangulated alike for physics and rays."""
 
 from dataclasses import dataclass
 
@@ -6,15 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.floating]
+"""Array of any float type and shape."""
 
 
 @dataclass(frozen=True)
 class Heightfield:
     """Ground heights on a square grid centred on the origin of the map frame.
 
-    ``heights[ix, iy]`` stands at ``x = ix * cell - width / 2`` and ``y = iy * cell - depth / 2``.
-    Each grid square is split along the diagonal from ``(i + 1, j)`` to ``(i, j + 1)``, as pybullet
-    splits it, so that contact and rays meet the same surface.
+    ``heights[ix, iy]`` is at ``x = ix * cell - width / 2`` and ``y = iy * cell - depth / 2``. Each
+    grid cell is split along the diagonal from ``(i + 1, j)`` to ``(i, j + 1)``, as in pybullet, so
+    that contacts and rays have the same surface.
 
     Attributes:
         heights: Heights [m], float32, shape (nx, ny), at least 2 x 2, finite.
@@ -25,7 +26,11 @@ class Heightfield:
     cell: float
 
     def __post_init__(self) -> None:
-        """Check shape and values once, at the border."""
+        """Check shape and values, and make the heights read-only.
+
+        Raises:
+            ValueError: If a field is not as documented.
+        """
         if self.heights.ndim != 2 or min(self.heights.shape) < 2:
             shape = self.heights.shape
             raise ValueError(f"heights: expected shape (nx, ny) of at least 2 x 2, got {shape}")
@@ -58,7 +63,7 @@ class Heightfield:
         return np.arange(self.heights.shape[1], dtype=np.float64) * self.cell - self.depth / 2
 
     def height_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float64]:
-        """Return the height of the triangulated surface [m]; beyond the border, that of the border.
+        """Return the height of the triangulated surface; beyond the border, that of the border.
 
         Args:
             x: Map x [m], any shape.
@@ -73,6 +78,7 @@ class Heightfield:
         i = np.minimum(u.astype(np.intp), nx - 2)
         j = np.minimum(v.astype(np.intp), ny - 2)
         u, v = u - i, v - j
+        # Both triangles of each cell; the place decides between them.
         h = self.heights
         near = h[i, j] + u * (h[i + 1, j] - h[i, j]) + v * (h[i, j + 1] - h[i, j])
         far = h[i + 1, j + 1] + (1 - u) * (h[i, j + 1] - h[i + 1, j + 1])
@@ -84,8 +90,8 @@ class Heightfield:
 
         Returns:
             Vertices [m], float32, shape (nx * ny, 3), and vertex indices, uint32, shape
-            (2 * (nx - 1) * (ny - 1), 3). Square ``(i, j)`` owns triangles ``2 k`` and ``2 k + 1``
-            with ``k = i * (ny - 1) + j``.
+            (2 * (nx - 1) * (ny - 1), 3). Grid cell ``(i, j)`` has triangles ``2 k`` and
+            ``2 k + 1`` with ``k = i * (ny - 1) + j``.
         """
         nx, ny = self.heights.shape
         grid_x, grid_y = np.meshgrid(self.x, self.y, indexing="ij")

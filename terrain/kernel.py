@@ -1,23 +1,25 @@
-"""The decorator of every compiled function, and a cache of machine code that is never stale.
+"""The decorator of every compiled function, with a cache of machine code that cannot be stale.
 
-numba keeps machine code until the file of the function itself changes, and looks at no other file:
-a caller keeps the old code of a callee, and the old value of a constant, of another module. Here
-what was compiled lies in a folder named after the content of the function's own module and of all
-modules of these packages that it imports, directly or not: change one of them, and whatever depends
-on it is compiled again. numba itself tells CPUs and its own versions apart.
+numba invalidates cached code only when the file of the function itself changes: a caller keeps the
+old code of a callee, and the old value of a constant, of another module. Here the cache folder is
+named after the content of the function's module and of every module of these packages that it
+imports, directly or not. A change of any of them selects a new folder, so that all code that
+depends on it is compiled again. numba itself tells CPUs and its own versions apart.
 
-The module stands in the lowest package so that all of them can import it.
+The module is in the lowest package so that all packages can import it.
 """
 
 import hashlib
 import os
 import re
 import shutil
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, TypeVar, cast
 
 from numba import config, njit
@@ -25,6 +27,7 @@ from numba import config, njit
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _settings: Any = config
+_lock = Lock()
 
 _ROOT = Path(__file__).resolve().parents[1]
 _PACKAGES = ("andabata", "rl", "terrain", "traversability", "worlds")
@@ -33,28 +36,36 @@ _IMPORT = re.compile(
     r"(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?",
     re.MULTILINE,
 )
+_FOLDER = re.compile(r"[0-9a-f]{32}")
 
 _KEPT_DAYS = 30.0
-"""Machine code that was not used for so long is deleted [days]."""
+"""Time after its last use at which a folder of machine code is deleted [days]."""
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function to machine code when it is first called, without Python's lock.
+    """Compile a function to machine code on its first call; it runs without Python's lock.
 
-    numba takes the types of the arguments as they come and ignores annotations: those are for
-    readers and for mypy. Divisions follow numpy (x / 0 is infinite). With ``NUMBA_DISABLE_JIT=1``
-    the function stays as it is.
+    numba infers types from the arguments and ignores annotations, which are for readers and mypy.
+    Divisions follow numpy (x / 0 is infinite). With ``NUMBA_DISABLE_JIT=1`` the function is
+    returned unchanged.
     """
     return _compiled(function, {})
 
 
 def inlined_kernel(function: Function) -> Function:
-    """Compile a function into its callers: for steps of a few operations inside of hot loops."""
+    """Compile a function into each of its callers, for steps of a few operations in hot loops."""
     return _compiled(function, {"inline": "always"})
 
 
 def source_digest(file: Path) -> str:
-    """Return the SHA-256 of a module's source and of all modules of ours that it imports."""
+    """Return the SHA-256 of a module's source and of all modules that it depends on.
+
+    Args:
+        file: Path of the module. Modules of other distributions are not followed.
+
+    Raises:
+        OSError: If the module cannot be read.
+    """
     seen: set[Path] = set()
     waiting = [file.resolve()]
     while waiting:
@@ -69,35 +80,39 @@ def source_digest(file: Path) -> str:
 
 
 def _compiled(function: Function, options: dict[str, Any]) -> Function:
-    """Return a function as numba's dispatcher whose machine code lies in its own folder."""
+    """Return a function as numba's dispatcher, its cache in the folder of its module."""
+    if _settings.DISABLE_JIT:
+        return function
     folder = _folder(Path(function.__code__.co_filename))
-    before = _settings.CACHE_DIR
-    # numba reads the setting while it decorates; others' kernels keep their own.
-    _settings.CACHE_DIR = str(folder) if folder else before
-    try:
-        return cast(
-            Function,
-            njit(cache=folder is not None, nogil=True, error_model="numpy", **options)(function),
-        )
-    finally:
-        _settings.CACHE_DIR = before
+    # numba reads the setting while it decorates. It is global: other threads' decorators wait, and
+    # other distributions' functions keep their own.
+    with _lock:
+        before = _settings.CACHE_DIR
+        _settings.CACHE_DIR = str(folder) if folder else before
+        try:
+            compile_ = njit(cache=folder is not None, nogil=True, error_model="numpy", **options)
+            return cast(Function, compile_(function))
+        finally:
+            _settings.CACHE_DIR = before
 
 
 @cache
 def _folder(file: Path) -> Path | None:
-    """Return the folder for a module's machine code, None where nothing can be written."""
+    """Return the folder for a module's machine code, or None if it cannot be written."""
     try:
         folder = _base() / source_digest(file)[:32]
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
-    except (OSError, RuntimeError):  # No home folder, or one that cannot be written.
+        # numba would fall back to __pycache__, which can be stale, if it could not write here.
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home folder.
         return None
-    return folder
 
 
 @cache
 def _base() -> Path:
-    """Return the folder of all machine code, without what nobody has used for long."""
+    """Return the parent of all folders of machine code, after deleting those long unused."""
     if _settings.CACHE_DIR:
         base = Path(_settings.CACHE_DIR)
     else:
@@ -106,20 +121,21 @@ def _base() -> Path:
     oldest = time.time() - _KEPT_DAYS * 86_400
     with suppress(OSError):
         for folder in base.iterdir():
-            if len(folder.name) == 32 and folder.stat().st_mtime < oldest:
+            # The user's NUMBA_CACHE_DIR may hold other distributions' folders: those are kept.
+            if _FOLDER.fullmatch(folder.name) and folder.stat().st_mtime < oldest:
                 shutil.rmtree(folder, ignore_errors=True)
     return base
 
 
 @cache
 def _read(path: Path) -> tuple[bytes, tuple[Path, ...]]:
-    """Return the SHA-256 of a source file, and the files of ours that it imports."""
+    """Return the SHA-256 of a source file, and the files of these packages that it imports."""
     source = path.read_bytes()
     found: list[Path] = []
     for module, names in _IMPORT.findall(source.decode()):
-        words = re.findall(r"\w+", names)
-        for name in (module, *(f"{module}.{word}" for word in words)):
-            file = _ROOT.joinpath(*name.split(".")).with_suffix(".py")
-            if file.is_file():
-                found.append(file)
+        # "from a.b import c": c may be a module itself, or a name in a/b.py or a/b/__init__.py.
+        for name in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names))):
+            place = _ROOT.joinpath(*name.split("."))
+            files = (place.with_suffix(".py"), place / "__init__.py")
+            found.extend(file for file in files if file.is_file())
     return hashlib.sha256(source).digest(), tuple(found)

@@ -1,4 +1,4 @@
-"""Things that stand on the ground: closed convex meshes, each with a semantic class."""
+"""Objects on the ground: closed convex meshes, each with a semantic class."""
 
 from dataclasses import dataclass
 
@@ -9,16 +9,17 @@ from scipy.spatial import ConvexHull
 from terrain.classes import SemanticClass
 
 Vector = NDArray[np.floating] | tuple[float, float, float]
+"""Three coordinates x, y, z [m]."""
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One closed convex solid (or porous volume) in the map frame.
+    """A closed convex solid or porous volume in the map frame.
 
     Attributes:
-        semantic: What it is.
-        vertices: Corners in the map frame [m], float32, shape (n, 3).
-        triangles: Corner indices, uint32, shape (m, 3), counter-clockwise seen from outside.
+        semantic: Semantic class.
+        vertices: Vertices in the map frame [m], float32, shape (n, 3).
+        triangles: Vertex indices, uint32, shape (m, 3), counter-clockwise seen from outside.
     """
 
     semantic: SemanticClass
@@ -27,12 +28,18 @@ class SceneObject:
 
 
 def hull(semantic: SemanticClass, points: NDArray[np.floating]) -> SceneObject:
-    """Return the convex hull of points in the map frame [m], shape (n, 3)."""
+    """Return the convex hull of points as an object.
+
+    Args:
+        semantic: Semantic class.
+        points: Points in the map frame [m], shape (n, 3).
+    """
     found = ConvexHull(points)
     vertices = points[found.vertices]
     renumber = np.zeros(len(points), dtype=np.uint32)
     renumber[found.vertices] = np.arange(len(found.vertices))
     triangles = renumber[found.simplices]
+    # scipy's simplices have no consistent orientation: those that face inwards are turned.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, [0, 2, 1]]
@@ -49,11 +56,11 @@ def frustum(
     """Return an upright cylinder or cone.
 
     Args:
-        semantic: What it is.
+        semantic: Semantic class.
         base: Centre of its lower face [m].
         radii: Radius of the lower and of the upper face [m].
         height: Height [m].
-        sides: Corners of each face.
+        sides: Number of corners of each face.
     """
     angles = np.arange(sides) * 2 * np.pi / sides
     ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(sides)], axis=1)
@@ -70,7 +77,14 @@ def frustum(
 
 
 def box(semantic: SemanticClass, centre: Vector, size: Vector, yaw: float = 0.0) -> SceneObject:
-    """Return a box with edges ``size`` [m] around ``centre`` [m], turned by ``yaw`` [rad]."""
+    """Return an upright box.
+
+    Args:
+        semantic: Semantic class.
+        centre: Centre [m].
+        size: Edges along its own x, y and z [m].
+        yaw: Rotation about z [rad], counter-clockwise.
+    """
     unit = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     corners = unit * np.asarray(size, dtype=np.float64)
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
@@ -79,7 +93,13 @@ def box(semantic: SemanticClass, centre: Vector, size: Vector, yaw: float = 0.0)
 
 
 def ellipsoid(semantic: SemanticClass, centre: Vector, radii: Vector) -> SceneObject:
-    """Return an ellipsoid of 32 triangles around ``centre`` [m] with half-axes ``radii`` [m]."""
+    """Return an ellipsoid of 32 triangles.
+
+    Args:
+        semantic: Semantic class.
+        centre: Centre [m].
+        radii: Half-axes along x, y and z [m].
+    """
     octahedron = np.concatenate([np.eye(3), -np.eye(3)])
     middles = [a + b for i, a in enumerate(octahedron) for b in octahedron[:i] if a @ b == 0]
     sphere = np.concatenate([octahedron, np.array(middles) / np.sqrt(2)])
@@ -87,7 +107,13 @@ def ellipsoid(semantic: SemanticClass, centre: Vector, radii: Vector) -> SceneOb
 
 
 def rock(base: Vector, radii: Vector, rng: np.random.Generator) -> SceneObject:
-    """Return an irregular rock whose middle lies at ``base`` [m], half-axes ``radii`` [m]."""
+    """Return an irregular rock, the hull of 14 random points.
+
+    Args:
+        base: Centre [m]; on the ground, half of the rock is buried.
+        radii: Mean half-axes along x, y and z [m].
+        rng: Source of randomness.
+    """
     directions = rng.standard_normal((14, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     points = directions * rng.uniform(0.8, 1.1, (14, 1)) * np.asarray(radii)
@@ -95,7 +121,14 @@ def rock(base: Vector, radii: Vector, rng: np.random.Generator) -> SceneObject:
 
 
 def log(start: Vector, end: Vector, radius: float, sides: int = 8) -> SceneObject:
-    """Return a fallen trunk from ``start`` to ``end`` (axis, [m]) with ``radius`` [m]."""
+    """Return a fallen trunk.
+
+    Args:
+        start: One end of its axis [m].
+        end: The other end [m]; the trunk must not be vertical.
+        radius: Radius [m].
+        sides: Number of corners of its cross-section.
+    """
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     axis = (b - a) / np.linalg.norm(b - a)
     side = np.cross(axis, [0.0, 0.0, 1.0])

@@ -1,4 +1,8 @@
-"""Trees, bushes, grass, rocks and fallen trunks, with sizes drawn from stated ranges."""
+"""Trees, bushes, grass, rocks and fallen trunks, with sizes drawn from stated ranges.
+
+All functions take the ground, a place in the map [m] and a source of randomness, and return the
+convex parts of one object.
+"""
 
 from dataclasses import replace
 
@@ -10,7 +14,7 @@ from terrain.objects import SceneObject, ellipsoid, frustum, log, rock
 
 
 def tree(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
-    """Return a trunk 0.1 to 0.5 m thick with a crown; one in five has branches below 1 m."""
+    """Return a trunk 0.1 to 0.5 m thick with a crown; one in five has branches at 0.6 to 1.2 m."""
     z = float(ground.height_at(x, y))
     radius = 0.05 + 0.2 * rng.beta(1.5, 2.0)
     height = rng.uniform(3.0, 7.0)
@@ -42,7 +46,7 @@ def bush(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> l
 
 
 def boulder(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
-    """Return a rock that stands 0.05 to 1 m out of the ground, small ones being more frequent."""
+    """Return a rock of 0.05 to 1 m above the ground, log-uniformly distributed."""
     height = 0.05 * 20.0 ** rng.uniform(0.0, 1.0)
     radii = np.array([rng.uniform(0.7, 1.4), rng.uniform(0.7, 1.4), 1.0]) * height
     base = (x, y, float(ground.height_at(x, y)))
@@ -50,7 +54,7 @@ def boulder(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -
 
 
 def stone(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> list[SceneObject]:
-    """Return a stone of 2 to 4.5 cm, which a wheel of 10 cm radius rolls over."""
+    """Return a stone of 2 to 4.5 cm above the ground, which a wheel of 10 cm radius rolls over."""
     height = rng.uniform(0.02, 0.045)
     radii = np.array([rng.uniform(1.0, 3.0), rng.uniform(1.0, 3.0), 1.0]) * height
     body = rock((x, y, float(ground.height_at(x, y))), radii, rng)
@@ -60,7 +64,7 @@ def stone(ground: Heightfield, x: float, y: float, rng: np.random.Generator) -> 
 def fallen_trunk(
     ground: Heightfield, x: float, y: float, rng: np.random.Generator
 ) -> list[SceneObject]:
-    """Return a trunk that lies on the ground, 2 to 6 m long."""
+    """Return a fallen trunk, 2 to 6 m long."""
     length, radius = rng.uniform(2.0, 6.0), rng.uniform(0.08, 0.25)
     yaw = rng.uniform(0.0, np.pi)
     ends = np.array([[x, y], [x + length * np.cos(yaw), y + length * np.sin(yaw)]])

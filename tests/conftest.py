@@ -6,7 +6,7 @@ import torch
 
 from terrain.heightfield import Heightfield
 from worlds.rays import RayScene
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
@@ -18,8 +18,8 @@ def _same_weights():
 
 
 @pytest.fixture(scope="session")
-def shelf():
-    return SceneShelf()
+def scenes():
+    return SceneCache()
 
 
 @pytest.fixture(scope="session")

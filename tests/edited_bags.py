@@ -1,4 +1,4 @@
-"""Our own recordings, copied as somebody else's robot would have made them."""
+"""Copies of our recordings, edited as another robot would have made them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -11,11 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.topics import RosMessage
 
-KEPT = {t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX, topics.LASER)}
-"""Sensors of a robot that knows nothing of ours: no commands, no start, no settings."""
+KEPT = {
+    t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX, topics.LASER_CLOUD)
+}
+"""Topics of another robot's sensors: no commands, no start, no settings."""
 
 Placed = tuple[str, str, Sequence[float], Sequence[float]]
 """Parent, child, x, y, z [m], roll, pitch, yaw [deg]."""
@@ -27,24 +29,24 @@ def turn(degrees: Sequence[float]) -> Rotation:
 
 
 def stamped(
-    compose: Composer,
+    builder: MessageBuilder,
     placed: Placed,
     stamp_ns: int = 0,
     quaternion: Sequence[float] | None = None,
 ) -> RosMessage:
     """Return a TransformStamped."""
     parent, child, xyz, degrees = placed
-    header = compose.header((stamp_ns - compose.epoch_ns) / NS, parent)
+    header = builder.header((stamp_ns - builder.epoch_ns) / NS, parent)
     if stamp_ns:  # Floating seconds lose nanoseconds.
         stamp = replace(header.stamp, sec=stamp_ns // NS, nanosec=stamp_ns % NS)
         header = replace(header, stamp=stamp)
     quat = np.array(turn(degrees).as_quat() if quaternion is None else quaternion, dtype=float)
-    transform = compose.new(
+    transform = builder.new(
         "geometry_msgs/msg/Transform",
-        translation=compose.vector(np.array(xyz, dtype=float)),
-        rotation=compose.quaternion(quat),
+        translation=builder.vector(np.array(xyz, dtype=float)),
+        rotation=builder.quaternion(quat),
     )
-    return compose.new(
+    return builder.new(
         "geometry_msgs/msg/TransformStamped",
         header=header,
         child_frame_id=child,
@@ -52,9 +54,9 @@ def stamped(
     )
 
 
-def transforms(compose: Composer, kind: str, *placed: Placed) -> RosMessage:
+def transforms(builder: MessageBuilder, kind: str, *placed: Placed) -> RosMessage:
     """Return a message with transforms."""
-    return compose.new(kind, transforms=[stamped(compose, each) for each in placed])
+    return builder.new(kind, transforms=[stamped(builder, each) for each in placed])
 
 
 def copy_bag(
@@ -65,29 +67,30 @@ def copy_bag(
     moving: Callable[[int], Sequence[RosMessage]] | None = None,
     static_after: float = 0.0,
 ) -> Path:
-    """Copy the senses of a recording, each message edited, with transforms.
+    """Copy the sensors' messages of a recording, edited, with transforms.
 
     Args:
         source: Our recording.
         target: New ROS 1 bag.
-        edit: Given topic and message, returns the message to write.
-        static: For /tf_static, each by a message of its own.
-        moving: Given a stamp [ns], returns transforms for /tf then; asked with each inertial row.
-        static_after: How long after the begin the static ones come [s].
+        edit: Function of topic and message that returns the message to write.
+        static: Transforms for /tf_static, each in a message of its own.
+        moving: Function of a stamp [ns] that returns transforms for /tf; called for each inertial
+            message.
+        static_after: Time from the begin to the static transforms [s].
     """
     target.unlink(missing_ok=True)
-    writer, compose, sent = open_writer(target), Composer(1), False
+    writer, builder, sent = open_writer(target), MessageBuilder(1), False
     with Bag(source) as bag:
         begin = None
         for message in bag.messages(tuple(KEPT)):
             begin = begin or message.stamp_ns
             if not sent and message.stamp_ns >= begin + static_after * NS:
                 for each in static:
-                    content = transforms(compose, "tf2_msgs/msg/TFMessage", each)
+                    content = transforms(builder, "tf2_msgs/msg/TFMessage", each)
                     writer.write(topics.TF_STATIC, message.stamp_ns, content)
                 sent = True
             if moving is not None and message.topic == topics.IMU.ros1:
-                content = compose.new("tf/msg/tfMessage", transforms=list(moving(message.stamp_ns)))
+                content = builder.new("tf/msg/tfMessage", transforms=list(moving(message.stamp_ns)))
                 writer.write(topics.TF, message.stamp_ns, content)
             content = edit(message.topic, message.content)
             writer.write(KEPT[message.topic], message.stamp_ns, content)
@@ -106,9 +109,9 @@ def moved_cloud(
     """Return one of our laser's clouds with other points.
 
     Args:
-        message: With fields x, y, z and t.
-        move: Given points, shape (n, 3), and their stamps [ns], returns points.
-        frame: The new frame.
+        message: Cloud with the fields x, y, z and t.
+        move: Function of points, shape (n, 3), and their stamps [ns] that returns points.
+        frame: Name of the new frame.
     """
     rows = message.data.view([("xyz", "<f4", 3), ("t", "<u4")]).copy()
     stamp = message.header.stamp

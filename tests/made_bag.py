@@ -1,7 +1,7 @@
-"""Recordings of a robot that never was: a winding drive between walls, told by formulas.
+"""Recordings computed from formulas: a winding drive between walls.
 
-Messages are made in order, may be edited one by one, and are written as a ROS 1 bag. What another
-robot would have recorded differs from them in just what a test changes.
+Messages are made in order, may be edited one by one, and are written as a ROS 1 bag. So another
+robot's recording differs from them only in what a test changes.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from rosbags.rosbag1 import Writer
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.topics import message_types
 from traversability.cloud import PointCloud
 
@@ -31,7 +31,7 @@ NAMES = {
 
 @dataclass
 class Row:
-    """A message on its way into a bag: its topic, its type, and when it is recorded [ns]."""
+    """Message for a bag: topic, type, time of recording [ns], content."""
 
     topic: str
     kind: str
@@ -41,7 +41,7 @@ class Row:
 
 def drive(seconds=10.0, seed=0, turning=0.4):
     """Return the messages of a drive, by the recorder's time."""
-    rng, compose = np.random.default_rng(seed), Composer(1)
+    rng, builder = np.random.default_rng(seed), MessageBuilder(1)
     geo_reference, kinematics = GeoReference(), SkidSteer(RobotModel())
     times = np.arange(1, round(seconds * 100) + 1) / 100
     rates = turning * np.sin(0.6 * times)
@@ -57,19 +57,19 @@ def drive(seconds=10.0, seed=0, turning=0.4):
         imu = np.array([t, *(1e-3 * noise[:3]), 0.0, SPEED * rates[k], 9.81])
         imu[3] += rates[k]
         imu[4:] += 0.02 * noise[3:6]
-        stamp = compose.stamp_ns(t)
+        stamp = builder.stamp_ns(t)
         for topic, content in (
-            ("/imu", compose.imu(imu)),
-            ("/encoder_data", compose.wheels("Wheels_speed", t, wheels.left, wheels.right)),
-            ("/mag_orientation", compose.field(np.array([t, *(field + 3e-7 * noise[6:9])]))),
+            ("/imu", builder.imu(imu)),
+            ("/encoder_data", builder.wheels("Wheels_speed", t, wheels.left, wheels.right)),
+            ("/mag_orientation", builder.field(np.array([t, *(field + 3e-7 * noise[6:9])]))),
         ):
             rows.append(Row(topic, NAMES[topic], stamp, content))
         if (k + 1) % 100 == 0:
             place = geo_reference.to_geodetic(np.array([[x[k], y[k], 0.0]]))[0]
-            fix = compose.fix(np.array([t, *place, 0.25]))
+            fix = builder.fix(np.array([t, *place, 0.25]))
             rows.append(Row("/fix", NAMES["/fix"], stamp, fix))
         if (k + 1) % 10 == 0:
-            cloud = compose.frame(surroundings(t - 0.1))
+            cloud = builder.frame(surroundings(t - 0.1))
             rows.append(Row("/laser_cloud", NAMES["/laser_cloud"], stamp, cloud))
     return rows
 

@@ -1,4 +1,4 @@
-"""A recorded drive moved to another place on Earth, as somebody else's robot, for tests."""
+"""Recorded drives moved to another place on Earth, as of another robot."""
 
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -16,10 +16,10 @@ from andabata.records.messages import header_ns, pose_of
 from andabata.replay.result import Comparison
 
 YEAR = 2023.87
-"""When our recordings say that they were made."""
+"""Year of our recordings' stamps."""
 
-SENSES = {
-    t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX, topics.LASER)
+SENSORS = {
+    t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX, topics.LASER_CLOUD)
 }
 
 
@@ -37,11 +37,17 @@ def place(latitude, longitude, altitude):
 
 
 def copied(source: Path, target: Path, edit: Callable = lambda topic, message: message) -> Path:
-    """Copy the senses of a recording as somebody else's; ``edit`` returns None to leave one out."""
+    """Copy the sensors' messages of a recording.
+
+    Args:
+        source: Our recording.
+        target: New ROS 1 bag.
+        edit: Function of topic and message that returns the message to write, None for none.
+    """
     writer = open_writer(target)
     with Bag(source) as bag:
-        for message in bag.messages(tuple(SENSES)):
-            topic = SENSES[message.topic]
+        for message in bag.messages(tuple(SENSORS)):
+            topic = SENSORS[message.topic]
             content = edit(topic, message.content)
             if content is not None:
                 writer.write(topic, message.stamp_ns, content)
@@ -50,10 +56,10 @@ def copied(source: Path, target: Path, edit: Callable = lambda topic, message: m
 
 
 def moved(source: Path, target: Path, there: GeoReference) -> Path:
-    """Copy a drive to another place: its fixes, and the field that its compass meets there."""
+    """Copy a drive to another place: its fixes, and the magnetic field there."""
     here = GeoReference()
     with Bag(source) as bag:
-        truths = [m.content for m in bag.messages((topics.TRUTH.ros1,))]
+        truths = [m.content for m in bag.messages((topics.GROUND_TRUTH.ros1,))]
     stamps = np.array([header_ns(m) for m in truths])
     middle = np.array([pose_of(m.pose.pose).position for m in truths]).mean(axis=0) * [1, 1, 0]
     change = (there.flux - here.flux) * 1e-6
@@ -63,7 +69,7 @@ def moved(source: Path, target: Path, there: GeoReference) -> Path:
             fix = np.array([[message.latitude, message.longitude, message.altitude]])
             latitude, longitude, altitude = there.to_geodetic(here.to_map(fix) - middle)[0]
             return replace(message, latitude=latitude, longitude=longitude, altitude=altitude)
-        if topic is topics.COMPASS:
+        if topic is topics.MAG:
             nearest = truths[np.abs(stamps - header_ns(message)).argmin()]
             turn = Rotation.from_quat(pose_of(nearest.pose.pose).quaternion).inv()
             x, y, z = turn.apply(change)

@@ -1,4 +1,4 @@
-"""Small recordings as other people's recorders make them, by our own code."""
+"""Small recordings as other recorders write them."""
 
 import sqlite3
 import struct
@@ -7,7 +7,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as BagWriter
 
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import message_types
 
 STRING = "std_msgs/msg/String"
@@ -26,18 +26,19 @@ NAME_OF = {"none": CompressionType.NONE, "lz4": CompressionType.LZ4, "zstd": Com
 
 def note(ros, k):
     """Return the bytes of one message."""
-    message = Composer(ros).new(STRING, data=f"note {k}")
+    message = MessageBuilder(ros).new(STRING, data=f"note {k}")
     types = message_types(ros)
     encode = types.serialize_ros1 if ros == 1 else types.serialize_cdr
     return bytes(encode(message, STRING))
 
 
 def stamp(k):
+    """Return the k-th stamp [ns]."""
     return 1_700_000_000_000_000_000 + k * 1_000_000_001
 
 
 def write_bag(path, count=10, publishers=2, compression=None, chunk=1 << 20):
-    """Two latched publishers on one topic, as of /tf_static in nearly every bag."""
+    """Write a bag with two latched publishers of one topic, as /tf_static mostly has."""
     writer = BagWriter(path)
     if compression:
         writer.set_compression(getattr(BagWriter.CompressionFormat, compression.upper()))
@@ -55,7 +56,7 @@ def write_bag(path, count=10, publishers=2, compression=None, chunk=1 << 20):
 
 
 def write_mcap(path, count=10, compression="zstd", chunk=1 << 20, finish=True, ros=2, **options):
-    """Two channels of one topic, an attachment and a metadata record."""
+    """Write two channels of one topic, an attachment and a metadata record."""
     with path.open("wb") as file:
         packed = NAME_OF[compression]
         writer = McapWriter(file, chunk_size=chunk, compression=packed, **options)
@@ -77,33 +78,33 @@ def write_mcap(path, count=10, compression="zstd", chunk=1 << 20, finish=True, r
 
 
 def write_db3(path, count=10, definitions=False, data=lambda k: note(2, k), first=0):
-    """A sqlite3 file with the tables of ROS 2 Foxy to Humble, or with definitions as of Iron."""
-    base = sqlite3.connect(path)
-    base.execute(
+    """Write a sqlite3 file with the tables of Foxy to Humble, or with definitions as of Iron."""
+    database = sqlite3.connect(path)
+    database.execute(
         "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
         "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)"
     )
-    base.execute(
+    database.execute(
         "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, "
         "timestamp INTEGER NOT NULL, data BLOB NOT NULL)"
     )
-    base.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
-    base.execute("INSERT INTO topics VALUES(1, '/notes', ?, 'cdr', ?)", (STRING, QOS))
+    database.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+    database.execute("INSERT INTO topics VALUES(1, '/notes', ?, 'cdr', ?)", (STRING, QOS))
     if definitions:
-        base.execute(
+        database.execute(
             "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, "
             "encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL, "
             "type_description_hash TEXT NOT NULL)"
         )
-        base.execute(
+        database.execute(
             "INSERT INTO message_definitions VALUES(1, ?, 'ros2msg', 'string data', '')", (STRING,)
         )
     for k in range(first, first + count):
-        base.execute(
+        database.execute(
             "INSERT INTO messages(topic_id, timestamp, data) VALUES(1, ?, ?)", (stamp(k), data(k))
         )
-    base.commit()
-    base.close()
+    database.commit()
+    database.close()
     return path
 
 

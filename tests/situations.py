@@ -7,8 +7,15 @@ from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.navigation.cloud_assembly import SweepWindow
 from andabata.navigation.controller import ControllerInput
+from andabata.navigation.planning.cartesian_layers import CartesianLayers
+from andabata.navigation.planning.ground_layer import GroundLayerConfig
+from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
+from traversability.cartesian.classifier import GroundClassifier, Stage
+from traversability.cartesian.context import CONTEXT_FEATURES
+from traversability.cartesian.features import GROUND_FEATURES
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
+from traversability.trees import COLUMNS, Trees
 from traversability.virtual_scan import VirtualScan
 
 GRID, ROBOT = PolarGrid(), RobotModel()
@@ -77,6 +84,29 @@ class StubAssembler:
         """Replace the window by one cloud, all of it measured and settled at one time."""
         cloud = PointCloud(points, "odom", np.full(len(points), stamp))
         self.window = SweepWindow((cloud,), stamp)
+
+
+def layers_of(assembler, classifier=None, ground=None, low_obstacles=None):
+    """Return layers of the default size that an assembler feeds."""
+    return CartesianLayers(
+        assembler,
+        256,
+        0.2,
+        ground or GroundLayerConfig(),
+        low_obstacles or LowObstacleLayerConfig(),
+        classifier,
+    )
+
+
+def constant_classifier(log_odds):
+    """Return a ground classifier that gives every cell the same log odds."""
+    zeros = {name: np.zeros(1, dtype) for name, dtype in COLUMNS.items()}
+    leaf = {**zeros, "feature": np.full(1, -1, np.int16)}
+    stages = (
+        Stage(Trees(("spread",), "logistic", log_odds, **leaf), names)
+        for names in (GROUND_FEATURES, CONTEXT_FEATURES)
+    )
+    return GroundClassifier(*stages, 0.1)
 
 
 class StubLocalizer:

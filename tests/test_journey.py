@@ -26,9 +26,9 @@ GRID = PolarGrid()
 
 
 @pytest.fixture(scope="module")
-def clouds(shelf):
+def clouds(scenes):
     return [
-        labelled_cloud(shelf.get("natural", seed), CloudsConfig(), np.random.default_rng(seed))
+        labelled_cloud(scenes.get("natural", seed), CloudsConfig(), np.random.default_rng(seed))
         for seed in range(6)
     ]
 
@@ -43,8 +43,8 @@ def test_a_world_becomes_labelled_clouds(clouds):
         assert cloud.nontraversable[trunks].all()
 
 
-def test_the_same_seed_gives_the_same_cloud(shelf, clouds):
-    again = labelled_cloud(shelf.get("natural", 2), CloudsConfig(), np.random.default_rng(2))
+def test_the_same_seed_gives_the_same_cloud(scenes, clouds):
+    again = labelled_cloud(scenes.get("natural", 2), CloudsConfig(), np.random.default_rng(2))
     digest = [hashlib.sha256(cloud_to_bytes(cloud)).hexdigest() for cloud in (again, clouds[2])]
     assert digest[0] == digest[1]
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,11 @@ import pytest
 
 from andabata.app.settings import SettingsError, resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
+from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.training.plans import algorithms, load_plan
-from tests.benchmarks.grow_models import commands
 from tests.documents import (
     ROOT,
     Block,
@@ -32,7 +34,6 @@ from tests.documents import (
     spans,
     verbs,
 )
-from tests.ros_graph import Graph, has_tools, heed_interrupts, stop
 from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
@@ -68,8 +69,8 @@ MAKE = {
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; its commands' options are looked at here",
+    "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
-GONE = ("tests/benchmarks/bench_bumps.py",)  # The text says at which commit it was.
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
 DOCUMENTS = documents()
 
@@ -175,7 +176,7 @@ class Sheet:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            preexec_fn=heed_interrupts,
+            preexec_fn=enable_interrupts,
         )
 
     def run(self, line: str) -> None:
@@ -257,8 +258,9 @@ def test_make_knows_the_targets_and_calls_commands_that_exist(target):
     assert done.returncode == 0, done.stderr
     for line in done.stdout.splitlines():
         assert complaint(line) is None
-        for script in re.findall(r"bin/python (\S+\.py)", line):
-            assert (ROOT / script).is_file()
+        for module in re.findall(r"bin/python -m (\S+)", line):
+            assert find_spec(module) is not None, module
+        assert not re.findall(r"bin/python (\S+\.py)", line)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
@@ -269,7 +271,9 @@ def test_commands_and_options_in_the_text_exist(document):
     assert set(targets) <= set(MAKE)
     scripts = [word for span in named if span.startswith("python ") for word in span.split()]
     for word in scripts:
-        assert not word.endswith(".py") or word in GONE or (ROOT / word).is_file(), word
+        assert not word.endswith(".py") or (ROOT / word).is_file(), word
+    modules = [span.split()[2] for span in named if span.startswith("python -m ")]
+    assert [module for module in modules if find_spec(module) is None] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)

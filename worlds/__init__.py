@@ -1,5 +1,5 @@
-"""Scenes to drive in: ground, objects, starts, goals and the truth about where a robot may go.
+"""Simulated worlds: ground, objects, starts, goals and the true map of where a robot may drive.
 
-In: a preset's name and a seed. Out: a ``World``, its ray scene (Embree) and its bodies (pybullet).
+In: a preset's name and a seed. Out: a ``World``, its ``RayScene`` and its bodies (pybullet).
 Read ``world.py`` first.
 """

@@ -1,23 +1,24 @@
-"""What a robot touches: the world in pybullet, ground as a heightfield and solids as one mesh."""
+"""Collision bodies of a world in pybullet: the ground as a heightfield, solid objects as meshes."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 
 from terrain.classes import TRAITS
+from worlds.quiet_pybullet import pybullet
 from worlds.world import World
 
 _MAX_TRIANGLES = 40_000
+"""Number of triangles after which a new mesh begins."""
 
 
 @dataclass(frozen=True)
 class Bodies:
-    """Body numbers in one physics client.
+    """Body identifiers in one physics client.
 
     Attributes:
-        ground: The heightfield.
-        solids: Everything solid that stands on it, in pieces of many objects.
+        ground: Identifier of the heightfield.
+        solids: Identifiers of the meshes of solid objects, hundreds of objects each.
     """
 
     ground: int
@@ -25,10 +26,15 @@ class Bodies:
 
 
 def build_bodies(world: World, client: int) -> Bodies:
-    """Put ground and solids of a world into a physics client.
+    """Create ground and solid objects of a world in a physics client.
 
-    The same triangles as in the ray scene: the heightfield is cut along the same diagonals. Plants
-    that wheels pass through have no body. One concave mesh costs a tenth of separate bodies.
+    The triangles are those of the ray scene: the heightfield is split along the same diagonals.
+    Plants that wheels pass through have no body. One concave mesh takes a tenth of the time of a
+    body for each object.
+
+    Args:
+        world: The world.
+        client: Identifier of the physics client.
     """
     heights = world.ground.heights
     shape = pybullet.createCollisionShape(
@@ -48,18 +54,18 @@ def build_bodies(world: World, client: int) -> Bodies:
 
 
 def _build_solids(world: World, client: int) -> list[int]:
-    """Return the bodies of all solid objects, several hundred to a mesh."""
+    """Create all solid objects, hundreds to a mesh, and return the identifiers of their bodies."""
     bodies: list[int] = []
     vertices: list[np.ndarray] = []
     triangles: list[np.ndarray] = []
-    things = [thing for thing in world.objects if TRAITS[thing.semantic].solid]
+    solids = [each for each in world.objects if TRAITS[each.semantic].solid]
     corners = faces = 0
-    for number, thing in enumerate(things):
-        triangles.append(thing.triangles + corners)
-        vertices.append(thing.vertices)
-        corners, faces = corners + len(thing.vertices), faces + len(thing.triangles)
+    for number, each in enumerate(solids):
+        triangles.append(each.triangles + corners)
+        vertices.append(each.vertices)
+        corners, faces = corners + len(each.vertices), faces + len(each.triangles)
         full = faces > _MAX_TRIANGLES
-        if full or number == len(things) - 1:
+        if full or number == len(solids) - 1:
             shape = pybullet.createCollisionShape(
                 pybullet.GEOM_MESH,
                 vertices=np.concatenate(vertices).astype(np.float64),

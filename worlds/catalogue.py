@@ -1,4 +1,4 @@
-"""Worlds by name: presets are data, seeds of different presets never meet."""
+"""Catalogue of worlds by name, from presets in TOML files with disjoint random streams."""
 
 import tomllib
 from collections.abc import Mapping
@@ -17,11 +17,14 @@ from worlds.natural import NaturalConfig, make_natural
 from worlds.world import World
 
 PresetConfig = MazeConfig | NaturalConfig | HollowConfig
+"""Configuration of any kind of world."""
+
 _ATTEMPTS = 5
+"""Number of random worlds that are tried until one has safe paths."""
 
 
 class UnknownWorldError(ValueError):
-    """A name that no preset has."""
+    """Raised for a name without a preset."""
 
 
 @cache
@@ -45,11 +48,11 @@ def preset_names() -> tuple[str, ...]:
 
 
 def patch(name: str, size: float, cell: float) -> PresetConfig:
-    """Return a preset's configuration for a smaller square with the same densities.
+    """Return a preset's configuration for a smaller world with the same densities.
 
     Args:
-        name: Preset.
-        size: Edge of the square [m].
+        name: Name of the preset.
+        size: Edge of the world [m].
         cell: Distance between the ground's grid lines [m].
 
     Raises:
@@ -80,13 +83,13 @@ def make_world(
     difficulty: float | None = None,
     config: PresetConfig | None = None,
 ) -> World:
-    """Make a world; the same arguments give the same bytes.
+    """Return a world; the same arguments give the same bytes.
 
     Args:
-        name: Preset.
-        seed: Seed within the preset's own family: no other preset has a twin of this world.
-        difficulty: From 0 to 1; None for the preset's own.
-        config: Instead of the preset's own densities and sizes.
+        name: Name of the preset.
+        seed: Seed within the preset's own family; the same seed of another preset is independent.
+        difficulty: Difficulty from 0 to 1; None for the preset's own.
+        config: Densities and sizes that replace the preset's own; None for those.
 
     Raises:
         UnknownWorldError: If there is no such preset.
@@ -103,6 +106,7 @@ def make_world(
     level = config.difficulty if difficulty is None else difficulty
     if not 0 <= level <= 1:
         raise ValueError(f"difficulty: expected 0 to 1, got {level}")
+    # Each attempt has a stream of its own: what one drew does not change the next.
     for attempt in np.random.SeedSequence([config.family, seed]).spawn(_ATTEMPTS):
         try:
             return _make(name, seed, config, level, np.random.default_rng(attempt))

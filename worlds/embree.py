@@ -1,4 +1,4 @@
-"""The same world in Embree, as open3d brings it: what our own rays are held against."""
+"""The same worlds in Embree, through open3d: the reference that ``RayScene`` is tested against."""
 
 from typing import Any
 
@@ -11,14 +11,14 @@ from worlds.world import World
 
 
 class EmbreeScene:
-    """A world's triangles, one geometry a semantic class; rays end at the first they meet."""
+    """A world's triangles, one geometry per semantic class, all opaque."""
 
     def __init__(self, world: World, porous: bool = True) -> None:
         """Build the scene.
 
         Args:
-            world: Whose ground and objects are cast against.
-            porous: Whether things that let beams through are in it, as solid ones.
+            world: World whose ground and objects rays are cast against.
+            porous: True to include porous objects, as opaque ones.
         """
         import open3d
 
@@ -32,13 +32,13 @@ class EmbreeScene:
         self._classes = np.array([*classes, NO_CLASS], dtype=np.uint8)
 
     def first(self, rays: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return range [m] and class of the first thing that each ray meets; see ``RayScene``."""
+        """Return range [m] and class of each ray's first hit; see ``RayScene.cast``."""
         hit = self.raw(rays)
         numbers = np.minimum(hit["geometry_ids"].numpy(), len(self._classes) - 1)
         return hit["t_hit"].numpy(), self._classes[numbers]
 
     def raw(self, rays: NDArray[np.float32]) -> Any:  # noqa: ANN401 - open3d's own dictionary.
-        """Return what open3d returns."""
+        """Return open3d's result for rays, float32, shape (n, 6)."""
         return self._scene.cast_rays(self._from_numpy(rays), nthreads=1)
 
 
@@ -52,8 +52,8 @@ def _meshes(
         SemanticClass(kind): [(vertices, triangles[surface == kind])]
         for kind in np.unique(world.surface)
     }
-    for thing in world.objects:
-        parts.setdefault(thing.semantic, []).append((thing.vertices, thing.triangles))
+    for each in world.objects:
+        parts.setdefault(each.semantic, []).append((each.vertices, each.triangles))
     merged = {}
     for semantic, pieces in parts.items():
         firsts = np.cumsum([0] + [len(corners) for corners, _ in pieces[:-1]], dtype=np.uint32)

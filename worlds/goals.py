@@ -1,4 +1,4 @@
-"""Starts and goals: on truly traversable ground, with room, and with a safe path between them."""
+"""Starts and goals on truly traversable ground, with clearance and a safe path between them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,96 +7,113 @@ from scipy.ndimage import label
 from worlds.truth import TraversabilityMap
 from worlds.world import Start, Task
 
-START_ROOM = 1.3
-"""Clearance of every start and goal [m]: room to turn at full speed, whatever the heading."""
+START_CLEARANCE = 1.3
+"""Clearance of every start and goal [m]: enough to turn at full speed from any heading."""
 
-PATH_ROOM = 0.5
-"""Clearance of the safe path that is proven to exist [m]."""
+PATH_CLEARANCE = 0.5
+"""Clearance of the safe path of each task [m]."""
 
 
 class UnsolvableWorldError(ValueError):
-    """A world in which no tasks with safe paths could be found."""
+    """Raised if no tasks with safe paths are found in a world."""
 
 
-class Places:
-    """Places of a world from which a robot can set off, and which of them hang together."""
+class FreeSpace:
+    """The possible starts and goals of a world, by connected region.
+
+    Attributes:
+        truth: True map of the world.
+    """
 
     def __init__(self, truth: TraversabilityMap) -> None:
-        """Find the free places of a map and the regions that a safe path can cross."""
-        self.truth = truth
-        self._regions, _ = label(truth.clearance >= PATH_ROOM)
-        self._roomy = np.argwhere((truth.clearance >= START_ROOM) & (self._regions > 0))
-        self._region_of = self._regions[tuple(self._roomy.T)]
+        """Label the regions of a map that are connected by safe paths.
 
-    def draw(self, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return a random roomy place [m], shape (2,).
+        Args:
+            truth: True map of the world.
+        """
+        self.truth = truth
+        self._regions, _ = label(truth.clearance >= PATH_CLEARANCE)
+        self._candidates = np.argwhere((truth.clearance >= START_CLEARANCE) & (self._regions > 0))
+        self._region_of = self._regions[tuple(self._candidates.T)]
+
+    def sample(self, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return a random place with clearance [m], shape (2,).
 
         Raises:
             UnsolvableWorldError: If there is none.
         """
-        if not len(self._roomy):
+        if not len(self._candidates):
             raise UnsolvableWorldError(
-                f"world: expected a place with {START_ROOM} m of room, got none"
+                f"world: expected a place with {START_CLEARANCE} m of clearance, got none; "
+                f"lower the difficulty"
             )
-        return self._place(self._roomy[rng.integers(len(self._roomy))])
+        return self._centre(self._candidates[rng.integers(len(self._candidates))])
 
-    def _place(self, cell: NDArray[np.intp]) -> NDArray[np.float64]:
+    def _centre(self, cell: NDArray[np.intp]) -> NDArray[np.float64]:
         """Return the centre of a cell [m]."""
         origin = np.array([self.truth.x_min, self.truth.y_min])
         return origin + (cell + 0.5) * self.truth.cell
 
-    def nearby(
+    def sample_near(
         self,
         place: NDArray[np.float64],
         near: float,
         far: float,
         rng: np.random.Generator,
     ) -> NDArray[np.float64] | None:
-        """Return a random roomy place of the same region, ``near`` to ``far`` [m] away, or None."""
+        """Return a random place with clearance in the same region [m], shape (2,), or None.
+
+        Args:
+            place: Map coordinates [m], shape (2,).
+            near: Least distance from ``place`` [m].
+            far: Largest distance from ``place`` [m].
+            rng: Source of randomness.
+        """
         origin = np.array([self.truth.x_min, self.truth.y_min])
-        # The cells are in order of x: only those within reach are looked at.
+        # The cells are sorted by x: a binary search leaves those within reach.
         column, reach = (place[0] - origin[0]) / self.truth.cell, far / self.truth.cell + 1
-        first, last = np.searchsorted(self._roomy[:, 0], [column - reach, column + reach])
-        cells = self._roomy[first:last]
-        gaps = np.hypot(*(origin + (cells + 0.5) * self.truth.cell - place).T)
+        first, last = np.searchsorted(self._candidates[:, 0], [column - reach, column + reach])
+        cells = self._candidates[first:last]
+        distances = np.hypot(*(origin + (cells + 0.5) * self.truth.cell - place).T)
         region = self._regions[tuple(((place - origin) / self.truth.cell).astype(int))]
-        fits = (gaps >= near) & (gaps <= far) & (self._region_of[first:last] == region)
+        fits = (distances >= near) & (distances <= far) & (self._region_of[first:last] == region)
         choices = np.flatnonzero(fits)
-        return self._place(cells[rng.choice(choices)]) if len(choices) else None
+        return self._centre(cells[rng.choice(choices)]) if len(choices) else None
 
 
-def draw_task(
-    places: Places,
+def sample_task(
+    space: FreeSpace,
     goals: int,
     reach: tuple[float, float],
     longest: float,
     rng: np.random.Generator,
     heading: float | None = None,
 ) -> Task | None:
-    """Return a start and goals in a row, each leg proven by a search on the true map, or None.
+    """Return a start and goals with a safe path from each to the next, or None.
 
     Args:
-        places: Free places.
+        space: Possible starts and goals.
         goals: Number of goals.
-        reach: Straight distance from goal to goal, least and most [m].
-        longest: Most length of the safe path from goal to goal [m], so that it can be driven before
-            the time limit.
+        reach: Straight distance from goal to goal, least and largest [m].
+        longest: Largest length of the safe path from goal to goal [m], so that it can be driven
+            within the time limit.
         rng: Source of randomness.
-        heading: Start heading [rad]; None faces the first goal, give or take 45 degrees.
+        heading: Start heading [rad]; None for the direction of the first goal plus up to 45 degrees
+            to either side.
     """
-    here = start = places.draw(rng)
-    visited: list[tuple[float, float]] = []
+    here = start = space.sample(rng)
+    found: list[tuple[float, float]] = []
     for _ in range(goals):
-        goal = places.nearby(here, *reach, rng)
-        path = None if goal is None else places.truth.shortest_path(here, goal, PATH_ROOM)
+        goal = space.sample_near(here, *reach, rng)
+        path = None if goal is None else space.truth.shortest_path(here, goal, PATH_CLEARANCE)
         if goal is None or path is None or _length(path) > longest:
             return None
-        visited.append((float(goal[0]), float(goal[1])))
+        found.append((float(goal[0]), float(goal[1])))
         here = goal
     if heading is None:
-        to_goal = np.arctan2(visited[0][1] - start[1], visited[0][0] - start[0])
+        to_goal = np.arctan2(found[0][1] - start[1], found[0][0] - start[0])
         heading = float(to_goal + rng.uniform(-np.pi / 4, np.pi / 4))
-    return Task(Start(float(start[0]), float(start[1]), heading), tuple(visited))
+    return Task(Start(float(start[0]), float(start[1]), heading), tuple(found))
 
 
 def _length(path: NDArray[np.float64]) -> float:
@@ -104,7 +121,7 @@ def _length(path: NDArray[np.float64]) -> float:
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
-def draw_tasks(
+def sample_tasks(
     truth: TraversabilityMap,
     count: int,
     goals: int,
@@ -113,17 +130,28 @@ def draw_tasks(
     rng: np.random.Generator,
     heading: float | None = None,
 ) -> tuple[Task, ...]:
-    """Return ``count`` tasks; see ``draw_task``.
+    """Return several tasks; see ``sample_task``.
+
+    Args:
+        truth: True map of the world.
+        count: Number of tasks.
+        goals: Number of goals of each task.
+        reach: Straight distance from goal to goal, least and largest [m].
+        longest: Largest length of the safe path from goal to goal [m].
+        rng: Source of randomness.
+        heading: Start heading [rad]; None for about the direction of the first goal.
 
     Raises:
-        UnsolvableWorldError: If they are not found in 30 attempts a task.
+        UnsolvableWorldError: If they are not found in 30 attempts per task.
     """
-    places = Places(truth)
+    space = FreeSpace(truth)
     tasks: list[Task] = []
     for _ in range(30 * count):
-        task = draw_task(places, goals, reach, longest, rng, heading)
+        task = sample_task(space, goals, reach, longest, rng, heading)
         if task is not None:
             tasks.append(task)
         if len(tasks) == count:
             return tuple(tasks)
-    raise UnsolvableWorldError(f"world: expected {count} solvable tasks, got {len(tasks)}")
+    raise UnsolvableWorldError(
+        f"world: expected {count} solvable tasks, got {len(tasks)}; lower the difficulty"
+    )

@@ -12,24 +12,24 @@ from terrain.generators import bank, distance_to_line, ditch, smooth_noise
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from terrain.plants import boulder, bush, grass, tree
-from worlds.goals import PATH_ROOM, UnsolvableWorldError
+from worlds.goals import PATH_CLEARANCE, UnsolvableWorldError
 from worlds.truth import TraversabilityMap, TruthConfig, build_truth
 from worlds.world import Start, Task, World
 
 
 class HollowConfig(BaseModel):
-    """A trail inside a hollow (assumption: the paper shows photographs only).
+    """Trail, banks and plants of a hollow (assumption: the paper shows photographs only).
 
     Attributes:
         kind: Family of worlds.
         family: Number of the preset's own stream of seeds.
-        about: One line for people.
-        difficulty: Default difficulty; more weeds grow when it rises.
+        about: Description in one line.
+        difficulty: Default difficulty from 0 to 1; the density of weeds rises with it.
         length: Length of the trail [m].
         floor: Half the width of the hollow's floor [m].
         bank_height: Height of the banks [m].
         bank_slope: Slope of the banks [rad].
-        weeds: Clumps of weeds on each metre of trail at difficulty 0.5.
+        weeds: Number of clumps of weeds per metre of trail at difficulty 0.5 [1/m].
         cell: Distance between the ground's grid lines [m].
     """
 
@@ -50,14 +50,25 @@ class HollowConfig(BaseModel):
 def make_hollow(
     name: str, seed: int, config: HollowConfig, difficulty: float, rng: np.random.Generator
 ) -> World:
-    """Return a hollow; its task goes along the trail to two goals in a row."""
+    """Return a hollow; its task leads along the trail to two goals.
+
+    Args:
+        name: Name of the preset.
+        seed: Seed, for the record.
+        config: Trail, banks and plants.
+        difficulty: Difficulty from 0 to 1.
+        rng: Source of randomness.
+
+    Raises:
+        UnsolvableWorldError: If weeds and ditches close the trail.
+    """
     size = config.length + 16.0
     cell = config.cell
     n = round(size / cell) + 1
     lines = np.arange(n, dtype=np.float64) * cell - size / 2
     trail = _trail(config, rng)
-    gap = distance_to_line(lines, lines, trail)
-    heights = bank(gap, config.floor, config.bank_height, config.bank_slope)
+    distance = distance_to_line(lines, lines, trail)
+    heights = bank(distance, config.floor, config.bank_height, config.bank_slope)
     heights += 0.4 * smooth_noise((n, n), cell, 30.0, rng)
     heights += 0.012 * smooth_noise((n, n), cell, 3.0, rng)
     for first in range(8, len(trail) - 12, 14):
@@ -66,7 +77,7 @@ def make_hollow(
         heights += ditch(distance_to_line(lines, lines, gutter), 0.9, rng.uniform(0.25, 0.5))
     ground = Heightfield(heights.astype(np.float32), cell)
     objects = tuple(_plants(ground, trail, config, difficulty, rng))
-    surface = np.where(gap[:-1, :-1] < 1.2, SemanticClass.PATH, SemanticClass.GROUND)
+    surface = np.where(distance[:-1, :-1] < 1.2, SemanticClass.PATH, SemanticClass.GROUND)
     truth = build_truth(ground, objects, TruthConfig())
     tasks = (_task(truth, trail),)
     return World(name, seed, difficulty, ground, surface.astype(np.uint8), objects, tasks, truth)
@@ -88,7 +99,7 @@ def _plants(
     rng: np.random.Generator,
 ) -> list[SceneObject]:
     """Return weeds and stones on the floor, bushes on the banks and trees above them."""
-    things: list[SceneObject] = []
+    plants: list[SceneObject] = []
     metres = len(trail)
     for make, count, spread, off in (
         (grass, config.weeds * (0.5 + difficulty), 1.0, 1.6),
@@ -99,29 +110,29 @@ def _plants(
         for _ in range(round(metres * count)):
             middle = trail[rng.integers(metres)]
             side = float(rng.choice([-1.0, 1.0])) * (off + abs(rng.normal(0, spread)))
-            things.extend(make(ground, float(middle[0]), float(middle[1] + side), rng))
-    return things
+            plants.extend(make(ground, float(middle[0]), float(middle[1] + side), rng))
+    return plants
 
 
 def _task(truth: TraversabilityMap, trail: NDArray[np.float64]) -> Task:
-    """Return the drive along the trail to its middle and to its end.
+    """Return the task along the trail to its middle and to its end.
 
     Raises:
         UnsolvableWorldError: If weeds and ditches close the trail.
     """
-    stops = [_roomy(truth, trail, share) for share in (0.06, 0.5, 0.94)]
+    stops = [_clearest(truth, trail, share) for share in (0.06, 0.5, 0.94)]
     for a, b in pairwise(stops):
-        if truth.shortest_path(a, b, PATH_ROOM) is None:
+        if truth.shortest_path(a, b, PATH_CLEARANCE) is None:
             raise UnsolvableWorldError("world: expected a safe path along the trail, got none")
     ahead = trail[np.argmin(np.abs(trail[:, 0] - stops[0][0])) + 3] - stops[0]
     start = Start(float(stops[0][0]), float(stops[0][1]), float(np.arctan2(ahead[1], ahead[0])))
     return Task(start, tuple((float(stop[0]), float(stop[1])) for stop in stops[1:]))
 
 
-def _roomy(
+def _clearest(
     truth: TraversabilityMap, trail: NDArray[np.float64], share: float
 ) -> NDArray[np.float64]:
-    """Return the roomiest point of the trail near a share of its length [m], shape (2,)."""
+    """Return the point of most clearance near a share of the trail's length [m], shape (2,)."""
     middle = round(share * (len(trail) - 1))
     near = trail[max(0, middle - 4) : middle + 5]
     offsets = np.array([[0.0, dy] for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)])

@@ -8,28 +8,28 @@ from pydantic import BaseModel, ConfigDict, Field
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box
-from worlds.goals import draw_tasks
+from worlds.goals import sample_tasks
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
 
 class MazeConfig(BaseModel):
-    """A maze (assumption: the paper's layout is in a picture only).
+    """Size and walls of a maze (assumption: the paper shows its layout in a picture only).
 
     Attributes:
         kind: Family of worlds.
         family: Number of the preset's own stream of seeds.
-        about: One line for people.
-        difficulty: Default difficulty; more walls stand when it rises.
+        about: Description in one line.
+        difficulty: Default difficulty from 0 to 1; the number of walls rises with it.
         size: Edge of the square [m] (paper: 80).
         corridor: Distance between parallel walls [m].
-        wall: Thickness of the walls [m]; thin ones would be invisible end-on.
+        wall: Thickness of the walls [m]; thinner walls would fall between the beams end-on.
         height: Height of the walls [m].
-        share: Share of the places between neighbouring cells that hold a wall, at difficulty 0.5.
+        share: Share of the borders between neighbouring cells with a wall, at difficulty 0.5.
         tasks: Number of tasks.
         near: Least straight distance from start to goal [m].
-        far: Most straight distance from start to goal [m].
-        longest: Most length of a safe path from start to goal [m]; 180 s drive 54 m.
+        far: Largest straight distance from start to goal [m].
+        longest: Largest length of a safe path from start to goal [m]; in 180 s a robot drives 54 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -52,12 +52,25 @@ class MazeConfig(BaseModel):
 def make_maze(
     name: str, seed: int, config: MazeConfig, difficulty: float, rng: np.random.Generator
 ) -> World:
-    """Return a maze. Every start heading is zero, as in the paper."""
+    """Return a maze; every start heading is zero, as in the paper.
+
+    Args:
+        name: Name of the preset.
+        seed: Seed, for the record.
+        config: Size and walls.
+        difficulty: Difficulty from 0 to 1.
+        rng: Source of randomness.
+
+    Raises:
+        UnsolvableWorldError: If no tasks with safe paths are found.
+    """
     n = round(config.size) + 1
     ground = Heightfield(np.zeros((n, n), dtype=np.float32), config.size / (n - 1))
     walls = tuple(_walls(config, difficulty, rng))
     truth = build_truth(ground, walls, TruthConfig(border=0.0))
-    tasks = draw_tasks(truth, config.tasks, 1, (config.near, config.far), config.longest, rng, 0.0)
+    tasks = sample_tasks(
+        truth, config.tasks, 1, (config.near, config.far), config.longest, rng, 0.0
+    )
     surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
     return World(name, seed, difficulty, ground, surface, walls, tasks, truth)
 

@@ -22,46 +22,47 @@ from terrain.generators import (
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
-from worlds.goals import draw_tasks
+from worlds.goals import sample_tasks
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
 Maker = Callable[[Heightfield, float, float, np.random.Generator], list[SceneObject]]
+"""Generator of the parts of one object at map x, y [m] on the ground."""
 
 
 class NaturalConfig(BaseModel):
-    """A natural world. Densities are things per square metre at difficulty 0.5.
+    """Terrain and objects of a natural world; densities are per square metre at difficulty 0.5.
 
     Attributes:
         kind: Family of worlds.
         family: Number of the preset's own stream of seeds.
-        about: One line for people.
-        difficulty: Default difficulty; density and slopes grow with it.
+        about: Description in one line.
+        difficulty: Default difficulty from 0 to 1; densities and slopes rise with it.
         size: Edge of the square [m].
-        relief: Difference in height [m].
+        relief: Difference between highest and lowest point [m].
         max_slope: Slope of the steepest 0.1 % of the hills at difficulty 0.5 [rad].
-        trees: Density of trees.
-        grass: Density of clumps of high grass, which gather in patches.
-        bushes: Density of bushes.
-        rocks: Density of rocks of 0.05 to 1 m.
-        logs: Density of fallen trunks.
+        trees: Density of trees [1/m^2].
+        grass: Density of clumps of high grass, clustered in patches [1/m^2].
+        bushes: Density of bushes [1/m^2].
+        rocks: Density of rocks of 0.05 to 1 m [1/m^2].
+        logs: Density of fallen trunks [1/m^2].
         ditches: Number of ditches.
         pits: Number of pits.
-        traps: Number of dead ends: rows of rocks in the shape of a U.
+        traps: Number of dead ends, U-shaped rows of rocks.
         terraces: Number of plateaus and basins whose edges are steps or banks of 3 to 75 cm.
-        stones: Density of stones that a wheel rolls over.
-        lamps: Density of lamps.
-        benches: Density of benches.
-        tables: Density of tables.
-        bins: Density of bins.
-        paths: Number of paths across the world, on which nothing grows.
-        water: Share of the square that lies under water.
+        stones: Density of stones that a wheel rolls over [1/m^2].
+        lamps: Density of lamps [1/m^2].
+        benches: Density of benches [1/m^2].
+        tables: Density of tables [1/m^2].
+        bins: Density of bins [1/m^2].
+        paths: Number of paths across the world, kept free of objects.
+        water: Share of the square under water.
         cell: Distance between the ground's grid lines [m].
         tasks: Number of tasks.
-        goals: Goals in a row of each task.
+        goals: Number of goals of each task.
         near: Least straight distance from goal to goal [m].
-        far: Most straight distance from goal to goal [m].
-        longest: Most length of a safe path from goal to goal [m]; 300 s drive 90 m.
+        far: Largest straight distance from goal to goal [m].
+        longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -100,24 +101,38 @@ class NaturalConfig(BaseModel):
 def make_natural(
     name: str, seed: int, config: NaturalConfig, difficulty: float, rng: np.random.Generator
 ) -> World:
-    """Return a natural world; ground, plants and tasks draw from streams of their own."""
-    ground_rng, plant_rng, task_rng = rng.spawn(3)
+    """Return a natural world.
+
+    Ground, objects and tasks have random streams of their own: a change of one does not move the
+    others.
+
+    Args:
+        name: Name of the preset.
+        seed: Seed, for the record.
+        config: Terrain and objects.
+        difficulty: Difficulty from 0 to 1.
+        rng: Source of randomness.
+
+    Raises:
+        UnsolvableWorldError: If no tasks with safe paths are found.
+    """
+    ground_rng, object_rng, task_rng = rng.spawn(3)
     ground, surface = _ground(config, difficulty, ground_rng)
     objects = tuple(
-        thing
-        for thing in _plants(ground, config, difficulty, plant_rng)
-        if not _on_path(thing, ground, surface)
+        each
+        for each in _objects(ground, config, difficulty, object_rng)
+        if not _on_path(each, ground, surface)
     )
     truth = build_truth(ground, objects, TruthConfig(), surface)
     reach = (config.near, config.far)
-    tasks = draw_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
+    tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
     return World(name, seed, difficulty, ground, surface, objects, tasks, truth)
 
 
 def _ground(
     config: NaturalConfig, difficulty: float, rng: np.random.Generator
 ) -> tuple[Heightfield, NDArray[np.uint8]]:
-    """Return hills with ditches, pits and terraces, and the class of each grid square."""
+    """Return hills with ditches, pits and terraces, and the class of each grid cell."""
     cell, size = config.cell, config.size
     n = round(size / cell) + 1
     steep = min(config.max_slope * (0.7 + 0.6 * difficulty), np.deg2rad(35.0))
@@ -126,18 +141,18 @@ def _ground(
     for _ in range(round(config.ditches * (0.5 + difficulty))):
         start = rng.uniform(-size / 2, size / 2, 2)
         line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(8, 25), 0.15, rng)
-        gap = distance_to_line(lines, lines, line, reach=2.0)
-        heights += ditch(gap, rng.uniform(0.8, 1.8), rng.uniform(0.2, 0.6))
+        distance = distance_to_line(lines, lines, line, reach=2.0)
+        heights += ditch(distance, rng.uniform(0.8, 1.8), rng.uniform(0.2, 0.6))
     for _ in range(round(config.pits * (0.5 + difficulty))):
         centre = rng.uniform(-size / 2, size / 2, (1, 2))
-        gap = distance_to_line(lines, lines, np.repeat(centre, 2, axis=0), reach=5.0)
-        heights += ditch(gap, rng.uniform(2.0, 5.0), rng.uniform(0.5, 1.2))
+        distance = distance_to_line(lines, lines, np.repeat(centre, 2, axis=0), reach=5.0)
+        heights += ditch(distance, rng.uniform(2.0, 5.0), rng.uniform(0.5, 1.2))
     for _ in range(round(config.terraces * (0.5 + difficulty))):
         start = rng.uniform(-size / 2, size / 2, 2)
         line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(2, 12), 0.4, rng)
-        gap = distance_to_line(lines, lines, line, reach=8.0)
+        distance = distance_to_line(lines, lines, line, reach=8.0)
         height = rng.choice([-1.0, 1.0]) * 0.03 * 25.0 ** rng.uniform(0, 1)
-        heights += terrace(gap, rng.uniform(1.5, 5.0), height, rng.uniform(cell, 1.5))
+        heights += terrace(distance, rng.uniform(1.5, 5.0), height, rng.uniform(cell, 1.5))
     surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
     for _ in range(config.paths):
         heights = _lay_path(heights, surface, lines, rng)
@@ -155,34 +170,34 @@ def _lay_path(
     lines: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Return the heights with a levelled path across them, and mark its squares."""
+    """Return the heights with a levelled path across them, and mark its cells in ``surface``."""
     half, cell = lines[-1], lines[1] - lines[0]
     yaw = rng.uniform(-np.pi, np.pi)
     start = -1.2 * half * np.array([np.cos(yaw), np.sin(yaw)]) + rng.uniform(-0.3, 0.3, 2) * half
     line = winding_line(start, yaw, 3.0 * half, 0.1, rng)
     width = rng.uniform(1.2, 2.5)
-    gap = distance_to_line(lines, lines, line, reach=width + 2.0)
-    surface[gap[:-1, :-1] < width / 2] = SemanticClass.PATH
+    distance = distance_to_line(lines, lines, line, reach=width + 2.0)
+    surface[distance[:-1, :-1] < width / 2] = SemanticClass.PATH
     even = gaussian_filter(heights, 1.0 / cell, mode="nearest")
-    share = np.clip(1.0 + width / 2 - gap, 0.0, 1.0)
+    share = np.clip(1.0 + width / 2 - distance, 0.0, 1.0)
     return heights + share * (even - heights)
 
 
-def _on_path(thing: SceneObject, ground: Heightfield, surface: NDArray[np.uint8]) -> bool:
-    """Return whether the middle of an object stands on a path or in the water."""
-    x, y = (thing.vertices[:, :2].min(axis=0) + thing.vertices[:, :2].max(axis=0)) / 2
+def _on_path(each: SceneObject, ground: Heightfield, surface: NDArray[np.uint8]) -> bool:
+    """Return True if the middle of an object is on a path or in the water, and it touches it."""
+    x, y = (each.vertices[:, :2].min(axis=0) + each.vertices[:, :2].max(axis=0)) / 2
     i = min(max(int((x + ground.width / 2) / ground.cell), 0), surface.shape[0] - 1)
     j = min(max(int((y + ground.depth / 2) / ground.cell), 0), surface.shape[1] - 1)
-    return bool(surface[i, j] != SemanticClass.GROUND) and thing.vertices[:, 2].min() < (
+    return bool(surface[i, j] != SemanticClass.GROUND) and each.vertices[:, 2].min() < (
         ground.height_at(x, y) + 0.3
     )
 
 
-def _plants(
+def _objects(
     ground: Heightfield, config: NaturalConfig, difficulty: float, rng: np.random.Generator
 ) -> list[SceneObject]:
-    """Return everything that stands on the ground."""
-    things: list[SceneObject] = []
+    """Return all objects on the ground."""
+    objects: list[SceneObject] = []
     kinds: tuple[tuple[Maker, float, float], ...] = (
         (tree, config.trees, 25.0),
         (grass, config.grass, 9.0),
@@ -196,18 +211,26 @@ def _plants(
         (bin_, config.bins, 20.0),
     )
     for make, density, patch in kinds:
+        # A stream for each kind: a preset without benches has the same trees as one with.
         stream = rng.spawn(1)[0]
         for x, y in _scatter(ground, density * (0.5 + difficulty), patch, stream):
-            things.extend(make(ground, x, y, stream))
+            objects.extend(make(ground, x, y, stream))
     for _ in range(round(config.traps * (0.5 + difficulty))):
-        things.extend(_trap(ground, rng))
-    return things
+        objects.extend(_trap(ground, rng))
+    return objects
 
 
 def _scatter(
     ground: Heightfield, density: float, patch: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return places that gather in patches of a size [m], shape (k, 2)."""
+    """Return random places clustered in patches [m], shape (k, 2).
+
+    Args:
+        ground: The heightfield.
+        density: Mean density of places [1/m^2].
+        patch: Typical distance between patches [m].
+        rng: Source of randomness.
+    """
     field = smooth_noise(ground.heights.shape, ground.cell, patch, rng)
     weight = np.exp(1.2 * field)
     chance = density * ground.cell**2 * weight / weight.mean()
@@ -217,18 +240,18 @@ def _scatter(
 
 
 def _trap(ground: Heightfield, rng: np.random.Generator) -> list[SceneObject]:
-    """Return rocks in the shape of a U, 5 to 9 m deep: a dead end."""
+    """Return a U-shaped row of rocks, 5 to 9 m deep: a dead end."""
     centre = rng.uniform(-0.4, 0.4, 2) * [ground.width, ground.depth]
     yaw, depth, half = rng.uniform(-np.pi, np.pi), rng.uniform(5, 9), rng.uniform(2.0, 3.5)
     corners = np.array([[0, -half], [depth, -half], [depth, half], [0, half]])
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    things: list[SceneObject] = []
+    objects: list[SceneObject] = []
     for a, b in pairwise(corners):
         count = int(np.hypot(*(b - a)) / 0.7)
         for share in np.arange(count) / count:
             x, y = turn @ (a + share * (b - a)) + centre + rng.normal(0, 0.1, 2)
-            things.extend(_big_rock(ground, float(x), float(y), rng))
-    return things
+            objects.extend(_big_rock(ground, float(x), float(y), rng))
+    return objects
 
 
 def _big_rock(

@@ -1,4 +1,4 @@
-"""Shortest paths on a raster of clearances: Dijkstra's search, then corners pulled tight."""
+"""Shortest paths on a clearance map: Dijkstra's search, then shortcuts between corners."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,9 +6,16 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 _COARSE = 3
+"""Edge of a node of the search [cells]."""
+
 _MARGIN = 30.0
+"""Distance beyond start and goal that the search covers [m]."""
+
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1))
-_TIGHT = 50.0
+"""Half of a node's eight neighbours; the graph is undirected."""
+
+_TIGHT_COST = 50.0
+"""Extra cost per metre with too little clearance."""
 
 
 def shortest_path(
@@ -16,26 +23,26 @@ def shortest_path(
     cell: float,
     start: NDArray[np.float64],
     goal: NDArray[np.float64],
-    room: float,
+    min_clearance: float,
 ) -> NDArray[np.float64] | None:
-    """Return the shortest path that keeps ``room`` from anything forbidden.
+    """Return the shortest path that keeps a clearance from forbidden cells.
 
     Args:
         clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
         cell: Edge of a cell [m].
-        start: Where it begins [cells], shape (2,).
-        goal: Where it ends [cells], shape (2,).
-        room: Clearance to keep [m], a cell at least; where start or goal has less, the nearest cell
-            that has it is taken instead, up to 1 m away.
+        start: Start [cells], shape (2,).
+        goal: Goal [cells], shape (2,).
+        min_clearance: Clearance to keep [m], at least a cell; if start or goal has less, the search
+            begins or ends at the nearest node that has it, up to 1 m away.
 
     Returns:
-        Corners [cells], float64, shape (k, 2), or None when there is no path.
+        Corners [cells], float64, shape (k, 2), or None if there is no path.
     """
     low = np.maximum(np.minimum(start, goal) - _MARGIN / cell, 0).astype(int) // _COARSE
     high = ((np.maximum(start, goal) + _MARGIN / cell) / _COARSE).astype(int) + 1
     coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
     window = coarse[low[0] : high[0], low[1] : high[1]]
-    free = window >= max(room, cell)  # Forbidden cells have no clearance at all.
+    free = window >= max(min_clearance, cell)  # Forbidden cells have a clearance of 0.
     ends = [
         _nearest_free(free, (end / _COARSE - low - 0.5), 1.0 / (cell * _COARSE))
         for end in (start, goal)
@@ -47,19 +54,23 @@ def shortest_path(
         return None
     path = (corners + low + 0.5) * _COARSE
     path = np.concatenate([start[None], path[1:-1], goal[None]])
-    return _pull_tight(path, clearance, min(room, *_clearances(clearance, path[[0, -1]])))
+    # A start that is itself too close to an obstacle must not rule out every shortcut.
+    kept = min(min_clearance, *_clearances(clearance, path[[0, -1]]))
+    return _shortcut(path, clearance, kept)
 
 
 def _nearest_free(
     free: NDArray[np.bool_], place: NDArray[np.float64], reach: float
 ) -> tuple[int, int] | None:
-    """Return the free cell nearest a place, within ``reach`` cells, or None."""
+    """Return the free node nearest to a place, up to ``reach`` [nodes] away, or None."""
     cells = np.argwhere(free)
     if not len(cells):
         return None
-    gaps = np.hypot(*(cells - place).T)
-    best = int(np.argmin(gaps))
-    return (int(cells[best, 0]), int(cells[best, 1])) if gaps[best] <= max(reach, 1.5) else None
+    distances = np.hypot(*(cells - place).T)
+    best = int(np.argmin(distances))
+    return (
+        (int(cells[best, 0]), int(cells[best, 1])) if distances[best] <= max(reach, 1.5) else None
+    )
 
 
 def _search(
@@ -68,21 +79,21 @@ def _search(
     start: tuple[int, int],
     goal: tuple[int, int],
 ) -> NDArray[np.float64] | None:
-    """Return the cheapest path's cells, shape (k, 2); room is worth a little detour."""
+    """Return the cheapest path's nodes, shape (k, 2); small clearances cost a little more."""
     graph = _graph(free, 1.0 + 0.3 * np.clip(1.0 - window, 0.0, 1.0))
     number = np.arange(free.size).reshape(free.shape)
     first, last = number[start], number[goal]
-    lengths, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    lengths, previous = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
     if not np.isfinite(lengths[last]):
         return None
     cells = [last]
     while cells[-1] != first:
-        cells.append(before[cells[-1]])
+        cells.append(previous[cells[-1]])
     return np.stack(np.unravel_index(np.array(cells[::-1]), free.shape), axis=1).astype(np.float64)
 
 
 def _graph(free: NDArray[np.bool_], cost: NDArray[np.floating]) -> csr_matrix:
-    """Return the free cells as a graph; a move costs its length times the mean of two cells."""
+    """Return the free nodes as a graph; an edge costs its length times the mean of both nodes."""
     n, m = free.shape
     number = np.arange(n * m).reshape(n, m)
     rows, columns, weights = [], [], []
@@ -99,28 +110,36 @@ def _graph(free: NDArray[np.bool_], cost: NDArray[np.floating]) -> csr_matrix:
 
 
 def cost_to_go(
-    clearance: NDArray[np.float32], cell: float, goal: NDArray[np.float64], room: float, shy: float
+    clearance: NDArray[np.float32],
+    cell: float,
+    goal: NDArray[np.float64],
+    min_clearance: float,
+    clearance_weight: float,
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the cost of the best way from everywhere to a goal.
+    """Return the cost-to-go from everywhere to a goal.
 
     Args:
         clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
         cell: Edge of a cell [m].
-        goal: Where the ways end [cells], shape (2,).
-        room: Clearance to keep [m]; a metre with less costs 50 more, so that whoever has strayed
-            there still knows the way out.
-        shy: Extra cost of a metre for each metre of clearance short of one metre.
+        goal: Goal [cells], shape (2,).
+        min_clearance: Desired clearance [m]; a metre with less costs 50 more, so that the
+            cost-to-go still leads a robot out of a tight place.
+        clearance_weight: Extra cost per metre for each metre of clearance short of one metre.
 
     Returns:
-        Cost [m], infinite where there is no way, one value for a square of cells, and the edge of
-        such a square [cells].
+        Cost of each node [m], infinite without a path, and the edge of a node [cells].
     """
     coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
     free = coarse >= cell
     end = _nearest_free(free, goal / _COARSE - 0.5, 1.0 / (cell * _COARSE))
     if end is None:
         return np.full(free.shape, np.inf), _COARSE
-    graph = _graph(free, 1.0 + shy * np.clip(1.0 - coarse, 0.0, 1.0) + _TIGHT * (coarse < room))
+    graph = _graph(
+        free,
+        1.0
+        + clearance_weight * np.clip(1.0 - coarse, 0.0, 1.0)
+        + _TIGHT_COST * (coarse < min_clearance),
+    )
     costs = dijkstra(graph, directed=False, indices=int(np.ravel_multi_index(end, free.shape)))
     return costs.reshape(free.shape) * cell * _COARSE, _COARSE
 
@@ -132,26 +151,32 @@ def _clearances(clearance: NDArray[np.float32], places: NDArray[np.float64]) -> 
     return clearance[i, j]
 
 
-def _pull_tight(
-    path: NDArray[np.float64], clearance: NDArray[np.float32], room: float
+def _shortcut(
+    path: NDArray[np.float64], clearance: NDArray[np.float32], min_clearance: float
 ) -> NDArray[np.float64]:
-    """Return the path without corners that a straight line with the same room can skip."""
+    """Return the path without corners that a straight line with the same clearance skips."""
     kept, here = [0], 0
     while here < len(path) - 1:
+        # Doubling steps find how far the line is clear, then single steps back find its end.
         reach = 1
-        while here + reach < len(path) and _sees(path[here], path[here + reach], clearance, room):
+        while here + reach < len(path) and _is_clear(
+            path[here], path[here + reach], clearance, min_clearance
+        ):
             reach = min(2 * reach, len(path) - here) if here + 2 * reach < len(path) else reach + 1
         far = min(here + reach, len(path) - 1)
-        while far > here + 1 and not _sees(path[here], path[far], clearance, room):
+        while far > here + 1 and not _is_clear(path[here], path[far], clearance, min_clearance):
             far -= 1
         kept.append(far)
         here = far
     return path[kept]
 
 
-def _sees(
-    a: NDArray[np.float64], b: NDArray[np.float64], clearance: NDArray[np.float32], room: float
+def _is_clear(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    clearance: NDArray[np.float32],
+    min_clearance: float,
 ) -> bool:
-    """Return whether the straight line from a to b [cells] keeps the room."""
+    """Return True if the straight line from a to b [cells] keeps the clearance, within 0.1 m."""
     steps = np.linspace(0.0, 1.0, max(2, int(np.hypot(*(b - a)))))[:, None]
-    return bool((_clearances(clearance, a + steps * (b - a)) >= room - 0.1).all())
+    return bool((_clearances(clearance, a + steps * (b - a)) >= min_clearance - 0.1).all())

@@ -1,4 +1,4 @@
-"""Worlds with their ray scenes, made once and shared by every robot that drives in them."""
+"""Worlds with their ray scenes, made once and shared by all robots that drive in them."""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -8,34 +8,53 @@ from worlds.rays import RayScene
 from worlds.world import Geofence, World
 
 _MARGIN = 1.0
-"""A robot is told to keep so far from the world's border [m] (assumption)."""
+"""Distance of the geofence from the world's border [m] (assumption)."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A world and the triangles that rays meet in it."""
+    """A world and what its rays are cast against.
+
+    Attributes:
+        world: Ground, objects, tasks and true traversability.
+        rays: Ray caster of the world.
+    """
 
     world: World
     rays: RayScene
 
     @property
     def geofence(self) -> Geofence:
-        """Where a robot may be: beyond its border the world ends, and no real one does."""
+        """Rectangle that a robot must not leave: beyond the border there is no ground."""
         ground = self.world.ground
         x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN
         return -x, -y, x, y
 
 
-class SceneShelf:
-    """Keeps the scenes used last; environments in one process share a shelf."""
+class SceneCache:
+    """Least-recently-used cache of scenes, shared by the environments of a process."""
 
     def __init__(self, capacity: int = 32) -> None:
-        """Keep at most ``capacity`` scenes."""
+        """Make an empty cache.
+
+        Args:
+            capacity: Largest number of scenes.
+        """
         self._capacity = capacity
         self._scenes: OrderedDict[tuple[str, int, float | None], Scene] = OrderedDict()
 
     def get(self, preset: str, seed: int, difficulty: float | None = None) -> Scene:
-        """Return the scene of a preset and seed, making it when it is not on the shelf."""
+        """Return the scene of a preset and a seed, from the cache or newly made.
+
+        Args:
+            preset: Name of the preset.
+            seed: Seed of the world.
+            difficulty: Difficulty from 0 to 1; None for the preset's own.
+
+        Raises:
+            UnknownWorldError: If there is no such preset.
+            UnsolvableWorldError: If no world with safe paths is found in a few attempts.
+        """
         key = (preset, seed, difficulty)
         if key not in self._scenes:
             world = make_world(preset, seed, difficulty)

@@ -1,4 +1,8 @@
-"""The true traversability map: where a robot may go, judged on the true surface."""
+"""The true traversability map of a world: slope, step and objects of the true surface.
+
+The ground truth of labels, paths and evaluations. Its limits are an assumption: the paper states
+none.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,12 +21,16 @@ from worlds.paths import cost_to_go, shortest_path
 
 Floats = NDArray[np.floating]
 _WINDOW = 5
+"""Edge of the window of slope and step [cells]."""
+
+_KERB = 1.4
+"""Ratio of a kerb's height to its range of residuals about the window's plane, 1 / 0.7."""
 
 
 class Reason(IntEnum):
-    """Why a place is forbidden.
+    """The reason why a place is forbidden.
 
-    ``LOW`` is something solid that ends below the body's floor: it can pass between the wheels.
+    ``LOW`` is a solid object that ends below the body's floor: it can pass between the wheels.
     """
 
     FREE = 0
@@ -36,17 +44,17 @@ class Reason(IntEnum):
 
 
 class TruthConfig(BaseModel):
-    """Limits of the robot on the true surface (assumption, as is all of the paper's ground truth).
+    """Limits of the robot on the true surface (assumption).
 
     Attributes:
-        cell: Resolution [m]; five cells make a wheelbase and a little, the scale of slope and step.
-        max_slope: Steepest passable ground [rad].
-        max_step: Highest passable step within a wheelbase [m].
-        body_height: Foliage lower than this is in the way [m].
-        clearance: Solid things that end lower than this pass under the body's floor [m].
-        border: Width of the strip along the border where the robot may not be [m].
-        slope_margin: Ground this near to ``max_slope`` is a borderline case [rad].
-        step_margin: Ground this near to ``max_step`` is a borderline case [m].
+        cell: Edge of a cell [m]; five cells, the window of slope and step, span the wheelbase.
+        max_slope: Largest traversable slope [rad].
+        max_step: Largest traversable step within a wheelbase [m].
+        body_height: Height above ground below which foliage is an obstacle [m].
+        ground_clearance: Height of the body's floor [m]; lower solid objects pass under it.
+        border: Width of the forbidden strip along the border [m].
+        slope_margin: Difference from ``max_slope`` up to which ground is borderline [rad].
+        step_margin: Difference from ``max_step`` up to which ground is borderline [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -55,7 +63,7 @@ class TruthConfig(BaseModel):
     max_slope: float = Field(default=np.deg2rad(20.0), gt=0, lt=1.5)
     max_step: float = Field(default=0.05, gt=0, lt=1)
     body_height: float = Field(default=0.9, gt=0)
-    clearance: float = Field(default=0.09, gt=0)
+    ground_clearance: float = Field(default=0.09, gt=0)
     border: float = Field(default=1.0, ge=0)
     slope_margin: float = Field(default=np.deg2rad(3.0), gt=0)
     step_margin: float = Field(default=0.02, gt=0)
@@ -63,15 +71,17 @@ class TruthConfig(BaseModel):
 
 @dataclass(frozen=True)
 class TraversabilityMap:
-    """A raster of reasons; cell ``[ix, iy]`` is centred at ``x_min + (ix + 0.5) * cell``.
+    """A grid map of the reasons why places are forbidden.
+
+    Cell ``[ix, iy]`` is centred at ``x_min + (ix + 0.5) * cell``, ``y_min + (iy + 0.5) * cell``.
 
     Attributes:
         cell: Edge of a cell [m].
-        x_min: Lowest x [m].
-        y_min: Lowest y [m].
+        x_min: Least map x [m].
+        y_min: Least map y [m].
         reason: ``Reason`` of each cell, uint8, shape (n, m).
-        severity: How far slope or step of the bare ground, the worse of the two, lies beyond its
-            limit, in units of the margin of ``TruthConfig``: more than 0 is forbidden, -1 to 1 is
+        severity: Excess of slope or step of the bare ground over its limit, the worse of the two,
+            in units of the margins of ``TruthConfig``: more than 0 is forbidden, -1 to 1 is
             borderline. float32, shape (n, m).
         clearance: Distance to the nearest forbidden cell [m], float32, shape (n, m).
     """
@@ -84,7 +94,7 @@ class TraversabilityMap:
     clearance: NDArray[np.float32]
 
     def _index(self, x: Floats | float, y: Floats | float) -> tuple[NDArray[np.intp], ...]:
-        """Return the cells of places, those beyond the border moved onto it."""
+        """Return the cell indices of places [m]; beyond the border, those of the border."""
         n, m = self.reason.shape
         i = np.clip((np.asarray(x) - self.x_min) / self.cell, 0, n - 1).astype(np.intp)
         j = np.clip((np.asarray(y) - self.y_min) / self.cell, 0, m - 1).astype(np.intp)
@@ -95,11 +105,11 @@ class TraversabilityMap:
         return self.reason[self._index(x, y)]
 
     def forbidden_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
-        """Return whether map places [m] are forbidden, same shape as ``x``."""
+        """Return True at each forbidden map place [m], same shape as ``x``."""
         return self.reason_at(x, y) != Reason.FREE
 
     def solid_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
-        """Return whether something solid stands at map places [m], same shape as ``x``."""
+        """Return True at each map place [m] with a solid object, same shape as ``x``."""
         return np.isin(self.reason_at(x, y), (Reason.SOLID, Reason.LOW))
 
     def clearance_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float32]:
@@ -107,7 +117,10 @@ class TraversabilityMap:
         return self.clearance[self._index(x, y)]
 
     def at(self, x: float, y: float) -> tuple[bool, float]:
-        """Return whether one place [m] is forbidden, and its clearance [m], without arrays."""
+        """Return True if one place [m] is forbidden, and its clearance [m].
+
+        Much faster for one place than ``forbidden_at`` and ``clearance_at``.
+        """
         n, m = self.reason.shape
         i = min(max(int((x - self.x_min) / self.cell), 0), n - 1)
         j = min(max(int((y - self.y_min) / self.cell), 0), m - 1)
@@ -116,16 +129,16 @@ class TraversabilityMap:
     def severity_of(
         self, points: NDArray[np.floating], classes: NDArray[np.integer]
     ) -> NDArray[np.float32]:
-        """Return how forbidden points are, by their class and, on ground, by slope and step.
+        """Return the severity of points, by their class and, on ground, by slope and step.
 
         Args:
             points: Points in the map frame [m], shape (n, 3).
-            classes: Semantic class of each, uint8, shape (n,).
+            classes: Semantic class of each point, uint8, shape (n,).
 
         Returns:
-            ``severity`` between the cells' centres, infinite on what the robot must not drive on
-            at all and minus infinite on what it may: more than 0 is non-traversable. float32,
-            shape (n,).
+            Severity of each point, float32, shape (n,): more than 0 is non-traversable. On ground
+            it is interpolated between the cells' centres; on other classes it is infinite, or
+            minus infinite if the class is traversable.
         """
         table = np.full(256, np.float32(np.inf))
         for semantic, traits in TRAITS.items():
@@ -144,11 +157,11 @@ class TraversabilityMap:
         Args:
             start: Map coordinates [m], shape (2,).
             goal: Map coordinates [m], shape (2,).
-            clearance: Room to keep from anything forbidden [m].
+            clearance: Least distance to forbidden cells [m].
 
         Returns:
-            Corners of the path [m], float64, shape (k, 2), the first ``start`` and the last
-            ``goal``.
+            Corners of the path [m], float64, shape (k, 2), from ``start`` to ``goal``, or None if
+            there is no path.
         """
         origin = np.array([self.x_min, self.y_min])
         path = shortest_path(
@@ -161,22 +174,25 @@ class TraversabilityMap:
         return None if path is None else path * self.cell + origin
 
     def cost_to_go(
-        self, goal: Floats, room: float, shy: float
+        self, goal: Floats, min_clearance: float, clearance_weight: float
     ) -> Callable[[Floats, Floats], NDArray[np.float64]]:
-        """Return a function of map places x, y [m] that gives the cost of the way to ``goal``.
+        """Return the cost-to-go to ``goal`` as a function of map places x, y [m].
 
         Args:
             goal: Map coordinates [m], shape (2,).
-            room: Clearance to keep [m]; a metre with less costs 50 more.
-            shy: Extra cost of a metre for each metre of clearance short of one metre.
+            min_clearance: Desired clearance [m]; a metre with less costs 50 more.
+            clearance_weight: Extra cost per metre for each metre of clearance short of one metre.
         """
         origin = np.array([self.x_min, self.y_min])
         place = (np.asarray(goal, dtype=np.float64) - origin) / self.cell
-        costs, square = cost_to_go(self.clearance, self.cell, place, room, shy)
+        costs, factor = cost_to_go(
+            self.clearance, self.cell, place, min_clearance, clearance_weight
+        )
         last = np.array(costs.shape) - 1
 
         def at(x: Floats, y: Floats) -> NDArray[np.float64]:
-            edge = self.cell * square
+            """Return the cost-to-go at places [m]; beyond the border, that of the border."""
+            edge = self.cell * factor
             i = np.clip((x - self.x_min) / edge, 0, last[0]).astype(np.intp)
             j = np.clip((y - self.y_min) / edge, 0, last[1]).astype(np.intp)
             return costs[i, j]
@@ -190,14 +206,14 @@ def build_truth(
     config: TruthConfig,
     surface: NDArray[np.uint8] | None = None,
 ) -> TraversabilityMap:
-    """Judge every cell of a world on its true surface.
+    """Return the true map of a world.
 
     Args:
         ground: The heightfield.
-        objects: What stands on it.
-        config: Limits.
-        surface: Semantic class of each grid square, uint8, shape (nx - 1, ny - 1); None for plain
-            ground.
+        objects: Objects on the ground.
+        config: Limits of the robot.
+        surface: Semantic class of each grid cell of the heightfield, uint8, shape
+            (nx - 1, ny - 1); None for plain ground.
     """
     cell = config.cell
     n, m = round(ground.width / cell), round(ground.depth / cell)
@@ -206,6 +222,7 @@ def build_truth(
     heights = ground.height_at(x[:, None], y[None, :])
     slope, step = slope_and_step(heights, cell)
     reason = np.zeros((n, m), dtype=np.uint8)
+    # The reasons in rising order of precedence: each overwrites those before it.
     reason[step > config.max_step] = Reason.STEP
     reason[slope > config.max_slope] = Reason.SLOPE
     severity = np.maximum(
@@ -216,11 +233,12 @@ def build_truth(
         column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
         row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
         reason[surface[column[:, None], row[None, :]] == SemanticClass.WATER] = Reason.WATER
-    kinds = [_forbids(thing, ground, config) for thing in objects]
+    reasons = [_reason_of(each, ground, config) for each in objects]
     for kind in (Reason.VEGETATION, Reason.LOW, Reason.SOLID):
-        meshes = [_projected(o) for o, why in zip(objects, kinds, strict=True) if why is kind]
+        meshes = [_projected(o) for o, why in zip(objects, reasons, strict=True) if why is kind]
         if meshes:
             _rasterise(np.concatenate(meshes), x[0], y[0], cell, np.uint8(kind), reason)
+    # The border hides nothing: what is forbidden there keeps its reason.
     edge = int(np.ceil(config.border / cell))
     if edge:
         for strip in (reason[:edge], reason[-edge:], reason[:, :edge], reason[:, -edge:]):
@@ -242,77 +260,109 @@ def slope_and_step(
     """Return slope and step of a surface at the scale of a wheelbase.
 
     The slope is that of the least-squares plane through a window of 5 x 5 cells. The step is 1.4
-    times the range of heights above and below that plane, which is the height of a kerb through the
+    times the range of residuals about that plane, which is the height of a kerb through the
     window's middle (assumption).
 
     Args:
         heights: Heights [m], shape (n, m).
-        cell: Distance between them [m].
+        cell: Distance between neighbouring heights [m].
 
     Returns:
         Slopes [rad] and steps [m], shape (n, m) each.
     """
     reach = _WINDOW // 2
     offsets = np.arange(-reach, reach + 1.0)
+    # Least squares on a regular grid: both gradients and the mean are separable filters.
     weights = offsets / (offsets @ offsets)
     mean = np.full(_WINDOW, 1 / _WINDOW)
     dx = correlate1d(correlate1d(heights, weights, 0, mode="nearest"), mean, 1, mode="nearest")
     dy = correlate1d(correlate1d(heights, weights, 1, mode="nearest"), mean, 0, mode="nearest")
     level = correlate1d(correlate1d(heights, mean, 0, mode="nearest"), mean, 1, mode="nearest")
     spread = _residual_range(heights, level, dx, dy, reach)
-    return np.arctan(np.hypot(dx, dy) / cell), 1.4 * spread
+    return np.arctan(np.hypot(dx, dy) / cell), _KERB * spread
 
 
 @kernel
-def _residual_range(heights, level, dx, dy, reach):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Return the range of heights about each window's plane [m]."""
+def _residual_range(
+    heights: NDArray[np.float64],
+    level: NDArray[np.float64],
+    dx: NDArray[np.float64],
+    dy: NDArray[np.float64],
+    reach: int,
+) -> NDArray[np.float64]:
+    """Return the range of residuals about the plane of each cell's window [m].
+
+    Args:
+        heights: Heights [m], shape (n, m).
+        level: Height of each window's plane at its centre [m], shape (n, m).
+        dx: Rise of the plane per cell along x [m], shape (n, m).
+        dy: Rise of the plane per cell along y [m], shape (n, m).
+        reach: Half the edge of the window [cells].
+    """
     n, m = heights.shape
     spread = np.empty((n, m))
     for i in range(n):
         for j in range(m):
             low, high = np.inf, -np.inf
             for a in range(-reach, reach + 1):
-                p = min(max(i + a, 0), n - 1)
+                p = min(max(i + a, 0), n - 1)  # Beyond the border, that of the border.
                 for b in range(-reach, reach + 1):
                     q = min(max(j + b, 0), m - 1)
-                    gap = heights[p, q] - level[i, j] - a * dx[i, j] - b * dy[i, j]
-                    low, high = min(low, gap), max(high, gap)
+                    residual = heights[p, q] - level[i, j] - a * dx[i, j] - b * dy[i, j]
+                    low, high = min(low, residual), max(high, residual)
             spread[i, j] = high - low
     return spread
 
 
-def _forbids(thing: SceneObject, ground: Heightfield, config: TruthConfig) -> Reason:
-    """Return why an object forbids its footprint, ``FREE`` if it does not."""
-    traits = TRAITS[thing.semantic]
+def _reason_of(each: SceneObject, ground: Heightfield, config: TruthConfig) -> Reason:
+    """Return the reason why an object forbids its footprint, ``FREE`` if it does not."""
+    traits = TRAITS[each.semantic]
     if traits.traversable:
         return Reason.FREE
     low, high = (
-        thing.vertices[k] for k in (thing.vertices[:, 2].argmin(), thing.vertices[:, 2].argmax())
+        each.vertices[k] for k in (each.vertices[:, 2].argmin(), each.vertices[:, 2].argmax())
     )
+    # The robot passes below an object that begins above its body, such as the crown of a tree.
     if float(low[2] - ground.height_at(low[0], low[1])) >= config.body_height:
         return Reason.FREE
     if not traits.solid:
         return Reason.VEGETATION
     above = float(high[2] - ground.height_at(high[0], high[1]))
-    return Reason.LOW if above < config.clearance else Reason.SOLID
+    return Reason.LOW if above < config.ground_clearance else Reason.SOLID
 
 
-def _projected(thing: SceneObject) -> NDArray[np.float64]:
-    """Return an object's triangles seen from above [m], shape (k, 3, 2)."""
-    return thing.vertices[thing.triangles][:, :, :2].astype(np.float64)
+def _projected(each: SceneObject) -> NDArray[np.float64]:
+    """Return an object's triangles projected onto the ground [m], shape (k, 3, 2)."""
+    return each.vertices[each.triangles][:, :, :2].astype(np.float64)
 
 
 @kernel
-def _rasterise(triangles, x0, y0, cell, value, raster):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Write ``value`` where a cell's centre lies within half a cell of a triangle."""
+def _rasterise(
+    triangles: NDArray[np.float64],
+    x0: float,
+    y0: float,
+    cell: float,
+    value: np.uint8,
+    raster: NDArray[np.uint8],
+) -> None:
+    """Write ``value`` into the cells whose centre is within half a cell of a triangle.
+
+    Args:
+        triangles: Corners [m], shape (k, 3, 2).
+        x0: Map x of the centre of cell ``[0, 0]`` [m].
+        y0: Map y of the centre of cell ``[0, 0]`` [m].
+        cell: Edge of a cell [m].
+        value: Value to write.
+        raster: Output, uint8, shape (n, m).
+    """
     n, m = raster.shape
-    grow = cell / 2
+    grow = cell / 2  # A thin object between two centres still marks a cell.
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         if abs(area) < 1e-12:
             continue
-        if area < 0:
+        if area < 0:  # Counter-clockwise, so that the inside is to the left of each edge.
             b, c = c, b
         low_i = max(int((min(a[0], b[0], c[0]) - grow - x0) / cell), 0)
         high_i = min(int((max(a[0], b[0], c[0]) + grow - x0) / cell) + 2, n)
@@ -330,7 +380,7 @@ def _rasterise(triangles, x0, y0, cell, value, raster):  # type: ignore[no-untyp
 
 
 @kernel
-def _side(p, q, x, y):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _side(p: NDArray[np.float64], q: NDArray[np.float64], x: float, y: float) -> float:
     """Return the signed distance of a place from the line p-q [m], positive to its left."""
     dx, dy = q[0] - p[0], q[1] - p[1]
     return (dx * (y - p[1]) - dy * (x - p[0])) / max(np.hypot(dx, dy), 1e-9)

@@ -1,4 +1,4 @@
-"""A world: ground, objects, tasks to solve in it, and the truth about where the robot may go."""
+"""A world: ground, objects, tasks, and the true map of where a robot may drive."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,13 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from worlds.truth import TraversabilityMap
 
+Geofence = tuple[float, float, float, float]
+"""Rectangle that a robot must not leave: ``x_min, y_min, x_max, y_max`` in the map [m]."""
+
 
 @dataclass(frozen=True)
 class Start:
-    """Where a robot is put down.
+    """The initial pose of a robot.
 
     Attributes:
         x: Map x [m].
@@ -27,11 +30,11 @@ class Start:
 
 @dataclass(frozen=True)
 class Task:
-    """One start and the goals to visit in order.
+    """A start and the goals to reach in order.
 
     Attributes:
-        start: Where the robot is put down.
-        goals: Map coordinates (x, y) [m], one pair a goal.
+        start: Initial pose of the robot.
+        goals: Map coordinates (x, y) of each goal [m].
     """
 
     start: Start
@@ -40,18 +43,18 @@ class Task:
 
 @dataclass(frozen=True)
 class World:
-    """A complete scene, made from a preset and a seed; equal inputs give equal bytes.
+    """A complete world, made from a preset and a seed; equal inputs give equal bytes.
 
     Attributes:
-        name: Preset's name.
+        name: Name of the preset.
         seed: Seed within the preset's own family.
-        difficulty: From 0 to 1.
+        difficulty: Difficulty from 0 to 1.
         ground: The heightfield.
-        surface: ``SemanticClass`` value (GROUND or PATH) of each grid square, uint8, shape (nx - 1,
-            ny - 1).
-        objects: What stands on it.
-        tasks: Starts and goals; each has a safe path, proven when the world was made.
-        truth: Where the robot may go.
+        surface: ``SemanticClass`` of each grid cell (GROUND, PATH or WATER), uint8, shape
+            (nx - 1, ny - 1).
+        objects: Objects on the ground.
+        tasks: Starts and goals, each with a safe path that was found when the world was made.
+        truth: True map of where the robot may drive.
     """
 
     name: str
@@ -65,7 +68,11 @@ class World:
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:
-    """Return one of a world's tasks by its number, or a random one.
+    """Return one of a world's tasks.
+
+    Args:
+        tasks: Tasks of the world.
+        number: Index of the task, or a source of randomness to draw it from.
 
     Raises:
         ValueError: If there is no such task, or it has no goal.
@@ -79,13 +86,16 @@ def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> T
     return tasks[number]
 
 
-Geofence = tuple[float, float, float, float]
-"""``x_min, y_min, x_max, y_max`` in the map [m]."""
-
-
 def jittered(
     start: Start, rng: np.random.Generator, shift: float = 0.2, turn: float = 0.3
 ) -> Start:
-    """Return a start moved by up to ``shift`` [m] in x and y and turned by up to ``turn`` [rad]."""
+    """Return a start with a uniformly distributed offset.
+
+    Args:
+        start: Start without offset.
+        rng: Source of randomness.
+        shift: Largest offset of x and of y [m].
+        turn: Largest offset of the heading [rad].
+    """
     dx, dy, angle = rng.uniform(-1, 1, 3)
     return Start(start.x + shift * dx, start.y + shift * dy, start.yaw + turn * angle)

@@ -1,1 +1,1 @@
-"""The command line, the outermost ring."""
+"""Command line of the robot; begin with ``cli.py`` and ``verbs/drive.py``."""

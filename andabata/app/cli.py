@@ -1,4 +1,4 @@
-"""The command line: the one place that prints, maps errors to exit codes and exits."""
+"""The command line: commands, errors on one line, exit codes."""
 
 import sys
 import traceback
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from andabata.app.verbs import (
     bag,
@@ -26,11 +27,47 @@ from andabata.app.verbs import (
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
-# What typer raises for wrong words: click's exception, or its own copy of it in later versions.
+FLOW = (
+    "doctor",
+    "world",
+    "clouds",
+    "classifier",
+    "scan",
+    "train",
+    "report",
+    "policy",
+    "drive",
+    "evaluate",
+    "bag",
+    "ros",
+    "bench",
+    "demo",
+)
+"""Verbs from a fresh installation to a robot that drives: the help is a tour of them."""
+
+# Exception of typer for a wrong command line: click's, or its own copy in later versions.
 _USAGE_ERROR: Any = typer.BadParameter.__mro__[2]
+
+
+class FlowOrder(TyperGroup):
+    """Group that lists its verbs in the order in which they are first needed.
+
+    typer lists single commands before groups of commands.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401 - click's, or typer's own copy.
+        """Return the names of the verbs, those outside the flow at the end."""
+        return sorted(super().list_commands(ctx), key=_place)
+
+
+def _place(name: str) -> int:
+    """Return the place of a verb in the flow."""
+    return FLOW.index(name) if name in FLOW else len(FLOW)
+
 
 app = typer.Typer(
     name="andabata",
+    cls=FlowOrder,
     help="Off-road navigation for a skid-steer robot with a rotating 2D laser.",
     no_args_is_help=True,
     add_completion=False,
@@ -63,8 +100,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code: 0 ok, 1 failed, 2 usage, 130 interrupted.
 
     Args:
-        argv: Words after the program's name; None for the process's own. ``--debug`` may stand
-            anywhere.
+        argv: Words after the program's name; None for the process's own. ``--debug`` is accepted
+            at any place.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in words
@@ -72,7 +109,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = app(words, prog_name="andabata", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        code = INTERRUPTED  # Later versions of typer return it by themselves.
+        code = INTERRUPTED  # Later versions of typer return this code.
     except _USAGE_ERROR as error:
         return _fail(error.format_message(), USAGE)
     except Exception as error:
@@ -85,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _code(error: Exception) -> int:
-    """Return 2 for what the user typed, 1 for everything else."""
+    """Return 2 for an error in what the user typed, 1 for all others."""
     from andabata.app.settings import SettingsError
     from andabata.app.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
@@ -109,12 +146,12 @@ def _one_line(error: Exception) -> str:
 
 
 def _fail(text: str, code: int) -> int:
-    """Print an error, unless typer has shown the help instead, and return its code."""
+    """Print an error and return its code; no text means that typer has shown the help instead."""
     if text:
         sys.stderr.write(f"error: {' '.join(text.split())}\n")
     return code
 
 
 def run() -> None:
-    """Be the console script."""
+    """Run the console script and exit with its code."""
     sys.exit(main())

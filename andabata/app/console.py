@@ -1,4 +1,4 @@
-"""What people see: messages and progress on stderr, so that stdout is for results alone."""
+"""Output of commands: status and progress on stderr, so that stdout is for results alone."""
 
 import json
 import sys
@@ -13,6 +13,7 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -21,39 +22,43 @@ from rich.table import Table
 
 
 class Console:
-    """Speaks to people on stderr and to programs on stdout."""
+    """Prints status and progress on stderr, and the result on stdout."""
 
     def __init__(self, quiet: bool = False, as_json: bool = False) -> None:
-        """Choose who listens.
+        """Make a console.
 
         Args:
-            quiet: Say nothing but results and errors.
-            as_json: Results are one JSON object on stdout and nothing else.
+            quiet: True to print nothing but results and errors.
+            as_json: True to print the result as one JSON object and nothing else on stdout.
         """
         self.as_json = as_json
         self._quiet = quiet
         self._console = RichConsole(stderr=True, quiet=quiet, highlight=False)
 
     def status(self, text: str) -> None:
-        """Tell people something."""
+        """Print a line on stderr, unless quiet."""
         self._console.print(text, soft_wrap=True, markup=False)
 
-    def result(self, data: Mapping[str, Any], table: RenderableType | None = None) -> None:
-        """Give the result: the JSON object, or a table or text for people."""
+    def result(self, data: Mapping[str, Any], *parts: RenderableType) -> None:
+        """Print the result: the data as JSON, or its parts for people.
+
+        Args:
+            data: The whole result; numbers that are not finite become null.
+            parts: Tables and texts; lines of a text are not wrapped.
+        """
         if self.as_json:
             sys.stdout.write(json.dumps(_finite(data)) + "\n")
-        elif table is not None:
-            RichConsole(highlight=False).print(
-                table, markup=False, soft_wrap=isinstance(table, str)
-            )
+            return
+        for part in parts:
+            RichConsole(highlight=False).print(part, markup=False, soft_wrap=isinstance(part, str))
 
     @contextmanager
     def progress(self, what: str, total: int | None) -> Iterator["Step"]:
-        """Show a bar with the time that is left; yields a function that moves it.
+        """Show a progress bar with the remaining time; yields a function that advances it.
 
         Args:
-            what: Is going on.
-            total: Steps, None where nobody knows.
+            what: Name of the work.
+            total: Number of steps; None if it is unknown.
         """
         columns = (
             TextColumn("{task.description}"),
@@ -70,18 +75,19 @@ class Console:
 
 
 class Step:
-    """Moves a progress bar."""
+    """Function that advances a progress bar."""
 
-    def __init__(self, bar: Progress, task: Any) -> None:  # noqa: ANN401 - rich's own id type.
+    def __init__(self, bar: Progress, task: TaskID) -> None:
+        """Take the bar and its task."""
         self._bar, self._task = bar, task
 
     def __call__(self, count: int = 1, note: str = "") -> None:
-        """Move on by ``count`` and show a note."""
+        """Advance by ``count`` steps and show a note."""
         self._bar.update(self._task, advance=count, note=note)
 
 
 def table_of(rows: Sequence[Mapping[str, Any]], title: str = "") -> Table:
-    """Return a table with one column a key of the first row."""
+    """Return a table with one column for each key of the first row."""
     table = Table(title=title or None, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for key in rows[0] if rows else ():
         side: JustifyMethod = "left" if isinstance(rows[0][key], str) else "right"
@@ -99,7 +105,7 @@ def _text(value: object) -> str:
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value.
-    """Return data that strict JSON can hold: numbers that are not finite become null."""
+    """Return data for strict JSON: numbers that are not finite become null."""
     if isinstance(value, Mapping):
         return {str(key): _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""``--datum``: where on Earth the map lies, as a user gives it."""
+"""Datum of the map from ``--datum``, and notes on the one that a replay used."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,10 +11,10 @@ _FIELDS = ("latitude_deg", "longitude_deg", "altitude")
 
 
 def datum_overrides(text: str | None) -> tuple[str, ...]:
-    """Return what ``--datum LAT,LON[,ALT]`` sets, as ``--set`` writes it.
+    """Return the settings of ``--datum LAT,LON[,ALT]``, as ``--set`` writes them.
 
     Raises:
-        UsageError: If it is not two or three finite numbers, or no place that can be a datum.
+        UsageError: If it is not two or three finite numbers, or out of bounds.
     """
     if text is None:
         return ()
@@ -34,6 +34,6 @@ def datum_overrides(text: str | None) -> tuple[str, ...]:
 
 
 def datum_notes(data: Mapping[str, Any]) -> list[str]:
-    """Return what a user must know of the datum, from a replay's figures."""
+    """Return notes on the datum of a replay, none if the recording gave it."""
     datum = Datum.from_dict(data)
     return [] if datum.source == "the recording" else list(datum.notes)

@@ -1,4 +1,4 @@
-"""The whole chain once, small: clouds, forest, a short curriculum, a drive, a judgement."""
+"""Demonstration of the whole chain: clouds, forest, short training, a drive, an evaluation."""
 
 import time
 from pathlib import Path
@@ -34,12 +34,12 @@ _WORLD = "natural-test"
 
 
 class DemonstrationConfig(BaseModel):
-    """How much of each part is run.
+    """Size of each part.
 
     Attributes:
         train: Number of labelled clouds for training.
-        validation: Number of labelled clouds for judging.
-        trees: Number of the forest's trees, as many as so few clouds can teach.
+        validation: Number of labelled clouds for evaluating the forest.
+        trees: Number of trees of the forest, few as the clouds are few.
         episodes: Number of episodes in the maze.
         trials: Number of trials of each controller.
         time_limit: Longest drive to each goal [s].
@@ -56,7 +56,7 @@ class DemonstrationConfig(BaseModel):
 
 
 class Demonstration:
-    """The demo: each part adds to the figures and to the report."""
+    """Demonstration, each part of which adds to the figures and to the report."""
 
     def __init__(
         self,
@@ -67,15 +67,15 @@ class Demonstration:
         console: Console,
         sensor: str,
     ) -> None:
-        """Say what to run.
+        """Prepare a demonstration.
 
         Args:
-            config: How much of it.
-            folder: Where everything goes; an earlier demo there is replaced.
-            seed: Of everything.
-            workers: Processes.
-            console: Tells people what happens.
-            sensor: The laser's name.
+            config: Size of each part.
+            folder: Folder for all files; an earlier demo in it is replaced.
+            seed: Seed of all parts.
+            workers: Number of processes.
+            console: Console that shows the progress.
+            sensor: Name of the laser.
         """
         self._config = config
         self._folder, self._seed, self._workers = folder, seed, workers
@@ -84,21 +84,21 @@ class Demonstration:
         self._figures: dict[str, Any] = {"sensor": sensor}
 
     def run(self) -> dict[str, Any]:
-        """Run all of it and return its figures and where its report lies."""
+        """Run all parts and return the figures and the path of the report."""
         began = time.perf_counter()
         make_folder(self._folder)
-        self._classifier()
-        self._learning()
-        self._look(self._drive())
-        self._judgement()
+        self._train_classifier()
+        self._train_policy()
+        self._show_scan(self._drive())
+        self._evaluate()
         self._figures["wall_s"] = time.perf_counter() - began
         path = self._folder / "report.html"
         atomic_io.write(path, self._report.to_bytes())
         write_json(self._folder / "demo.json", self._figures)
         return {**self._figures, "report": str(path)}
 
-    def _classifier(self) -> None:
-        """Make labelled clouds and grow a forest on them."""
+    def _train_classifier(self) -> None:
+        """Make labelled clouds and train a forest on them."""
         clouds = self._folder / "clouds"
         counts: dict[Split, int] = {
             "train": self._config.train,
@@ -125,13 +125,13 @@ class Demonstration:
         self._report.section(
             "A classifier of cells",
             f"{counts['train']} labelled clouds for training and {counts['validation']} for "
-            f"judging, from other worlds; {len(samples.blocked)} training cells.",
+            f"validation, from other worlds; {len(samples.blocked)} training cells.",
         )
         self._report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
-        self._report.picture(confusion_picture(scores), "Judged cells of the validation clouds")
+        self._report.picture(confusion_picture(scores), "Cells of the validation clouds")
 
-    def _learning(self) -> None:
-        """Begin the curriculum: enough to see it learn, not enough to drive."""
+    def _train_policy(self) -> None:
+        """Begin the curriculum: enough for a learning curve, too little for a good policy."""
         run, episodes = self._folder / "run", self._config.episodes
         for file in run.glob("*"):
             file.unlink()
@@ -160,11 +160,11 @@ class Demonstration:
         )
 
     def _drive(self) -> Driven:
-        """Drive the shipped policy through a natural world that nothing was trained on."""
+        """Drive the shipped policy through a natural world that is used for no training."""
         config, limit = with_parts(SimulatedRobotConfig, self._sensor), self._config.time_limit
         with self._console.progress("simulated seconds", None) as step:
             driven = drive_once(
-                _WORLD, self._seed, "learned", config, on_second=step, time_limit=limit
+                _WORLD, self._seed, "policy+planner", config, on_second=step, time_limit=limit
             )
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
@@ -180,18 +180,18 @@ class Demonstration:
         self._report.picture(world_picture(driven.world), "The world")
         return driven
 
-    def _look(self, driven: Driven) -> None:
-        """Show the last cloud of the drive with its cells, judged by the shipped forest."""
+    def _show_scan(self, driven: Driven) -> None:
+        """Add the last cloud of the drive with its cells and its virtual scan."""
         if driven.cloud is None:
             return
         scanned = scan_cloud(driven.cloud, ScanConfig(), shipped_forest())
         self._report.section(
-            "What the robot saw", "The last cloud of the drive, its cells and virtual scan."
+            "The last scan", "The last cloud of the drive, its cells and virtual scan."
         )
         self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
 
-    def _judgement(self) -> None:
-        """Judge controllers in a few trials."""
+    def _evaluate(self) -> None:
+        """Evaluate controllers in a few trials."""
         trials = self._config.trials
         config = EvaluationConfig(
             world=_WORLD,
@@ -208,6 +208,6 @@ class Demonstration:
         self._figures["evaluation"] = table
         self._report.section(
             "Controllers side by side",
-            f"{trials} trials show the form of the table, not the truth: see the intervals.",
+            f"{trials} trials show the form of the table; the intervals are wide.",
         )
         self._report.table(table)

@@ -1,4 +1,4 @@
-"""A guard against other distributions that use our import names."""
+"""Guard against other distributions with our import names."""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -7,15 +7,15 @@ SIBLINGS = ("terrain", "worlds", "traversability", "rl")
 
 
 class OriginError(ValueError):
-    """A sibling package that is not ours."""
+    """A sibling package of another distribution."""
 
 
 def check_origins() -> dict[str, str]:
-    """Return where each package lies, without importing it.
+    """Return the folder of each package, without importing it.
 
     Raises:
-        OriginError: If a sibling is missing or lies elsewhere than beside ``andabata``: its name is
-            generic, and pip lets two distributions share it silently.
+        OriginError: If a sibling is missing or is not beside ``andabata``. The names are generic,
+            and pip installs two distributions of one name over each other without a word.
     """
     home = Path(__file__).resolve().parents[2]
     found = {"andabata": str(home / "andabata")}

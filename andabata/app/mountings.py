@@ -1,4 +1,4 @@
-"""What ``--mounting`` says, in scan, replay and ros."""
+"""Mountings of sensors from ``--mounting``, for scan, replay and ros."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,73 +7,74 @@ from typing import Any
 from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
-from andabata.records.frames import SENSES
-from andabata.records.mounts import BARE, GivenMounting, yaw_pitch_roll
+from andabata.records.frames import SENSORS
+from andabata.records.sensor_pose import UNNAMED, GivenMounting, yaw_pitch_roll
 
 _TURN = 360.0
-"""A whole turn [deg]."""
+"""Full turn [deg]."""
 
 
 def read_mountings(
-    texts: Sequence[str], readings: Sequence[str] = SENSES
+    texts: Sequence[str], sensors: Sequence[str] = SENSORS
 ) -> dict[str, GivenMounting]:
-    """Return the mountings of options of the form ``[SENSE=]X,Y,[Z,]ROLL,PITCH,YAW``.
+    """Return the mountings of options of the form ``[SENSOR=]X,Y,[Z,]ROLL,PITCH,YAW``.
 
     Args:
-        texts: Metres and degrees.
-        readings: Those that can be mounted here.
+        texts: Texts of the options, in metres and degrees.
+        sensors: Names of the sensors that can be mounted here.
 
     Returns:
-        By sense, or ``BARE`` where none is named.
+        Mountings by sensor, or by ``UNNAMED`` where none is named.
 
     Raises:
-        UsageError: If one is none, or a sense is told twice.
+        UsageError: If a text is not a mounting, or a sensor is given twice.
         SettingsError: If a number is out of bounds.
     """
     found: dict[str, GivenMounting] = {}
     for text in texts:
         name, sign, value = text.rpartition("=")
-        sense = name.strip()
-        if sign and sense not in readings:
+        sensor = name.strip()
+        if sign and sensor not in sensors:
             raise UsageError(
-                f"--mounting: expected one of {', '.join(readings)} before the sign, got {sense!r}"
+                f"--mounting: expected one of {', '.join(sensors)} before the sign, got {sensor!r}"
             )
-        if sense in found:
-            raise UsageError(f"--mounting: expected {sense or 'the laser'} once, got it twice")
-        found[sense] = _given(value)
+        if sensor in found:
+            raise UsageError(f"--mounting: expected {sensor or 'the laser'} once, got it twice")
+        found[sensor] = _given(value)
     return found
 
 
 def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mounting:
-    """Return the mounting of a laser: what was told, else level at a height [m].
+    """Return the mounting of a laser: the given one, else level at a height [m].
 
     Raises:
         SettingsError: If the height is out of bounds.
     """
-    told = given.get("laser", given.get(BARE))
-    if told is None:
+    mounting = given.get("laser", given.get(UNNAMED))
+    if mounting is None:
         return resolve(Mounting, overrides=[f"z={height!r}"])
-    yaw, pitch, roll = yaw_pitch_roll(told.rotation)
-    z = height if told.z is None else told.z
-    fields = {"x": told.x, "y": told.y, "z": z, "roll": roll, "pitch": pitch, "yaw": yaw}
+    yaw, pitch, roll = yaw_pitch_roll(mounting.rotation)
+    z = height if mounting.z is None else mounting.z
+    fields = {"x": mounting.x, "y": mounting.y, "z": z}
+    fields |= {"roll": roll, "pitch": pitch, "yaw": yaw}
     return resolve(Mounting, overrides=[f"{name}={value!r}" for name, value in fields.items()])
 
 
 def with_height(settings: Sequence[str] | None, height: float | None) -> list[str]:
-    """Return ``--set`` options with that of ``--sensor-height`` [m] in front, if it is told."""
+    """Return ``--set`` options, behind that of ``--sensor-height`` [m] if it is given."""
     return [*([] if height is None else [f"robot.lidar_height={height!r}"]), *(settings or ())]
 
 
 def mountings_in_words(frames: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return where senses sit, as ``Mounts.as_dict`` tells, a line each."""
+    """Return the mountings of ``Extrinsics.as_dict`` as text, a line for each sensor."""
     lines = []
-    for sense, mount in frames.items():
+    for sensor, mount in frames.items():
         place = "moves"
         if mount["transform"] is not None:
             *xyz, roll, pitch, yaw = mount["transform"]
             angles = (math.degrees(angle) for angle in (roll, pitch, yaw))
             place = ",".join(f"{number + 0.0:.3g}" for number in (*xyz, *angles))
-        lines.append(f"{sense}: frame {mount['frame'] or '(none)'} at {place} ({mount['source']})")
+        lines.append(f"{sensor}: frame {mount['frame'] or '(none)'} at {place} ({mount['source']})")
     return "\n".join(lines)
 
 
@@ -81,7 +82,7 @@ def _given(text: str) -> GivenMounting:
     """Return the mounting of five or six numbers.
 
     Raises:
-        UsageError: If they are not.
+        UsageError: If they are not numbers, or an angle is beyond a full turn.
         SettingsError: If one is out of bounds.
     """
     count = text.count(",") + 1

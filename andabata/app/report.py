@@ -14,15 +14,15 @@ td:first-child,th:first-child{text-align:left}h2{margin-top:2.5rem}.note{color:#
 
 
 class Report:
-    """Collects a page from top to bottom."""
+    """HTML page that is written from top to bottom."""
 
     def __init__(self, title: str) -> None:
-        """Begin a page."""
+        """Begin a page with a title."""
         self._title = title
         self._parts: list[str] = [f"<h1>{html.escape(title)}</h1>"]
 
     def section(self, title: str, text: str = "") -> None:
-        """Begin a section."""
+        """Begin a section with a title and a paragraph."""
         self._parts.append(f"<h2>{html.escape(title)}</h2>")
         if text:
             self._parts.append(f"<p>{html.escape(text)}</p>")
@@ -37,7 +37,7 @@ class Report:
         )
 
     def table(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Add a table with one column a key of the first row."""
+        """Add a table with one column for each key of the first row."""
         if not rows:
             return
         head = "".join(f"<th>{html.escape(str(key))}</th>" for key in rows[0])

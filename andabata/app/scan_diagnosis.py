@@ -1,4 +1,4 @@
-"""Says what a person should know before trusting the scan of a cloud."""
+"""Diagnosis of a scan: likely mistakes of mounting, frame or unit, and the option against each."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,27 +9,27 @@ from traversability.labels import CellState
 from traversability.levelling import tilt_of
 
 MOST_TILT = np.deg2rad(12.0)
-"""Ground that tilts more than this around the robot makes one ask whether the cloud is level."""
+"""Tilt of the ground [rad] above which the cloud is probably not level."""
 
-_MOST_HEIGHT = 0.2  # Metres between the ground and the base plane that go unsaid.
-_OWN_REACH = 1.0  # Metres from the sensor's axis within which a robot's own body is looked for.
-_OWN_RISE = 0.15  # Metres over the ground from which on a return is none of the ground.
-_OWN_POINTS = 5
-_LASER_REACH = 300.0  # Metres that no laser of these robots measures further.
-_FEW = 0.01
+_MOST_HEIGHT = 0.2  # Distance [m] of the ground from the base plane that needs no remark.
+_OWN_REACH = 1.0  # Distance [m] from the sensor's axis within which the robot's body may be.
+_OWN_RISE = 0.15  # Height [m] above which a return is not of the ground.
+_OWN_POINTS = 5  # Number of returns in a sector from which on they may be the robot's body.
+_LASER_REACH = 300.0  # Longest range [m] of the lasers of such robots.
+_FEW = 0.01  # Share of near points below which the origin or the unit is probably wrong.
 
 
 def diagnose(scanned: Scanned, config: ScanConfig) -> list[str]:
-    """Return what is doubtful about a scan, and what to do about it, a sentence each."""
+    """Return the doubts about a scan, each a sentence with the next step."""
     found = _far_remarks(scanned) or _empty_remarks(scanned)
     if not found:
         found = _ground_remarks(scanned, config)
         found += _own_body_remarks(scanned, config)
         if scanned.ground is None:
-            found.append("too few points within 5 m to see the ground; is it the right cloud?")
+            found.append("too few points within 5 m to find the ground; is it the right cloud?")
     unknown = np.isnan(scanned.scan.ranges)
     if unknown.mean() > 0.5 and not unknown.all():
-        found.append("most sectors hold no judged cell: their ranges are unknown, not free")
+        found.append("most sectors hold no classified cell: their ranges are unknown, not free")
     return found
 
 
@@ -40,7 +40,7 @@ def _outward(scanned: Scanned) -> NDArray[np.float64]:
 
 
 def _far_remarks(scanned: Scanned) -> list[str]:
-    """Return why hardly a point is near the robot: another origin, another unit."""
+    """Return the reason why hardly a point is near the robot: another origin, another unit."""
     outward, outer = _outward(scanned), scanned.grid.outer_radius
     if not len(outward) or (outward < outer).mean() > _FEW:
         return []
@@ -49,8 +49,8 @@ def _far_remarks(scanned: Scanned) -> list[str]:
     if nearest > max(wide, outer):
         return [
             f"the cloud's nearest point is {nearest:.4g} m from the sensor, and the cloud is "
-            f"{wide:.3g} m wide: its coordinates do not count from the sensor; say where the "
-            "sensor was with --sensor-at X,Y,Z"
+            f"{wide:.3g} m wide: the sensor is not their origin; give the sensor's "
+            "position with --sensor-at X,Y,Z"
         ]
     if middle > _LASER_REACH:
         return [
@@ -66,7 +66,7 @@ def _far_remarks(scanned: Scanned) -> list[str]:
 
 
 def _empty_remarks(scanned: Scanned) -> list[str]:
-    """Return why no cell could be judged."""
+    """Return the reason why no cell could be classified."""
     if (scanned.cells != CellState.EMPTY).any():
         return []
     grid, points = scanned.grid, scanned.cloud.points
@@ -76,15 +76,15 @@ def _empty_remarks(scanned: Scanned) -> list[str]:
         return [
             f"all {len(points)} points lie within {grid.inner_radius:g} m of the robot's axis, "
             f"nearer than the first ring (farthest {outward.max():.3g} m): the robot's own body, "
-            "or no metres?"
+            "or a unit other than metres?"
         ]
     heights = points[ringed, 2].astype(np.float64)
     left = int((fill_quarters(points, grid).bins[: len(points)] >= 0).sum())
     if left == 0:
         side = "above" if heights.min() > 0 else "beyond"
         return [
-            f"all points within {grid.outer_radius:g} m lie {side} what the robot can meet, "
-            f"{grid.max_height:g} m over the ground: z is {heights.min():.3g} to "
+            f"all points within {grid.outer_radius:g} m lie {side} the robot's height, "
+            f"up to {grid.max_height:g} m over the ground: z is {heights.min():.3g} to "
             f"{heights.max():.3g} m over the base plane; are --sensor-height and --mounting right?"
         ]
     return [
@@ -94,7 +94,7 @@ def _empty_remarks(scanned: Scanned) -> list[str]:
 
 
 def _ground_remarks(scanned: Scanned, config: ScanConfig) -> list[str]:
-    """Return what the ground says about the mounting."""
+    """Return the contradictions between the ground and the mounting."""
     if scanned.ground is None or config.level:
         return []
     normal, height = scanned.ground
@@ -118,7 +118,7 @@ def _ground_remarks(scanned: Scanned, config: ScanConfig) -> list[str]:
 
 
 def _own_body_remarks(scanned: Scanned, config: ScanConfig) -> list[str]:
-    """Return whether sectors end where the robot's own body may be."""
+    """Return a remark if sectors end at what may be the robot's own body."""
     grid, ranges = scanned.grid, scanned.scan.ranges
     with np.errstate(invalid="ignore"):
         short = ranges < _OWN_REACH

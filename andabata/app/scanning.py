@@ -1,4 +1,4 @@
-"""Any cloud to cells and a virtual scan."""
+"""Scan of any cloud: mounting, levelling, cells and virtual scan."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,16 +21,16 @@ from traversability.virtual_scan import VirtualScan, virtual_scan
 
 @dataclass(frozen=True)
 class Scanned:
-    """A cloud with what was seen in it.
+    """Cloud with its cells and its virtual scan.
 
     Attributes:
-        cloud: In ``base_footprint``.
-        cells: ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
+        cloud: Points in ``base_footprint``.
+        cells: State of each cell, a ``CellState``, uint8, shape (n_sectors, n_rings).
         scan: The virtual scan.
-        grid: The cells' grid.
+        grid: Polar grid of the cells.
         ground: Upward unit normal, shape (3,), and height [m] of the ground within 5 m, before
             levelling; None without ground.
-        sensor: Where the sensor is in ``base_footprint`` [m], shape (3,); None where the cloud
+        sensor: Position of the sensor in ``base_footprint`` [m], shape (3,); None if the cloud
             came in that frame.
     """
 
@@ -43,16 +43,17 @@ class Scanned:
 
 
 class ScanConfig(BaseModel):
-    """How a cloud is looked at.
+    """Settings of a scan.
 
     Attributes:
-        mounting: Of the sensor, for clouds in a frame of their own, not in one of the robot's.
-        own_body: Returns nearer than this to the sensor are the robot's own [m]; 0 keeps all.
-        level: Whether to turn and shift the cloud so that the ground around the robot is the base
-            plane, instead of trusting the mounting.
-        n_sectors: Sectors; the paper's 32, or more.
-        sensor_at: Where the sensor was in the cloud's own coordinates [m], for clouds that count
-            from elsewhere; None where they count from the sensor.
+        mounting: Mounting of the sensor, for clouds in the sensor's own frame.
+        own_body: Distance from the sensor [m] below which returns are the robot's own and are left
+            out; 0 keeps all.
+        level: True to turn and shift the cloud so that the ground around the robot is the base
+            plane, instead of relying on the mounting.
+        n_sectors: Number of sectors; the paper has 32.
+        sensor_at: Position of the sensor in the cloud's own coordinates [m], for clouds of a map;
+            None if the sensor is their origin.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -65,12 +66,12 @@ class ScanConfig(BaseModel):
 
 
 def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned:
-    """Judge the cells around the robot in a cloud.
+    """Classify the cells around the robot in a cloud and make the virtual scan.
 
     Args:
-        cloud: In ``base_footprint``, or of a sensor.
-        config: How.
-        forest: The cell classifier; its rings are used.
+        cloud: Points in ``base_footprint``, or in the frame of a sensor.
+        config: Mounting, levelling and number of sectors.
+        forest: Cell classifier; its rings are used.
 
     Raises:
         ValueError: If the cloud cannot be levelled, or nothing of it is left.
@@ -102,7 +103,7 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
 
 
 def _from_the_sensor(cloud: PointCloud, sensor_at: tuple[float, float, float] | None) -> PointCloud:
-    """Return the cloud with coordinates that count from the sensor, as far as that is known."""
+    """Return the cloud with the sensor as its origin, as far as its position is known."""
     shift = np.zeros(3) if sensor_at is None else np.array(sensor_at)
     if not cloud.origin.any() and not shift.any():
         return cloud
@@ -111,7 +112,10 @@ def _from_the_sensor(cloud: PointCloud, sensor_at: tuple[float, float, float] | 
 
 
 def scan_result(scanned: Scanned) -> dict[str, Any]:
-    """Return cells and ranges, ready for JSON; unknown ranges are None, free ones the last ring."""
+    """Return cells and ranges, ready for JSON.
+
+    Unknown ranges are None; free ones are the outer radius of the last ring.
+    """
     found = scanned.scan.ranges
     ranges, unknown = scanned.scan.finite(), np.isnan(found)
     blocked = found[np.isfinite(found)]
@@ -141,5 +145,5 @@ def scan_result(scanned: Scanned) -> dict[str, Any]:
 
 
 def _rounded(number: float | np.floating, digits: int) -> float:
-    """Return a number as JSON holds it."""
+    """Return a rounded number for JSON."""
     return round(float(number), digits)

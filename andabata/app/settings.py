@@ -1,4 +1,4 @@
-"""Configuration from a TOML file and ``--set a.b=c``, with errors that name the field."""
+"""Configurations from TOML files and ``--set a.b=c``, with errors that name the field."""
 
 import tomllib
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class SettingsError(ValueError):
-    """A configuration that does not say what it should."""
+    """Settings with an unknown field, a value out of bounds, or a file that is not TOML."""
 
 
 def resolve(
@@ -20,16 +20,16 @@ def resolve(
     overrides: Sequence[str] = (),
     base: Model | None = None,
 ) -> Model:
-    """Return a configuration.
+    """Return a configuration: the base, the file over it, and the overrides over both.
 
     Args:
-        kind: Its model.
-        file: TOML file; later sources win over it.
+        kind: Model of the configuration.
+        file: TOML file, or None.
         overrides: Texts of the form ``a.b=value``; the value is TOML, or a plain word.
-        base: Where to start; None for the model's defaults.
+        base: Configuration to begin with; None for the model's defaults.
 
     Raises:
-        SettingsError: If a field is unknown or out of bounds, or the file is no TOML.
+        SettingsError: If a field is unknown or out of bounds, or the file is not TOML.
     """
     data: dict[str, Any] = base.model_dump() if base is not None else {}
     if file is not None:
@@ -65,7 +65,7 @@ def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model
 
 
 def explain(error: ValidationError) -> str:
-    """Return the first error on one line: the field, what was expected, what came."""
+    """Return the first error on one line: the field, the expected value, the given one."""
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"]) or "configuration"
     if first["type"] == "extra_forbidden":
@@ -87,7 +87,7 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def _merge(data: dict[str, Any], other: dict[str, Any]) -> None:
-    """Put the other's fields over the data's, group by group."""
+    """Put fields over those of the data, in place, group by group."""
     for key, value in other.items():
         if isinstance(value, dict) and isinstance(data.get(key), dict):
             _merge(data[key], value)
@@ -95,8 +95,8 @@ def _merge(data: dict[str, Any], other: dict[str, Any]) -> None:
             data[key] = value
 
 
-def _value(text: str) -> Any:  # noqa: ANN401 - whatever TOML holds.
-    """Return a TOML value, or the text itself where it is none."""
+def _value(text: str) -> Any:  # noqa: ANN401 - any TOML value.
+    """Return a TOML value, or the text itself if it is not TOML."""
     try:
         return tomllib.loads(f"x = {text}")["x"]
     except tomllib.TOMLDecodeError:

@@ -1,4 +1,4 @@
-"""What training runs came to, in the figures of the paper (Sanchez et al. 2023, section 5)."""
+"""Report of training runs, with the figures of the paper (Sanchez et al. 2023, section 5)."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -12,40 +12,40 @@ import numpy as np
 from andabata.app.plots.drives import sights_picture, tests_picture, world_picture
 from andabata.app.plots.training import learning_picture, rewards_picture
 from andabata.app.report import Report
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.tasks.offroad import OffroadConfig
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import HISTORY, read_history
-from rl.policy import Policy
+from rl.policy import Policy, load_policy
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.world import World, choose_task
 
 Row = dict[str, Any]
 Test = tuple[int, str, int]
-"""Number of a run, name of a stage and number of a drive."""
+"""Index of a run, name of a stage and index of a test drive."""
 
 _FEW = 40
-"""Episodes at the beginning and at the end of a stage that are counted."""
+"""Number of episodes at the beginning and at the end of a stage that are counted."""
 
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """A run's folder, read.
+    """A training run, read from its folder.
 
     Attributes:
-        folder: Where.
-        seed: Of the run.
-        plan: What was run.
-        models: Hashes of the classifiers that it learnt with.
-        history: Its generations.
+        folder: Path of the folder.
+        seed: Seed of the run.
+        plan: Plan that was run.
+        models: SHA-256 of the classifiers in the run, by name.
+        history: Rows of the updates, in order.
     """
 
     folder: Path
@@ -59,14 +59,14 @@ class TrainingRun:
         """Return the run of a folder.
 
         Raises:
-            FileNotFoundError: If there is none.
-            ValueError: If it is another command's or version's, or no stage of it is over.
+            FileNotFoundError: If the folder holds no run.
+            ValueError: If the run is another command's or version's, or none of its stages is over.
         """
         about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         if about.get("verb") != "train":
             raise ValueError(
                 f"{folder}: expected a run of train, got one of {about.get('verb')}; "
-                "name the folder that train --out was given"
+                "give the folder of train --out"
             )
         history = read_history(folder / HISTORY)
         if not any(row["is_last"] for row in history):
@@ -82,38 +82,38 @@ class TrainingRun:
 
     @property
     def name(self) -> str:
-        """What the figures call it."""
+        """Name of the run in the figures."""
         return f"seed {self.seed}"
 
     @property
     def stages(self) -> tuple[StagePlan, ...]:
-        """The stages that are over."""
+        """Stages that are over."""
         return tuple(self.plan.stages[row["name"]] for row in self.history if row["is_last"])
 
     def policy(self, stage: str) -> Policy:
-        """Return the policy that a stage ended with."""
-        return Policy.load(self.folder / f"policy_{stage}.safetensors")
+        """Return the policy at the end of a stage."""
+        return load_policy(self.folder / f"policy_{stage}.safetensors")
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What a robot saw first, and where it truly was."""
+    """Virtual scan of a robot, with its true pose."""
 
     pose: Pose
     scan: VirtualScan
 
 
 def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
-    """Return runs that can stand in the same figures.
+    """Return runs for the same figures: of one plan, with the same classifiers.
 
     Args:
-        folders: Of the runs.
-        models: The classifiers that they learnt with.
+        folders: Folders of the runs.
+        models: Classifiers of the runs.
 
     Raises:
         FileNotFoundError: If a folder holds no run.
-        ValueError: If one holds another command's run, or their plans or classifiers differ, or
-            their seeds do not.
+        ValueError: If one holds another command's run, if their plans or classifiers differ, or if
+            two have the same seed.
     """
     runs = [TrainingRun.read(folder) for folder in folders]
     seeds = [run.seed for run in runs]
@@ -128,7 +128,7 @@ def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
         for name, digest in run.models.items():
             if models.hashes[name] != digest:
                 raise ValueError(
-                    f"{run.folder}: expected the {name} that it learnt with, {digest[:12]}, got "
+                    f"{run.folder}: expected the {name} of the run, {digest[:12]}, got "
                     f"{models.hashes[name][:12]}; give it with --{name}"
                 )
     return runs
@@ -138,12 +138,12 @@ def common_stages(runs: Sequence[TrainingRun]) -> tuple[StagePlan, ...]:
     """Return the stages that are over in every run.
 
     Raises:
-        ValueError: If there is none.
+        ValueError: If there is no such stage.
     """
     stages = tuple(s for s in runs[0].stages if all(s in run.stages for run in runs))
     if not stages:
-        told = "; ".join(f"{run.folder}: {[s.name for s in run.stages]}" for run in runs)
-        raise ValueError(f"runs: expected a stage that is over in all of them, got {told}")
+        found = "; ".join(f"{run.folder}: {[s.name for s in run.stages]}" for run in runs)
+        raise ValueError(f"runs: expected a stage that is over in all of them, got {found}")
     return stages
 
 
@@ -157,15 +157,14 @@ def report_runs(
 ) -> tuple[bytes, dict[str, Any]]:
     """Return an HTML page about runs of one plan, and its figures.
 
-    Each stage's policy drives in the first world that is kept for validation, in bullet and with
-    the whole chain.
+    Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
 
     Args:
-        runs: Of ``read_runs``.
-        models: The classifiers that they learnt with.
-        tests: Drives of each policy, each to another goal.
-        workers: Processes.
-        on_test: Called after each drive.
+        runs: Runs of ``read_runs``.
+        models: Classifiers of the runs.
+        tests: Number of drives of each policy, each to another goal.
+        workers: Number of processes.
+        on_test: Function that is called after each drive.
     """
     stages = common_stages(runs)
     jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
@@ -197,10 +196,10 @@ def _world(stage: StagePlan) -> World:
     return make_world(one.preset, one.seeds[0], one.difficulty)
 
 
-def _judged(environment: OffroadConfig) -> SimulatedRobotConfig:
-    """Return a stage's robot as it is judged: in bullet, with the senses of the real one."""
-    simulated_robot, judged = environment.simulated_robot, SimulatedRobotConfig()
-    readings = judged.sensing.proprioception
+def _test_robot(environment: OffroadConfig) -> SimulatedRobotConfig:
+    """Return a stage's robot for the tests: in bullet, with the sensors of the real robot."""
+    simulated_robot, tested = environment.simulated_robot, SimulatedRobotConfig()
+    readings = tested.sensing.proprioception
     sensing = simulated_robot.sensing.model_copy(update={"proprioception": readings})
     parts = {
         "robot": simulated_robot.robot,
@@ -208,29 +207,29 @@ def _judged(environment: OffroadConfig) -> SimulatedRobotConfig:
         "assembly": simulated_robot.assembly,
         "grid": simulated_robot.grid,
     }
-    return judged.model_copy(update=parts)
+    return tested.model_copy(update=parts)
 
 
 def _drive(
     runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
 ) -> tuple[GoalAttempt, Sight | None]:
-    """Return a test drive of a run's stage, and what the robot saw first."""
+    """Return a test drive of a run's stage, and the first virtual scan."""
     number, stage, test = job
     run, environment = runs[number], runs[number].plan.stages[stage].unseen
     models = replace(Models.from_bytes(files), policy=run.policy(stage))
-    scene = SceneShelf().get(environment.preset, environment.seeds[0], environment.difficulty)
-    config = _judged(environment)
-    name = "learned" if environment.heading == "subgoal" else "learned-map"
-    controller = make_controller(name, scene.world, config, models)
-    simulated_robot = SimulatedRobot(scene, config, models.forest, controller)
+    scene = SceneCache().get(environment.preset, environment.seeds[0], environment.difficulty)
+    config = _test_robot(environment)
+    name = "policy+planner" if environment.heading == "subgoal" else "policy"
+    steering = make_steering(name, scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
     first: list[Sight] = []
 
-    def watch(step: Step) -> None:
-        if step.view is not None and step.readings.truth is not None:
-            first.append(Sight(step.readings.truth.pose, step.view.scan))
-            simulated_robot.navigator.watch(None)
+    def observe(result: StepResult) -> None:
+        if result.scan is not None and result.readings.truth is not None:
+            first.append(Sight(result.readings.truth.pose, result.scan))
+            simulated_robot.navigator.observers.clear()
 
-    simulated_robot.navigator.watch(watch)
+    simulated_robot.navigator.observers.append(observe)
     task = choose_task(scene.world.tasks, test)
     # The same starts and noises for every run.
     (attempt, *_) = run_trial(
@@ -244,7 +243,7 @@ def _drive(
 
 
 def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
-    """Return a stage of a run in numbers."""
+    """Return the figures of a stage of a run."""
     rows = [row for row in run.history if row["name"] == stage.name]
     episodes = rows[-1]["episodes"]
     ends = {
@@ -267,7 +266,7 @@ def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
 
 
 def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
-    """Return a test drive in numbers."""
+    """Return the figures of a test drive."""
     return {
         "run": run,
         "stage": stage,
@@ -281,7 +280,7 @@ def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
 
 
 def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) -> None:
-    """Show how it went while learning (Figure 17)."""
+    """Add the rewards during training (Figure 17)."""
     page.section(
         "Reward",
         "Mean over the episodes of an update, exploring, one line a run: where the paper takes the "
@@ -291,7 +290,9 @@ def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) ->
     page.picture(rewards_picture(histories), "Reward of a control step, whole and by term")
     for run in runs:
         page.picture(learning_picture(run.history), f"{run.name}: goals reached while exploring")
-    page.section("Stages", "Validation: success in worlds kept for it, not exploring.")
+    page.section(
+        "Stages", "Validation: success in worlds that are kept for it, without exploration."
+    )
     shown = [
         row | {"validation": ", ".join(f"{k} {v:.2f}" for k, v in row["validation"].items())}
         for row in data["stages"]
@@ -300,7 +301,7 @@ def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) ->
 
 
 def _places(page: Report, worlds: Mapping[str, World]) -> None:
-    """Show a world of each family, with its starts and goals (Figures 12 and 15)."""
+    """Add a world of each family, with its starts and goals (Figures 12 and 15)."""
     page.section("Worlds", "The first world of each family that is kept for validation.")
     for world in {world.name: world for world in worlds.values()}.values():
         page.picture(world_picture(world), f"{world.name}: starts and goals")
@@ -312,7 +313,7 @@ def _scans(
     worlds: Mapping[str, World],
     driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
 ) -> None:
-    """Show what the robot saw first in each stage (Figure 13)."""
+    """Add the first virtual scan of each stage (Figure 13)."""
     page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
     sights = {}
     for stage in stages:
@@ -331,10 +332,10 @@ def _tests(
     worlds: Mapping[str, World],
     driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
 ) -> None:
-    """Show the test drives after each stage (Figures 14 and 16)."""
+    """Add the test drives after each stage (Figures 14 and 16)."""
     page.section(
         "Tests",
-        "The policy that each stage ended with, in bullet with the whole chain, not exploring. "
+        "The policy at the end of each stage, in bullet with the whole chain, without exploration. "
         "Dots are starts, stars goals; a cross is where a drive failed.",
     )
     for stage, world in worlds.items():

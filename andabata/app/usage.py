@@ -1,18 +1,18 @@
-"""What a user typed wrongly."""
+"""Texts of options to values, with errors that name the option."""
 
 from collections.abc import Sequence
 from math import isfinite
 
 
 class UsageError(ValueError):
-    """Options that cannot be used together, or words that name nothing."""
+    """Options that contradict each other, or a value that is not one of an option."""
 
 
 def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
     """Return the comma-separated words of an option.
 
     Raises:
-        UsageError: If a word is none of ``known``.
+        UsageError: If there is no word, or one that is not in ``known``.
     """
     found = tuple(word.strip() for word in text.split(",") if word.strip())
     for word in found:
@@ -27,14 +27,14 @@ def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
     """Return the comma-separated numbers of an option.
 
     Raises:
-        UsageError: If there are not ``count`` finite ones.
+        UsageError: If they are not ``count`` finite numbers.
     """
     try:
         found = tuple(float(word) for word in text.split(","))
     except ValueError:
         found = ()
     if len(found) != count or not all(isfinite(number) for number in found):
-        raise UsageError(f"{option}: expected {count} numbers with commas between, got {text!r}")
+        raise UsageError(f"{option}: expected {count} numbers separated by commas, got {text!r}")
     return found
 
 
@@ -42,7 +42,7 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     """Return the two sides of options of the form ``a=b``.
 
     Raises:
-        UsageError: If one has no sign or an empty side.
+        UsageError: If one has no equals sign or an empty side.
     """
     found = {}
     for text in texts:
@@ -60,12 +60,28 @@ def units(texts: Sequence[str]) -> dict[str, str]:
         UsageError: If there is no such quantity or unit.
     """
     from andabata.machine.robot import RobotModel
-    from andabata.records.sense_units import factor_of
+    from andabata.records.units import si_factor
 
     found = pairs(texts, "--unit")
     try:
         for quantity, unit in found.items():
-            factor_of(quantity, unit, RobotModel())
+            si_factor(quantity, unit, RobotModel())
     except ValueError as error:
         raise UsageError(str(error)) from None
     return found
+
+
+def span(text: str, most: int, option: str) -> range:
+    """Return the indices, from 0, of numbers from 1 on that an option names as ``1`` or ``1-3``.
+
+    Raises:
+        UsageError: If it names none, or one above ``most``.
+    """
+    known = [str(number) for number in range(1, most + 1)]
+    first, _, last = text.partition("-")
+    last = last or first
+    if not (first in known and last in known and int(first) <= int(last)):
+        raise UsageError(
+            f"{option}: expected {', '.join(known)} or a span as 1-{most}, got {text!r}"
+        )
+    return range(int(first) - 1, int(last))

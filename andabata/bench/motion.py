@@ -1,14 +1,14 @@
-"""What motion does to clouds and virtual scans, with and without the pose of each beam."""
+"""Measures what motion does to clouds and virtual scans, with and without the beams' poses."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.bench.table import Row
 from andabata.engine import run_tasks
 from andabata.localization.noisy_ground_truth import (
     NoisyGroundTruthConfig,
@@ -22,18 +22,18 @@ from andabata.machine.simulator import Simulator
 from andabata.models import shipped_forest
 from andabata.navigation.cloud_assembly import CloudAssembler
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Start
 
 SPEEDS = (0.1, 0.3, 0.6, 1.0)
-"""Speeds of the curve [m/s]; the paper's is 0.3."""
+"""Forward speeds [m/s]; the paper's is 0.3."""
 
 TURNS = (0.0, 0.4)
 """Yaw rates [rad/s]."""
 
 GROUNDS = ("lake", "natural-test")
-"""Presets: nearly flat, and rough."""
+"""World presets: nearly flat, and rough."""
 
 _TRUE = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
 _STILL = WheelSpeeds(0.0, 0.0)
@@ -41,13 +41,13 @@ _STILL = WheelSpeeds(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Ride:
-    """A ride of some seconds.
+    """Ride of some seconds at a constant twist.
 
     Attributes:
-        ground: Preset.
-        speed: Forward [m/s].
+        ground: World preset.
+        speed: Forward speed [m/s].
         turn: Yaw rate [rad/s].
-        number: Of the world.
+        number: Number of the world among the evaluation's.
     """
 
     ground: str
@@ -57,12 +57,58 @@ class Ride:
 
 
 class _Frozen(PoseTrack):
-    """A track that knows one pose: what placing beams without de-skewing amounts to."""
+    """Track with a single pose, which places beams without de-skewing."""
 
     def __init__(self, track: PoseTrack) -> None:
+        """Keep the latest pose of a track."""
         super().__init__(2)
         pose = track.at(np.array([track.latest]))[0]
         self.append(track.latest, pose[:3], pose[3:])
+
+
+def ride_count(rides: int) -> int:
+    """Return the number of rides of a curve with some rides of each row."""
+    return rides * len(GROUNDS) * len(TURNS) * len(SPEEDS)
+
+
+def error_table(rows: Sequence[Row]) -> list[Row]:
+    """Return the errors of ``ride_clouds`` as a table for people: median and 95 %."""
+    return [
+        _ride_cells(row)
+        | {
+            "error [m]": f"{row['error_median_m']:.3f} {row['error_95_m']:.3f}",
+            "skewed [m]": f"{row['skewed_median_m']:.3f} {row['skewed_95_m']:.3f}",
+        }
+        for row in rows
+        if row["clouds"]
+    ]
+
+
+def agreement_table(rows: Sequence[Row]) -> list[Row]:
+    """Return how well scans agree with those of a standing robot, as a table for people.
+
+    The last column is the agreement of two scans of the standing robot.
+    """
+    return [
+        _ride_cells(row)
+        | {
+            "scan": row["scan_agrees"],
+            "skewed": row["skewed_scan_agrees"],
+            "true pose": row["true_scan_agrees"],
+            "standing": row["standing_scan_agrees"],
+        }
+        for row in rows
+        if row["clouds"]
+    ]
+
+
+def _ride_cells(row: Row) -> Row:
+    """Return the first columns of a table for people."""
+    return {
+        "ground": row["ground"],
+        "yaw rate [rad/s]": f"{row['turn']:.1f}",
+        "speed [m/s]": f"{row['speed']:.1f}",
+    }
 
 
 def ride_clouds(
@@ -71,19 +117,19 @@ def ride_clouds(
     seed: int,
     workers: int,
     step: Callable[[], None] | None = None,
-) -> list[dict[str, Any]]:
-    """Return the error-against-speed curve, one row a speed, turn and ground, ready for JSON.
+) -> list[Row]:
+    """Return the error-against-speed curve: one row for each ground, yaw rate and speed.
 
-    A cloud's error is the distance of its points from where they would lie had the true pose
-    placed them, both seen from the robot. The scans are compared with those of a robot that stands
-    where the moving one is.
+    A cloud's error is the distance of its points from the same points placed with the true pose,
+    both relative to the robot. The virtual scans are compared with those of a robot that stands
+    still where the moving one is.
 
     Args:
-        config: The robot.
-        rides: Rides of each row.
-        seed: Of worlds and noises.
-        workers: Processes.
-        step: Called after each ride.
+        config: Configuration of the robot.
+        rides: Number of rides of each row.
+        seed: Seed of worlds and noise.
+        workers: Number of processes.
+        step: Function that is called after each ride.
     """
     tasks = [
         Ride(ground, speed, turn, number)
@@ -99,15 +145,15 @@ def ride_clouds(
             step()
     table = []
     for (ground, turn, speed), found in rows.items():
-        row: dict[str, Any] = {"ground": ground, "turn": turn, "speed": speed, "clouds": len(found)}
+        row: Row = {"ground": ground, "turn": turn, "speed": speed, "clouds": len(found)}
         names = found[0] if found else ()
         table.append(row | {name: float(np.mean([one[name] for one in found])) for name in names})
     return table
 
 
 def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str, float]]:
-    """Stand for a cloud, as the navigator does, ride for two, and compare what was made of them."""
-    scene = SceneShelf(1).get(ride.ground, evaluation_world(seed, ride.number))
+    """Stand for one cloud, as the navigator does, ride for two, and return the errors of each."""
+    scene = SceneCache(1).get(ride.ground, evaluation_world(seed, ride.number))
     rng = np.random.default_rng([seed, ride.number, 7])
     robot, lidar = config.robot, config.sensing.lidar
     simulator = Simulator(scene.world, scene.rays, robot, config.plant, config.sensing, rng)
@@ -161,7 +207,16 @@ def _compared(
     clouds: list[NDArray[np.float32]],
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Return errors of the points and agreement of the scans of one instant."""
+    """Return errors of the points and agreement of the scans at one instant.
+
+    Args:
+        scene: World and its rays.
+        config: Configuration of the robot.
+        readings: Readings of the instant, with the true pose.
+        clouds: Clouds placed with the filter's track, with its latest pose alone, and with the true
+            track; relative to the robot [m], shape (n, 3) each.
+        rng: Noise of the robot that stands still.
+    """
     ours, skewed, true = clouds
     scanner = TraversabilityScanner(shipped_forest(), config.grid)
     standing = _standing(scene, config, readings, rng)
@@ -183,7 +238,7 @@ def _compared(
 def _standing(
     scene: Scene, config: SimulatedRobotConfig, readings: SensorReadings, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Return the cloud of a robot that stands where the moving one is, in its frame."""
+    """Return the cloud of a robot that stands still where the moving one is, in its frame."""
     pose = _pose(readings)
     simulator = Simulator(scene.world, scene.rays, config.robot, config.plant, config.sensing, rng)
     start = Start(float(pose.position[0]), float(pose.position[1]), pose.yaw)
@@ -201,7 +256,7 @@ def _standing(
 
 
 def _rings(scanner: TraversabilityScanner, points: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the ring at which each sector ends, one more where it is free, -10 where unknown."""
+    """Return the ring at which each sector ends, one more if it is free, -10 if unknown."""
     ranges, edges = scanner.scan(points).ranges, scanner.grid.ring_edges
     found = np.searchsorted(edges, ranges - 1e-3)
     found = np.where(np.isinf(ranges), len(edges) - 1, found)

@@ -1,7 +1,7 @@
-"""Ours and the peers on the same clouds: cells, points, hazards and milliseconds."""
+"""Compares the cell classifier with its peers on the same clouds: cells, points, hazards, time."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.perception_peers import PEERS, Peer
+from andabata.bench.reporter import Reporter
+from andabata.bench.table import Row, benchmark_row
 from andabata.datasets.hazard_suite import HazardCase, hazard_cases, hazard_cloud
 from andabata.engine import run_tasks
 from traversability.binning import fill_quarters
 from traversability.cloud import PointCloud
-from traversability.dataset import Manifest, read_clouds
+from traversability.dataset import DatasetError, Manifest, Split, read_clouds, read_manifest
 from traversability.files import read_cloud
 from traversability.forest import Forest, Thresholds
 from traversability.grid import PolarGrid
@@ -25,19 +27,25 @@ from traversability.scanner import TraversabilityScanner
 from traversability.scores import CellScores, range_errors
 
 OURS, EVEN, POINTS = "andabata", "andabata, even costs", "point classifier"
-"""The cell classifier as it is shipped, the same with a threshold of one half, which asks for the
-best F1 as the peers' settings do, and the point classifier."""
+"""Names of the cell classifier as shipped, of the same with a threshold of one half, which aims at
+the best F1 as the peers' settings do, and of the point classifier."""
+
+NEAR = 4.0
+"""Largest distance of the cells of hazards that count [m]."""
 
 _POINTS_A_CLOUD = 400
 
+Settings = tuple[tuple[str, Any], ...]
+"""Settings of a peer, by name, ready to be a key."""
+
 
 @dataclass(frozen=True)
-class Look:
-    """What a subject made of one cloud.
+class Classification:
+    """Result of one subject on one cloud.
 
     Attributes:
-        subject: Who.
-        cells: ``CellState`` of each cell.
+        subject: Name of the subject.
+        cells: ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
         points: Confusion of points in the grid: tp, fp, fn, shape (3,), or None.
         seconds: Time from cloud to cells [s].
     """
@@ -49,22 +57,113 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Bench:
-    """Whom to compare, ready to be sent to a process.
+class Subjects:
+    """Subjects of the comparison, ready to be sent to a process.
 
     Attributes:
-        forest: The cell classifier's file.
-        points: The point classifier, or None.
+        forest: Content of the cell classifier's file.
+        points: Point classifier, or None.
         peers: Names of peers with their settings.
     """
 
     forest: bytes
     points: PointClassifier | None
-    peers: tuple[tuple[str, tuple[tuple[str, Any], ...]], ...]
+    peers: tuple[tuple[str, Settings], ...]
+
+
+def bench_perception(
+    forest: Forest,
+    clouds: Path,
+    *,
+    tune_on: Path | None,
+    tuning: int,
+    points: int,
+    sides: int,
+    seed: int,
+    workers: int,
+    reporter: Reporter,
+) -> Row:
+    """Return the scores of the cell classifier and of every peer that is installed.
+
+    Args:
+        forest: Cell classifier.
+        clouds: Data set whose validation split evaluates.
+        tune_on: Data set on whose validation split the peers are tuned; None for the training
+            split of ``clouds``.
+        tuning: Largest number of clouds to tune on.
+        points: Number of training clouds of the point classifier; 0 leaves it out.
+        sides: Number of sides that hazards are seen from; 0 leaves them out.
+        seed: Seed of the point classifier.
+        workers: Number of processes.
+        reporter: Receiver of messages and progress.
+
+    Returns:
+        ``rows`` of all scores, scores by ``subjects``, ``hazards``, ``settings`` of the peers and
+        number of ``clouds``.
+
+    Raises:
+        DatasetError: If there are no clouds to tune on.
+    """
+    manifest = read_manifest(clouds)
+    source, split = tune_on or clouds, _tuning_split(tune_on)
+    source_manifest = read_manifest(source)
+    tuning_clouds = list(read_clouds(source, source_manifest, split))
+    if not tuning_clouds:
+        raise DatasetError(
+            f"{source}: expected clouds of the {split} split to tune on, got none; see --tune-on"
+        )
+    every = max(1, len(tuning_clouds) // tuning)
+    peers = tune_peers(tuning_clouds[::every][:tuning], forest.grid, reporter.status)
+    trained = None
+    if points:
+        reporter.status(f"training the point classifier on {points} clouds")
+        trained = train_point_classifier(source, source_manifest, forest.grid, points, seed)
+    subjects = Subjects(forest.to_bytes(), trained, peers)
+    total = len(manifest.of("validation"))
+    with reporter.progress("clouds", total) as step:
+        scores = compare(subjects, clouds, manifest, workers, step)
+    hazards = []
+    if sides:
+        with reporter.progress("hazards", len(list(hazard_cases(sides)))) as step:
+            hazards = evaluate_hazards(subjects.forest, sides, 0, workers, step)
+    return {
+        "rows": score_rows(scores),
+        "subjects": scores,
+        "hazards": hazards,
+        "settings": {name: dict(settings) for name, settings in peers},
+        "clouds": total,
+    }
+
+
+def _tuning_split(tune_on: Path | None) -> Split:
+    """Return the split to tune on, which never is the one that evaluates."""
+    return "validation" if tune_on else "train"
+
+
+def tune_peers(
+    clouds: Sequence[PointCloud], grid: PolarGrid, status: Callable[[str], None]
+) -> tuple[tuple[str, Settings], ...]:
+    """Return every peer that is installed with its best settings.
+
+    Args:
+        clouds: Labelled clouds.
+        grid: Grid of the cells.
+        status: Function that is called with a message for each peer.
+    """
+    tuned = []
+    for peer in PEERS:
+        try:
+            settings = tune(peer, clouds, grid)
+        except ImportError as error:
+            status(f"{peer.name}: left out, {error.name} is not installed (extra `peers`)")
+            continue
+        status(f"{peer.name}: {settings}")
+        tuned.append((peer.name, tuple(settings.items())))
+    return tuple(tuned)
 
 
 def tune(peer: Peer, clouds: Sequence[PointCloud], grid: PolarGrid) -> dict[str, Any]:
-    """Return the settings with the best F1 of red cells."""
+    """Return a peer's settings with the best F1 of blocked cells."""
 
     def score(settings: dict[str, Any]) -> float:
         method = peer.make(**settings, grid=grid)
@@ -78,7 +177,15 @@ def tune(peer: Peer, clouds: Sequence[PointCloud], grid: PolarGrid) -> dict[str,
 def train_point_classifier(
     folder: Path, manifest: Manifest, grid: PolarGrid, clouds: int, seed: int
 ) -> PointClassifier:
-    """Grow the point classifier on some points of some clouds of the training split."""
+    """Return a point classifier trained on some points of the training split.
+
+    Args:
+        folder: Folder of the data set.
+        manifest: Manifest of the data set.
+        grid: Grid in which points count.
+        clouds: Number of clouds.
+        seed: Seed of the choice of clouds and points, and of the trees.
+    """
     rng = np.random.default_rng(seed)
     entries = manifest.of("train")
     chosen = rng.permutation(len(entries))[:clouds]
@@ -92,22 +199,28 @@ def train_point_classifier(
     return fit_point_classifier(np.concatenate(features), np.concatenate(bad), grid, seed)
 
 
-def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
-    """Return what every subject makes of a cloud of a data set."""
+def classify_cloud(subjects: Subjects, folder: Path, file: str) -> list[Classification]:
+    """Return the result of every subject on one cloud of a data set.
+
+    Args:
+        subjects: Subjects of the comparison.
+        folder: Folder of the data set.
+        file: Path of the cloud in the folder.
+    """
     cloud = read_cloud(folder / file)
-    scanner = _scanner(bench.forest)
+    scanner = _scanner(subjects.forest)
     grid, bad = scanner.grid, nontraversable(cloud)
     cells = scanner.cells(cloud.points)
     began = time.perf_counter()
     scanner.scan(cloud.points)
-    looks = [Look(OURS, cells, None, time.perf_counter() - began)]
-    even = _scanner(bench.forest, even=True)
-    looks.append(Look(EVEN, even.cells(cloud.points), None, looks[0].seconds))
+    results = [Classification(OURS, cells, None, time.perf_counter() - began)]
+    even = _scanner(subjects.forest, even=True)
+    results.append(Classification(EVEN, even.cells(cloud.points), None, results[0].seconds))
     methods: dict[str, Callable[[Any], NDArray[np.bool_]]] = {
-        name: _method(name, settings) for name, settings in bench.peers
+        name: _method(name, settings) for name, settings in subjects.peers
     }
-    if bench.points is not None:
-        methods[POINTS] = bench.points.obstacles
+    if subjects.points is not None:
+        methods[POINTS] = subjects.points.obstacles
     inside = fill_quarters(cloud.points, grid).bins[: len(cloud)] >= 0
     for name, method in methods.items():
         began = time.perf_counter()
@@ -115,34 +228,43 @@ def look_at(bench: Bench, folder: Path, file: str) -> list[Look]:
         states = label_cells(cloud.points, flags, grid)
         seconds = time.perf_counter() - began
         hits = [bad & flags, ~bad & flags, bad & ~flags]
-        looks.append(Look(name, states, np.array([(h & inside).sum() for h in hits]), seconds))
-    return looks
+        counts = np.array([(h & inside).sum() for h in hits])
+        results.append(Classification(name, states, counts, seconds))
+    return results
 
 
 @lru_cache(maxsize=4)
 def _scanner(forest: bytes, even: bool = False) -> TraversabilityScanner:
-    """Return a process's scanner."""
+    """Return the scanner of this process; ``even`` sets its thresholds to one half."""
     loaded = Forest.from_bytes(forest)
     return TraversabilityScanner(replace(loaded, thresholds=Thresholds()) if even else loaded)
 
 
 @lru_cache(maxsize=16)
-def _method(name: str, settings: tuple[tuple[str, Any], ...]) -> Callable[..., Any]:
-    """Return a process's peer."""
+def _method(name: str, settings: Settings) -> Callable[..., Any]:
+    """Return the peer of this process."""
     (peer,) = (peer for peer in PEERS if peer.name == name)
     return peer.make(**dict(settings), grid=PolarGrid())
 
 
 def compare(
-    bench: Bench,
+    subjects: Subjects,
     folder: Path,
     manifest: Manifest,
     workers: int,
     on_cloud: Callable[[], None],
-) -> dict[str, dict[str, Any]]:
-    """Return each subject's scores on the validation split: all cells, each kind of world, time."""
+) -> dict[str, Row]:
+    """Return each subject's scores on the validation split: all cells, each kind of world, time.
+
+    Args:
+        subjects: Subjects of the comparison.
+        folder: Folder of the data set.
+        manifest: Manifest of the data set.
+        workers: Number of processes.
+        on_cloud: Function that is called after each cloud.
+    """
     entries = manifest.of("validation")
-    grid = Forest.from_bytes(bench.forest).grid
+    grid = Forest.from_bytes(subjects.forest).grid
     truth = np.stack(
         [
             label_cells(c.points, nontraversable(c), grid)
@@ -150,37 +272,111 @@ def compare(
         ]
     )
     kinds = np.array([entry.world for entry in entries])
-    looks: dict[str, list[Look]] = {}
-    work = partial(look_at, bench, folder)
+    results: dict[str, list[Classification]] = {}
+    work = partial(classify_cloud, subjects, folder)
     for _, found in run_tasks(work, [entry.file for entry in entries], workers):
-        for look in found:
-            looks.setdefault(look.subject, []).append(look)
+        for result in found:
+            results.setdefault(result.subject, []).append(result)
         on_cloud()
-    return {name: _summary(rows, truth, kinds, grid) for name, rows in looks.items()}
+    return {name: _summary(rows, truth, kinds, grid) for name, rows in results.items()}
 
 
 def _summary(
-    looks: list[Look], truth: NDArray[np.uint8], kinds: NDArray[np.str_], grid: PolarGrid
-) -> dict[str, Any]:
-    """Return a subject's scores."""
-    cells = np.stack([look.cells for look in looks])
+    results: list[Classification],
+    truth: NDArray[np.uint8],
+    kinds: NDArray[np.str_],
+    grid: PolarGrid,
+) -> Row:
+    """Return the scores of one subject.
+
+    Args:
+        results: Result on each cloud.
+        truth: True ``CellState`` of each cloud's cells, shape (k, n_sectors, n_rings).
+        kinds: Preset of each cloud's world, shape (k,).
+        grid: Grid of the cells.
+    """
+    cells = np.stack([result.cells for result in results])
     worlds = {
         str(kind): CellScores.of(truth[kinds == kind], cells[kinds == kind]).f1_red
         for kind in np.unique(kinds)
     }
     summary = CellScores.of(truth, cells).as_dict() | {"worlds": worlds}
     summary["ranges"] = range_errors(truth, cells, grid)
-    summary["ms"] = 1e3 * float(np.median([look.seconds for look in looks]))
-    counted = [look.points for look in looks if look.points is not None]
+    summary["ms"] = 1e3 * float(np.median([result.seconds for result in results]))
+    counted = [result.points for result in results if result.points is not None]
     if counted:
         tp, fp, fn = np.sum(counted, axis=0)
         summary["f1_points"] = float(2 * tp / (2 * tp + fp + fn))
     return summary
 
 
+def score_rows(scores: Mapping[str, Row]) -> list[Row]:
+    """Return one benchmark row for each score of each subject."""
+    ours = scores[OURS]
+    return [
+        benchmark_row(
+            name,
+            subject,
+            found[name],
+            "ms" if name == "ms" else "1",
+            sum(found["confusion"].values()),
+            found[name] / ours[name] if name in ours else None,
+        )
+        for subject, found in scores.items()
+        for name in ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")
+        if name in found
+    ]
+
+
+def score_table(scores: Mapping[str, Row]) -> list[Row]:
+    """Return the scores of all cells as a table for people, one line a subject."""
+    return [
+        {
+            "subject": subject,
+            "bal. accuracy": found["balanced_accuracy"],
+            "F1": found["f1_red"],
+            "recall": found["recall"],
+            "F1 of points": found.get("f1_points"),
+            "ms": f"{found['ms']:.2f}",
+        }
+        for subject, found in scores.items()
+    ]
+
+
+def world_table(scores: Mapping[str, Row]) -> list[Row]:
+    """Return F1 by kind of world as a table for people, one line a subject."""
+    return [
+        {"subject": subject} | dict(sorted(found["worlds"].items()))
+        for subject, found in scores.items()
+    ]
+
+
+def hazard_table(hazards: Sequence[Row]) -> list[Row]:
+    """Return the results of ``evaluate_hazards`` as a table for people."""
+    return [
+        {
+            "hazard": row["hazard"],
+            "clouds": row["clouds"],
+            "blocked cells": row["red_cells"],
+            "recall": row["recall"],
+            "of clear labels": row["recall_clear"],
+            "stopped": row["stopped"],
+            "false alarms": row["false_alarms"],
+        }
+        for row in hazards
+    ]
+
+
 @dataclass(frozen=True)
-class HazardLook:
-    """What the scanner made of one hazard's cloud: states of its cells, true and called."""
+class HazardClassification:
+    """Cells of one hazard's cloud.
+
+    Attributes:
+        case: Hazard.
+        truth: True ``CellState``, uint8, shape (n_sectors, n_rings).
+        called: ``CellState`` that the classifier gives, of the same shape.
+        clear: True for cells whose label is beyond doubt, of the same shape.
+    """
 
     case: HazardCase
     truth: NDArray[np.uint8]
@@ -188,57 +384,86 @@ class HazardLook:
     clear: NDArray[np.bool_]
 
 
-def look_at_hazard(forest: bytes, seed: int, case: HazardCase) -> HazardLook:
-    """Return what the scanner makes of a case of the suite."""
+def classify_hazard(forest: bytes, seed: int, case: HazardCase) -> HazardClassification:
+    """Return the cells of one case of the hazard suite."""
     scanner = _scanner(forest)
     cloud = hazard_cloud(case, seed)
     truth = label_cells(cloud.points, nontraversable(cloud), scanner.grid)
     clear = beyond_doubt(cloud, scanner.grid)
-    return HazardLook(case, truth, scanner.cells(cloud.points), clear)
+    return HazardClassification(case, truth, scanner.cells(cloud.points), clear)
 
 
-def judge_hazards(
+def evaluate_hazards(
     forest: bytes, sides: int, seed: int, workers: int, on_case: Callable[[], None]
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Return recall and false alarms of each hazard, within 4 m of the robot.
 
-    ``recall`` counts red cells, ``recall_clear`` those beyond doubt, and ``stopped`` the sectors
-    with a red cell whose virtual range is not too long by more than a ring.
+    ``recall`` is the share of blocked cells that are called blocked, ``recall_clear`` that of those
+    whose label is beyond doubt, ``stopped`` the share of sectors with a blocked cell whose virtual
+    range is not too long by more than a ring, and ``false_alarms`` the share of traversable cells
+    that are called blocked.
+
+    Args:
+        forest: Content of the cell classifier's file.
+        sides: Number of sides that hazards are seen from.
+        seed: Seed of the suite.
+        workers: Number of processes.
+        on_case: Function that is called after each case.
     """
-    looks: dict[tuple[str, float | None], list[HazardLook]] = {}
-    work = partial(look_at_hazard, forest, seed)
-    for case, look in run_tasks(work, list(hazard_cases(sides)), workers):
+    results: dict[tuple[str, float | None], list[HazardClassification]] = {}
+    work = partial(classify_hazard, forest, seed)
+    for case, result in run_tasks(work, list(hazard_cases(sides)), workers):
         slope = case.slope_deg if case.hazard == "bare_ground" else None
-        looks.setdefault((case.hazard, slope), []).append(look)
+        results.setdefault((case.hazard, slope), []).append(result)
         on_case()
     grid = Forest.from_bytes(forest).grid
     return [
-        {"hazard": name if slope is None else f"{name}, {slope:g} degrees"} | _hazard(rows, grid)
-        for (name, slope), rows in looks.items()
+        {"hazard": name if slope is None else f"{name}, {slope:g} degrees"}
+        | hazard_scores(
+            np.stack([result.truth for result in rows]),
+            np.stack([result.called for result in rows]),
+            np.stack([result.clear for result in rows]),
+            grid,
+        )
+        for (name, slope), rows in results.items()
     ]
 
 
-def _hazard(looks: list[HazardLook], grid: PolarGrid) -> dict[str, Any]:
-    """Return the figures of one hazard."""
-    near = int(np.searchsorted(grid.ring_edges, 4.0))
-    truth, called = (np.stack([getattr(k, name) for k in looks]) for name in ("truth", "called"))
-    clear = np.stack([look.clear for look in looks])[..., :near]
-    red, alarm = (c[..., :near] == CellState.NON_TRAVERSABLE for c in (truth, called))
-    green = truth[..., :near] == CellState.TRAVERSABLE
+def hazard_scores(
+    truth: NDArray[np.uint8],
+    called: NDArray[np.uint8],
+    clear: NDArray[np.bool_],
+    grid: PolarGrid,
+) -> Row:
+    """Return the scores of one hazard; see ``evaluate_hazards``.
+
+    Args:
+        truth: True ``CellState``, shape (k, n_sectors, n_rings).
+        called: ``CellState`` that the classifier gives, of the same shape.
+        clear: True for cells whose label is beyond doubt, of the same shape.
+        grid: Grid of the cells.
+    """
+    near = int(np.searchsorted(grid.ring_edges, NEAR))
+    blocked, alarm = (c[..., :near] == CellState.NON_TRAVERSABLE for c in (truth, called))
+    free = truth[..., :near] == CellState.TRAVERSABLE
+    # Index of each sector's first blocked ring; the number of rings if there is none.
     true_range, called_range = (
-        np.where((c == CellState.NON_TRAVERSABLE).any(-1), (c == 2).argmax(-1), grid.n_rings)
+        np.where(
+            (c == CellState.NON_TRAVERSABLE).any(-1),
+            (c == CellState.NON_TRAVERSABLE).argmax(-1),
+            grid.n_rings,
+        )
         for c in (truth, called)
     )
-    seen = true_range < near
 
     def share(part: NDArray[np.bool_], whole: NDArray[np.bool_]) -> float | None:
         return float((part & whole).sum() / whole.sum()) if whole.any() else None
 
     return {
-        "clouds": len(looks),
-        "red_cells": int(red.sum()),
-        "recall": share(alarm, red),
-        "recall_clear": share(alarm, red & clear),
-        "stopped": share(called_range - true_range <= 1, seen),
-        "false_alarms": share(alarm, green),
+        "clouds": len(truth),
+        "red_cells": int(blocked.sum()),
+        "recall": share(alarm, blocked),
+        "recall_clear": share(alarm, blocked & clear[..., :near]),
+        "stopped": share(called_range - true_range <= 1, true_range < near),
+        "false_alarms": share(alarm, free),
     }

@@ -1,7 +1,7 @@
-"""Other people's ways to tell obstacles from ground, each with the settings that suit it best.
+"""Peers of the cell classifier: methods that label obstacle points, with their settings.
 
-Every peer labels points; a cell is red by the same 15 % rule as the truth. The two libraries come
-with the extra ``peers``.
+A cell is blocked by the same 15 % rule as the truth. The two libraries come with the extra
+``peers``.
 """
 
 import io
@@ -24,11 +24,11 @@ Settings = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Peer:
-    """A method with the settings among which the best is chosen.
+    """Method with the settings among which the best is chosen.
 
     Attributes:
-        name: For tables.
-        make: Settings to a function from points to obstacle flags.
+        name: Name for tables.
+        make: Function from settings to a function from points to obstacle flags.
         choices: Values of each setting.
     """
 
@@ -45,7 +45,15 @@ class Peer:
 def cloth(
     resolution: float, rigidness: int, distance: float, smooth: bool, grid: PolarGrid
 ) -> Callable[[Points], NDArray[np.bool_]]:
-    """Return the cloth simulation filter (Zhang et al. 2016)."""
+    """Return the cloth simulation filter (Zhang et al. 2016).
+
+    Args:
+        resolution: Edge of the cloth's cells [m].
+        rigidness: Stiffness of the cloth, 1 to 3.
+        distance: Largest distance of ground points from the cloth [m].
+        smooth: True to smooth the cloth on slopes.
+        grid: Not used; every peer takes it.
+    """
     import CSF
 
     filter_ = CSF.CSF()
@@ -69,7 +77,14 @@ def cloth(
 def patchwork(
     distance: float, uprightness: float, seeds: float, grid: PolarGrid
 ) -> Callable[[Points], NDArray[np.bool_]]:
-    """Return Patchwork++ (Lee et al. 2022), its sensor at the height of ours."""
+    """Return Patchwork++ (Lee et al. 2022), with the sensor at the height of ours.
+
+    Args:
+        distance: Largest distance of ground points from a patch's plane [m].
+        uprightness: Smallest z component of the normal of a ground patch.
+        seeds: Height above the lowest points up to which points seed a plane [m].
+        grid: Grid, whose inner radius is the smallest range.
+    """
     import pypatchworkpp
 
     parameters = pypatchworkpp.Parameters()
@@ -82,7 +97,7 @@ def patchwork(
     parameters.num_min_pts = 5
 
     def obstacles(points: Points) -> NDArray[np.bool_]:
-        # It learns from cloud to cloud; ours come from many places, so each starts afresh.
+        # It adapts from cloud to cloud; ours come from many places, so each gets a new one.
         with quiet():
             method = pypatchworkpp.patchworkpp(parameters)
             sensor = points.astype(np.float64) - [0.0, 0.0, parameters.sensor_height]
@@ -96,7 +111,7 @@ def patchwork(
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep what a library prints off standard output, which belongs to ``--json``."""
+    """Keep the prints of a library off standard output, which is for ``--json``."""
     kept = os.dup(1)
     try:
         with tempfile.TemporaryFile() as sink, redirect_stdout(io.StringIO()):
@@ -133,4 +148,4 @@ PEERS = (
         },
     ),
 )
-"""The peers."""
+"""Peers of the cell classifier."""

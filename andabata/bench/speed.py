@@ -1,7 +1,7 @@
-"""Speed, ours and the peers' that are installed: the same scene, in turns, in one run."""
+"""Compares the speed of andabata and of installed peers: same scene, in turns, in one run."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,57 +11,54 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.bench import speed_peers as peers_
-from andabata.bench.chain import STEP, driving
+from andabata.bench import speed_peers
+from andabata.bench.chain import driving
+from andabata.bench.filter import MODEL, STANDING_IMU, initial_belief, predict_and_correct
 from andabata.bench.perception_peers import PEERS
+from andabata.bench.reporter import Reporter
 from andabata.bench.speed_peers import Work
+from andabata.bench.table import Row, benchmark_row
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
-from andabata.localization.process_model import (
-    STATES,
-    BodyParameters,
-    FilterModel,
-    Gates,
-    NoiseModel,
-    Workspace,
-    correct_gravity,
-    predict,
-)
-from andabata.localization.ukf import SigmaWeights
+from andabata.localization.process_model import Workspace
 from andabata.machine.beams import BeamTables, beam_rays
+from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from andabata.models import shipped_forest, shipped_policy
 from andabata.tasks.offroad import stage_config
-from andabata.tasks.planar import FlatVectorEnv
+from andabata.tasks.planar import PlanarVectorEnv
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
-from rl.spaces import ObservationLayout
+from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play_together
-from terrain.kernel import kernel
 from traversability.features import cell_features
+from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
-from worlds.scenes import Scene, SceneShelf
+from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import World
 
 OURS = "andabata"
+"""Name of this project in the tables."""
 
 _SWEEPS = 4
-"""Sweeps of a control period of the paper's laser."""
+"""Number of sweeps in a control period of the paper's laser."""
 
 _FILTER_STEPS, _PEER_FILTER_STEPS, _FLAT_STEPS, _IRSIM_STEPS, _LOOP_STEPS = 2000, 50, 300, 100, 300
+"""Numbers of steps in one call of the work."""
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One of those who do the same work.
+    """Implementation of a case.
 
     Attributes:
-        subject: Whose.
-        amount: Units of work that a call does.
-        make: Sets up and returns the call; ImportError when the peer is not installed.
+        subject: Name for tables.
+        amount: Units of work in one call.
+        make: Function that prepares the work and returns it as a call; raises ImportError if the
+            peer is not installed.
     """
 
     subject: str
@@ -71,12 +68,12 @@ class Contender:
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of work, and who does it; ours comes first.
+    """Kind of work with its contenders.
 
     Attributes:
-        name: For tables.
-        unit: What is counted, in a second.
-        contenders: Ours, then the peers.
+        name: Name for tables.
+        unit: Unit of the speed.
+        contenders: Contenders, ours first.
     """
 
     name: str
@@ -84,19 +81,47 @@ class Case:
     contenders: tuple[Contender, ...]
 
 
-def race(
-    contest: Case, runs: int, seconds: float, status: Callable[[str], None]
-) -> list[dict[str, Any]]:
-    """Return one row for each runner that is installed: the median of runs in turns.
+def bench_speed(
+    world: str, seed: int, runs: int, seconds: float, only: str, reporter: Reporter
+) -> list[Row]:
+    """Return the rows of all cases whose name contains a text.
 
     Args:
-        contest: Who does what.
-        runs: Turns.
-        seconds: What a turn of one runner takes at least [s].
-        status: Told who is left out.
+        world: World preset; the world is one of the evaluation's.
+        seed: Seed of world and noise.
+        runs: Number of turns.
+        seconds: Shortest duration of a turn of one contender [s].
+        only: Part of the names of the cases to run.
+        reporter: Receiver of the cases' names and of the peers that are left out.
+
+    Raises:
+        ValueError: If no case is named so.
+    """
+    rows: list[Row] = []
+    names = []
+    for case in make_cases(world, seed):
+        names.append(case.name)
+        if only in case.name:
+            reporter.status(case.name)
+            rows += run_case(case, runs, seconds, reporter.status)
+    if not rows:
+        raise ValueError(f"only: expected part of one of {', '.join(names)}, got {only!r}")
+    return rows
+
+
+def run_case(case: Case, runs: int, seconds: float, status: Callable[[str], None]) -> list[Row]:
+    """Return one row for each contender that is installed: the median over turns.
+
+    The contenders take turns, so that a busy machine slows all of them.
+
+    Args:
+        case: Work and its contenders.
+        runs: Number of turns.
+        seconds: Shortest duration of a turn of one contender [s].
+        status: Function that is called with a message for each contender that is left out.
     """
     works: list[tuple[Contender, Work]] = []
-    for contender in contest.contenders:
+    for contender in case.contenders:
         try:
             work = contender.make()
         except ImportError as error:
@@ -107,56 +132,65 @@ def race(
     speeds: dict[str, list[float]] = {contender.subject: [] for contender, _ in works}
     for _ in range(runs):
         for contender, work in works:
-            spent, calls, turn = 0.0, 0, time.perf_counter()
-            while calls == 0 or time.perf_counter() - turn < seconds:
-                began = time.perf_counter()
-                own = work()
-                spent += own if isinstance(own, float) else time.perf_counter() - began
-                calls += 1
-            speeds[contender.subject].append(contender.amount * calls / spent)
+            speeds[contender.subject].append(contender.amount / _seconds_of(work, seconds))
     ours = float(np.median(speeds[works[0][0].subject]))
     rows = []
-    for contender, _ in works:
-        values = np.array(speeds[contender.subject])
-        rows.append(
-            {
-                "name": contest.name,
-                "subject": contender.subject,
-                "value": float(np.median(values)),
-                "unit": contest.unit,
-                "ratio_to_ours": float(np.median(values)) / ours,
-                "runs": runs,
-                "low": float(values.min()),
-                "high": float(values.max()),
-            }
-        )
+    for subject, values in speeds.items():
+        median = float(np.median(values))
+        row = benchmark_row(case.name, subject, median, case.unit, runs, median / ours)
+        rows.append(row | {"low": min(values), "high": max(values)})
     return rows
 
 
-def races(world: str, seed: int) -> Iterator[Case]:
-    """Yield every kind of work; scenes are set up when they are asked for.
+def _seconds_of(work: Work, seconds: float) -> float:
+    """Return the mean duration of a call [s], which is called for at least ``seconds``."""
+    spent, calls, turn = 0.0, 0, time.perf_counter()
+    while calls == 0 or time.perf_counter() - turn < seconds:
+        began = time.perf_counter()
+        own = work()
+        spent += own if isinstance(own, float) else time.perf_counter() - began
+        calls += 1
+    return spent / calls
+
+
+def speed_table(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of ``bench_speed`` as a table for people."""
+    return [
+        {
+            "work": row["name"],
+            "subject": row["subject"],
+            "speed": f"{row['value']:.4g} {row['unit']}",
+            "ratio to ours": f"{row['ratio_to_ours']:.3g}",
+            "least to most": f"{row['low']:.4g} to {row['high']:.4g}",
+        }
+        for row in rows
+    ]
+
+
+def make_cases(world: str, seed: int) -> Iterator[Case]:
+    """Yield every case; its scene is made when it is asked for.
 
     Args:
-        world: Preset; the world is one of the judges'.
-        seed: Of world and noise.
+        world: World preset; the world is one of the evaluation's.
+        seed: Seed of world and noise.
     """
     from rl.networks import use_one_thread
 
     use_one_thread()
-    shelf = SceneShelf()
-    scene = shelf.get(world, evaluation_world(seed, 0))
-    yield _ray_race(scene, seed)
-    maze = shelf.get("maze", evaluation_world(seed, 0))
-    yield _flat_race(maze, evaluation_world(seed, 0), shelf)
-    yield from _cloud_races(scene, seed)
-    yield _filter_race()
-    yield from _loop_races(scene, seed)
-    yield _training_race(shelf)
-    yield _crowd_race(world, seed, shelf)
+    scenes = SceneCache()
+    scene = scenes.get(world, evaluation_world(seed, 0))
+    yield _laser_case(scene, seed)
+    maze = scenes.get("maze", evaluation_world(seed, 0))
+    yield _flat_case(maze, evaluation_world(seed, 0), scenes)
+    yield from _cloud_cases(scene, seed)
+    yield _filter_case()
+    yield from _loop_cases(scene, seed)
+    yield _training_case(scenes)
+    yield _many_robots_case(world, seed, scenes)
 
 
-def _ray_race(scene: Scene, seed: int) -> Case:
-    """Return the laser's work: four sweeps of a robot that stands in a natural world."""
+def _laser_case(scene: Scene, seed: int) -> Case:
+    """Return the laser: four sweeps of a robot that stands still in a natural world."""
     config, robot = LidarConfig(), RobotModel()
     track = _standing(scene.world)
     stamps = np.arange(_SWEEPS) / config.sweep_hz
@@ -193,22 +227,22 @@ def _ray_race(scene: Scene, seed: int) -> Case:
                 lambda: lambda: scene.rays.cast(rays, budgets),
             ),
             Contender(
-                "embree (open3d), first hit", n, partial(peers_.embree_rays, scene.world, rays)
+                "embree (open3d), first hit", n, partial(speed_peers.embree_rays, scene.world, rays)
             ),
             Contender(
-                "pybullet, without plants", n, partial(peers_.pybullet_rays, scene.world, rays)
+                "pybullet, without plants", n, partial(speed_peers.pybullet_rays, scene.world, rays)
             ),
             Contender(
                 "mujoco, without plants",
                 n // _SWEEPS,
-                partial(peers_.mujoco_rays, scene.world, rays[: n // _SWEEPS]),
+                partial(speed_peers.mujoco_rays, scene.world, rays[: n // _SWEEPS]),
             ),
         ),
     )
 
 
 def _standing(world: World) -> PoseTrack:
-    """Return the track of a robot that stands at the world's first start."""
+    """Return the track of a robot that stands still at the world's first start."""
     start, track = world.tasks[0].start, PoseTrack()
     z = float(world.ground.height_at(start.x, start.y))
     pose = Pose.from_euler(np.array([start.x, start.y, z]), 0.0, 0.0, start.yaw)
@@ -217,13 +251,13 @@ def _standing(world: World) -> PoseTrack:
     return track
 
 
-def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
-    """Return stage 1's work: a robot with 32 horizontal beams in a maze."""
+def _flat_case(scene: Scene, world_seed: int, scenes: SceneCache) -> Case:
+    """Return the simulation of stage 1: robots with 32 horizontal beams in a maze."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (world_seed,), "heading": "goal"})
     count = 64
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, count, shelf)
+        robots = PlanarVectorEnv(config, count, scenes)
         robots.reset(seed=0)
         draws = np.random.default_rng(0).uniform(-0.6, 0.6, (_FLAT_STEPS, count, 1))
         actions = draws.astype(np.float32)
@@ -237,14 +271,14 @@ def _flat_race(scene: Scene, world_seed: int, shelf: SceneShelf) -> Case:
             Contender(
                 "ir-sim, nothing drawn",
                 _IRSIM_STEPS,
-                partial(peers_.irsim_steps, scene.world, 32, _IRSIM_STEPS),
+                partial(speed_peers.irsim_steps, scene.world, 32, _IRSIM_STEPS),
             ),
         ),
     )
 
 
-def _cloud_races(scene: Scene, seed: int) -> Iterator[Case]:
-    """Yield the work on a cloud: cells, features, trees."""
+def _cloud_cases(scene: Scene, seed: int) -> Iterator[Case]:
+    """Yield the stages of classification: virtual scan, features, trees."""
     forest = shipped_forest()
     rng = np.random.default_rng(seed)
     cloud = labelled_cloud(scene, CloudsConfig(), rng, scene.world.tasks[0].start)
@@ -265,23 +299,27 @@ def _cloud_races(scene: Scene, seed: int) -> Iterator[Case]:
         "clouds/s",
         (
             Contender(f"{OURS}: cells", 1, lambda: lambda: cell_features(points, forest.grid)),
-            Contender("jakteristics: points", 1, partial(peers_.jakteristics_features, points)),
+            Contender(
+                "jakteristics: points", 1, partial(speed_peers.jakteristics_features, points)
+            ),
         ),
     )
     cells = cell_features(points, forest.grid)
     features = np.repeat(cells.values.reshape(-1, cells.values.shape[-1]), 16, axis=0)
     features = np.ascontiguousarray(features[np.isfinite(features).all(axis=1)])
-    red = forest.predict_proba(features) >= 0.5
+    blocked = forest.predict_proba(features) >= 0.5
     yield Case(
         "trees",
         "cells/s",
         (
             Contender(OURS, len(features), lambda: lambda: forest.predict_proba(features)),
-            Contender("onnxruntime", len(features), partial(peers_.onnx_forest, forest, features)),
+            Contender(
+                "onnxruntime", len(features), partial(speed_peers.onnx_forest, forest, features)
+            ),
             Contender(
                 "scikit-learn, as many trees",
                 len(features),
-                partial(peers_.sklearn_forest, forest, features, red),
+                partial(speed_peers.sklearn_forest, forest, features, blocked),
             ),
         ),
     )
@@ -291,23 +329,20 @@ def _method(
     make: Callable[..., Callable[[NDArray[np.float32]], NDArray[np.bool_]]],
     name: str,
     points: NDArray[np.float32],
-    grid: Any,  # noqa: ANN401 - of the forest.
+    grid: PolarGrid,
 ) -> Work:
-    """Return a peer that tells obstacles from ground."""
-    obstacles = make(grid=grid, **peers_.settings_of(name))
+    """Return a peer that labels obstacle points."""
+    obstacles = make(grid=grid, **speed_peers.settings_of(name))
     return lambda: obstacles(points)
 
 
-def _filter_race() -> Case:
-    """Return the filter's work: a prediction and a correction by gravity."""
+def _filter_case() -> Case:
+    """Return the filter: predictions, each with a correction by gravity."""
 
     def ours() -> Work:
-        x, P = np.zeros(STATES), np.diag(np.linspace(0.01, 0.1, STATES) ** 2)
-        imu = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])
-        body = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
-        model = FilterModel(body, NoiseModel(), Gates(vector=1e9), SigmaWeights.merwe(STATES))
+        x, P = initial_belief()
         workspace = Workspace.allocate()
-        return lambda: _filter(_FILTER_STEPS, x, P, imu, model, workspace)
+        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, MODEL, workspace)
 
     return Case(
         "filter of 18 numbers",
@@ -315,22 +350,16 @@ def _filter_race() -> Case:
         (
             Contender(OURS, _FILTER_STEPS, ours),
             Contender(
-                "filterpy", _PEER_FILTER_STEPS, partial(peers_.filterpy_steps, _PEER_FILTER_STEPS)
+                "filterpy",
+                _PEER_FILTER_STEPS,
+                partial(speed_peers.filterpy_steps, _PEER_FILTER_STEPS),
             ),
         ),
     )
 
 
-@kernel
-def _filter(steps, x, P, imu, model, workspace):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Predict and correct by gravity again and again."""
-    for _ in range(steps):
-        predict(x, P, imu, 0.01, model, workspace)
-        correct_gravity(x, P, imu, model, workspace)
-
-
-def _loop_races(scene: Scene, seed: int) -> Iterator[Case]:
-    """Yield the whole loop, from plant to policy, for both plants."""
+def _loop_cases(scene: Scene, seed: int) -> Iterator[Case]:
+    """Yield the whole control loop, from plant to policy, for both plants."""
     for plant in ("kinematic", "bullet"):
         yield Case(
             f"whole loop, {plant}",
@@ -338,7 +367,7 @@ def _loop_races(scene: Scene, seed: int) -> Iterator[Case]:
             tuple(
                 Contender(
                     f"{OURS}: {beams} beams",
-                    _LOOP_STEPS * STEP,
+                    _LOOP_STEPS * CONTROL_PERIOD,
                     partial(_loop, scene, plant, beams, seed),
                 )
                 for beams in (1081, 541)
@@ -347,12 +376,12 @@ def _loop_races(scene: Scene, seed: int) -> Iterator[Case]:
 
 
 def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
-    """Return a drive that tells how long it took without what came before its first clouds."""
+    """Return a drive, whose time [s] does not include its run-in to the first clouds."""
     lidar = LidarConfig(beams=beams)
     config = SimulatedRobotConfig.model_validate({"plant": plant, "sensing": {"lidar": lidar}})
 
     def work() -> float:
-        with driving(scene, config, "learned", seed) as (_, advance):
+        with driving(scene, config, "policy+planner", seed) as (_, advance):
             began = time.perf_counter()
             advance(_LOOP_STEPS)
             return time.perf_counter() - began
@@ -360,22 +389,23 @@ def _loop(scene: Scene, plant: str, beams: int, seed: int) -> Work:
     return work
 
 
-def _training_race(shelf: SceneShelf) -> Case:
-    """Return stage 1's training: control steps with everything that is learnt from them."""
+def _training_case(scenes: SceneCache) -> Case:
+    """Return the training of stage 1: control steps and the gradient steps after them."""
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
-        robots = FlatVectorEnv(config, 8, shelf, autoreset=False)
+        robots = PlanarVectorEnv(config, 8, scenes, autoreset=False)
         robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
-        layout = ObservationLayout(grid.n_sectors)
-        learner = SoftActorCritic(layout, grid.outer_radius, robot.max_steering, SacConfig(), 0)
+        observations = steering_observations(grid.n_sectors, grid.outer_radius, robot.max_steering)
+        actions = steering_actions(robot.max_steering)
+        learner = SoftActorCritic(observations, actions, SacConfig(), 0)
         rng = np.random.default_rng(0)
 
         def work() -> float:
             began = time.perf_counter()
             tasks = [EpisodeSpec(0, (0, int(number))) for number in rng.integers(2**31, size=8)]
-            explorer = learner.explorer(robot.dead_zone)
-            played = play_together(robots, explorer, learner.config.hold, tasks)
+            behaviour = learner.behaviour_policy()
+            played = play_together(robots, behaviour, learner.config.action_repeat, tasks)
             learner.update(played, rng)
             return (time.perf_counter() - began) / sum(episode.steps for episode in played)
 
@@ -384,14 +414,20 @@ def _training_race(shelf: SceneShelf) -> Case:
     return Case("training, stage 1", "steps/s", (Contender(OURS, 1, ours),))
 
 
-def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
-    """Return many robots in one world, each with rotating laser, filter and classifier."""
+def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
+    """Return many robots in one world, each with rotating laser, filter and classifier.
+
+    Args:
+        world: World preset.
+        seed: Seed of the evaluation's world.
+        scenes: Cache of scenes.
+    """
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
 
-    def crowd(count: int, workers: int) -> Work:
+    def make_robots(count: int, workers: int) -> Work:
         if workers == 1:
-            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, shelf)
+            robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, scenes)
         else:
             robots = OffroadVectorEnv(config, count, workers)
         states, _ = robots.reset(seed=0)
@@ -401,8 +437,8 @@ def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
             nonlocal states
             began = time.perf_counter()
             for _ in range(steps):
-                turns = [[policy.act(state) / policy.limit] for state in states]
-                states, *_ = robots.step(np.array(turns, dtype=np.float32))
+                shares = [policy.best(state) for state in states]
+                states, *_ = robots.step(np.array(shares, dtype=np.float32))
             return (time.perf_counter() - began) / steps
 
         return work
@@ -414,8 +450,8 @@ def _crowd_race(world: str, seed: int, shelf: SceneShelf) -> Case:
         tuple(
             Contender(
                 f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
-                count * STEP,
-                partial(crowd, count, workers),
+                count * CONTROL_PERIOD,
+                partial(make_robots, count, workers),
             )
             for count, workers in sizes
         ),

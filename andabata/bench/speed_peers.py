@@ -1,4 +1,4 @@
-"""Other people's tools on our scenes, for ``andabata bench``: each does the same work as ours.
+"""Peers of ``andabata bench``: tools of others that do the same work on our scenes.
 
 All but open3d, pybullet, filterpy and scikit-learn come with the extras ``peers`` and ``onnx``; a
 peer that is not installed raises ImportError when it is made.
@@ -22,15 +22,17 @@ from worlds.embree import EmbreeScene
 from worlds.world import World
 
 Rays = NDArray[np.float32]
+"""Rays: origin [m] and unit direction, shape (n, 6)."""
+
 Work = Callable[[], object]
-"""What is timed; where it returns a float, that is the time that counts [s]."""
+"""Call that is timed; if it returns a float, that is its duration [s]."""
 
 REACH = 30.0
-"""How far rays are followed by those who can be told [m]."""
+"""Largest range of the rays of peers that have such a limit [m]."""
 
 
 def embree_rays(world: World, rays: Rays) -> Work:
-    """Return raw Embree, as open3d brings it: first hits on every triangle."""
+    """Return raw Embree, as in open3d: first hits on every triangle."""
     scene = EmbreeScene(world)
     return lambda: scene.raw(rays)
 
@@ -53,7 +55,7 @@ def pybullet_rays(world: World, rays: Rays) -> Work:
 def mujoco_rays(world: World, rays: Rays) -> Work:
     """Return MuJoCo's ``mj_multiRay``: its heightfield, trunks as cylinders, rocks as ellipsoids.
 
-    Its rays begin at one point, so that each sweep's do here.
+    It takes rays from one point, so the rays of each sweep start at one point here.
     """
     import mujoco
 
@@ -80,17 +82,23 @@ def mujoco_rays(world: World, rays: Rays) -> Work:
 
 
 def _mujoco_scene(world: World, low: float, rise: float) -> str:
-    """Return ground and solids in MuJoCo's language; heights are filled in later."""
+    """Return ground and solid objects as MuJoCo XML; the heights are filled in later.
+
+    Args:
+        world: World to convert.
+        low: Lowest height of the ground [m].
+        rise: Range of its heights [m].
+    """
     ground, geoms = world.ground, []
     nx, ny = ground.heights.shape
-    for thing in world.objects:
-        least, most = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+    for object_ in world.objects:
+        least, most = object_.vertices.min(axis=0), object_.vertices.max(axis=0)
         middle = " ".join(f"{value:.4f}" for value in (least + most) / 2)
         half = (most - least) / 2
-        if thing.semantic is SemanticClass.TRUNK:
+        if object_.semantic is SemanticClass.TRUNK:
             size = f"{half[:2].mean():.4f} {half[2]:.4f}"
             geoms.append(f'<geom type="cylinder" pos="{middle}" size="{size}"/>')
-        elif thing.semantic is SemanticClass.ROCK:
+        elif object_.semantic is SemanticClass.ROCK:
             size = " ".join(f"{value:.4f}" for value in half)
             geoms.append(f'<geom type="ellipsoid" pos="{middle}" size="{size}"/>')
     size = f"{ground.width / 2} {ground.depth / 2} {rise} 1"
@@ -102,7 +110,13 @@ def _mujoco_scene(world: World, low: float, rise: float) -> str:
 
 
 def irsim_steps(world: World, beams: int, steps: int) -> Work:
-    """Return ir-sim driving one robot with a 2D laser through the same walls, nothing drawn."""
+    """Return ir-sim: one robot with a 2D laser between the same walls, without drawing.
+
+    Args:
+        world: Maze.
+        beams: Number of beams.
+        steps: Number of steps of 0.1 s.
+    """
     kept = os.environ.get("MPLBACKEND")
     os.environ["MPLBACKEND"] = "Agg"
     try:
@@ -115,8 +129,8 @@ def irsim_steps(world: World, beams: int, steps: int) -> Work:
             os.environ["MPLBACKEND"] = kept
     shift = world.ground.width / 2 + 2
     walls = []
-    for thing in world.objects:
-        low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+    for object_ in world.objects:
+        low, high = object_.vertices.min(axis=0), object_.vertices.max(axis=0)
         x, y, _ = ((low + high) / 2 + shift).tolist()
         length, width, _ = (high - low).tolist()
         shape = f"{{name: 'rectangle', length: {length:.3f}, width: {width:.3f}}}"
@@ -148,7 +162,7 @@ def irsim_steps(world: World, beams: int, steps: int) -> Work:
 
 
 def filterpy_steps(steps: int) -> Work:
-    """Return filterpy's filter with as many numbers: predictions, each with a correction."""
+    """Return filterpy's filter of the same size: predictions, each with a correction."""
     from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
     points = MerweScaledSigmaPoints(STATES, 1.0, 2.0, 0.0)
@@ -181,14 +195,16 @@ def onnx_forest(forest: Forest, features: NDArray[np.float32]) -> Work:
     return lambda: session.run(None, {name: features})
 
 
-def sklearn_forest(forest: Forest, features: NDArray[np.float32], red: NDArray[np.bool_]) -> Work:
-    """Return scikit-learn's boosted trees, as many and as deep, grown on the same cells."""
+def sklearn_forest(
+    forest: Forest, features: NDArray[np.float32], blocked: NDArray[np.bool_]
+) -> Work:
+    """Return scikit-learn's boosted trees, as many and as deep, trained on the same cells."""
     from sklearn.ensemble import HistGradientBoostingClassifier
 
     model = HistGradientBoostingClassifier(
         max_iter=len(forest.trees.roots), max_depth=7, early_stopping=False, random_state=0
     )
-    model.fit(features, red)
+    model.fit(features, blocked)
     return lambda: model.predict_proba(features)
 
 
@@ -204,7 +220,7 @@ def jakteristics_features(points: NDArray[np.float32]) -> Work:
 
 
 def settings_of(peer: str) -> dict[str, Any]:
-    """Return settings with which a peer of ``andabata.bench.perception_peers`` is timed."""
+    """Return the settings with which a peer of ``andabata.bench.perception_peers`` is timed."""
     return {
         "cloth (CSF)": {"resolution": 0.3, "rigidness": 1, "distance": 0.1, "smooth": True},
         "patchwork++": {"distance": 0.08, "uprightness": 0.707, "seeds": 0.125},

@@ -1,12 +1,14 @@
-"""What a body does in the reference plant: turning, climbing, sliding, steps, tipping over."""
+"""Measures a body in the reference plant: turning, climbing, sliding, steps, tipping over."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from andabata.bench.table import Row
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
 from andabata.machine.kinematic_vehicle import KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
@@ -24,27 +26,81 @@ from worlds.world import Start, World
 RATES = (0.15, 0.2, 0.3, 0.4, 0.5)
 """Commanded yaw rates [rad/s], both ways."""
 
-_HEADINGS = (0.0, 0.4, 0.8, 1.2)
-_TURN_SLOPE, _SIZE, _CELL = 10.0, 30.0, 0.1
+HEADINGS = (0.0, 0.4, 0.8, 1.2)
+"""Headings at which turning starts on flat ground [rad]."""
 
-Row = dict[str, Any]
+SLOPES_DEG = (0, 5, 10, 15, 20, 25, 30, 35)
+"""Slopes of the ground [deg]."""
+
+_TURN_SLOPE_DEG = 10.0
+"""Slope on which turning is measured [deg]."""
+
+_SIZE, _CELL = 30.0, 0.1
+"""Edge of the ground and of its cells [m]."""
+
+_RUN_IN, _MEASURED = 100, 200
+"""Ticks of 10 ms before a measurement and of it."""
+
+
+def bench_vehicle(robot: RobotModel, seed: int, step: Callable[[], None] | None = None) -> Row:
+    """Return all measurements of a body, ready for JSON.
+
+    Args:
+        robot: Body to drive.
+        seed: Seed of the comparison of the two plants.
+        step: Function that is called after each of the five parts.
+    """
+    parts: dict[str, Callable[[], Any]] = {
+        "turning": lambda: turning(robot),
+        "slopes": lambda: slopes(robot),
+        "obstacles": lambda: obstacles(robot),
+        "tipping": lambda: tipping(robot),
+        "plants": lambda: compare_plants(robot, seed),
+    }
+    found: Row = {}
+    for name, part in parts.items():
+        found[name] = part()
+        if step is not None:
+            step()
+    return found
+
+
+def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
+    """Return titles and tables for people.
+
+    Args:
+        found: Result of ``bench_vehicle``, and the ``robot``'s name.
+    """
+    obstacle_rows = [
+        {"obstacle": row["thing"], **{key: row[key] for key in ("size_m", "reached_m", "contact")}}
+        for row in found["obstacles"]
+    ]
+    return [
+        (f"{found['robot']}: yaw rate achieved over commanded", found["turning"]),
+        ("slopes", found["slopes"]),
+        ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
+        ("tipping over, and the two plants apart", [found["tipping"] | found["plants"]]),
+    ]
 
 
 def turning(robot: RobotModel) -> list[Row]:
-    """Return achieved over commanded yaw rate, by rate and ground, over four headings."""
+    """Return the ratio of achieved to commanded yaw rate by ground and rate.
+
+    Each row has the mean, the least and the most over headings and both directions of turning.
+    """
     grounds: dict[str, tuple[World, tuple[float, ...]]] = {
-        "flat": (_world(), _HEADINGS),
-        "rough": (_rough(), _HEADINGS),
-        "up": (_slope(_TURN_SLOPE), (0.0,)),
-        "down": (_slope(_TURN_SLOPE), (np.pi,)),
-        "across": (_slope(_TURN_SLOPE), (np.pi / 2, -np.pi / 2)),
+        "flat": (flat_world(), HEADINGS),
+        "rough": (_rough(), HEADINGS),
+        "up": (_slope(_TURN_SLOPE_DEG), (0.0,)),
+        "down": (_slope(_TURN_SLOPE_DEG), (np.pi,)),
+        "across": (_slope(_TURN_SLOPE_DEG), (np.pi / 2, -np.pi / 2)),
     }
     rows: list[Row] = []
     for ground, (world, headings) in grounds.items():
         vehicle = BulletVehicle(world, robot)
         for rate in RATES:
             ratios = [
-                _turn(vehicle, robot, side * rate, heading) / (side * rate)
+                measured_yaw_rate(vehicle, robot, side * rate, heading) / (side * rate)
                 for heading in headings
                 for side in (1, -1)
             ]
@@ -54,20 +110,27 @@ def turning(robot: RobotModel) -> list[Row]:
     return rows
 
 
-def _turn(vehicle: Vehicle, robot: RobotModel, rate: float, heading: float) -> float:
-    """Return the yaw rate over two seconds, after one of running in [rad/s]."""
+def measured_yaw_rate(vehicle: Vehicle, robot: RobotModel, rate: float, heading: float) -> float:
+    """Return the mean yaw rate over two seconds, after a run-in of one second [rad/s].
+
+    Args:
+        vehicle: Plant, which is placed at the origin first.
+        robot: Body, whose speed it drives with.
+        rate: Commanded yaw rate [rad/s].
+        heading: Initial heading [rad].
+    """
     vehicle.place(Start(0.0, 0.0, heading))
     wheels = SkidSteer(robot).wheel_speeds(robot.speed, rate)
-    vehicle.drive(wheels, 100)
+    vehicle.drive(wheels, _RUN_IN)
     before = vehicle.state.pose.yaw
-    vehicle.drive(wheels, 200)
+    vehicle.drive(wheels, _MEASURED)
     return wrap(vehicle.state.pose.yaw - before) / 2.0
 
 
 def slopes(robot: RobotModel) -> list[Row]:
-    """Return climbing speed and sideways slip by slope, straight and while turning."""
+    """Return climbing speed along the slope and sideways slip, straight and while turning."""
     rows: list[Row] = []
-    for angle in (0, 5, 10, 15, 20, 25, 30, 35):
+    for angle in SLOPES_DEG:
         vehicle = BulletVehicle(_slope(angle), robot)
         climb = _drive(vehicle, robot, Start(0.0, 0.0, 0.0), 0.0)
         across = _drive(vehicle, robot, Start(0.0, 0.0, np.pi / 2), 0.0)
@@ -88,25 +151,44 @@ def slopes(robot: RobotModel) -> list[Row]:
     return rows
 
 
-def obstacles(robot: RobotModel) -> list[Row]:
-    """Return how far the body gets past steps, stones and trunks that lie across its way."""
-    things: list[tuple[str, float, SceneObject | float]] = [
-        ("step", height, height) for height in (0.02, 0.03, 0.05, 0.08, 0.12)
-    ]
+@dataclass(frozen=True)
+class _Obstacle:
+    """Obstacle across the body's way.
+
+    Attributes:
+        name: Kind of obstacle.
+        size: Height, or radius of a trunk [m].
+        object_: Object; None for a step of the ground itself.
+    """
+
+    name: str
+    size: float
+    object_: SceneObject | None
+
+    def world(self) -> World:
+        """Return flat ground with the obstacle 1.5 m ahead of the origin."""
+        if self.object_ is not None:
+            return flat_world((self.object_,))
+        return _world(lambda x, y: np.where(x > 1.5, self.size, 0.0))
+
+
+def _obstacles() -> list[_Obstacle]:
+    """Return steps, stones under one wheel, and trunks."""
+    found = [_Obstacle("step", height, None) for height in (0.02, 0.03, 0.05, 0.08, 0.12)]
     for height in (0.03, 0.06, 0.09, 0.15):
         stone = box(SemanticClass.ROCK, (1.5, 0.23, 0.0), (0.3, 0.3, 2 * height))
-        things.append(("stone", height, stone))
+        found.append(_Obstacle("stone", height, stone))
     for radius in (0.05, 0.15):
         trunk = frustum(SemanticClass.TRUNK, (1.5, 0.1, 0.0), (radius, radius), 3.0)
-        things.append(("trunk", radius, trunk))
+        found.append(_Obstacle("trunk", radius, trunk))
+    return found
+
+
+def obstacles(robot: RobotModel) -> list[Row]:
+    """Return how far the body drives in 10 s towards obstacles 1.5 m ahead, and if it touches."""
     rows: list[Row] = []
-    for name, size, thing in things:
-        if isinstance(thing, float):
-            rise = thing
-            world = _world(lambda x, y, rise=rise: rise * (x > 1.5))  # type: ignore[misc]
-        else:
-            world = _world(objects=(thing,))
-        vehicle = BulletVehicle(world, robot)
+    for obstacle in _obstacles():
+        vehicle = BulletVehicle(obstacle.world(), robot)
         vehicle.place(Start(0.0, 0.0, 0.0))
         touched = False
         for _ in range(100):
@@ -114,12 +196,22 @@ def obstacles(robot: RobotModel) -> list[Row]:
             touched |= vehicle.state.collided
         reached = float(vehicle.state.pose.position[0])
         vehicle.close()
-        rows.append({"thing": name, "size_m": size, "reached_m": reached, "contact": touched})
+        rows.append(
+            {
+                "thing": obstacle.name,
+                "size_m": obstacle.size,
+                "reached_m": reached,
+                "contact": touched,
+            }
+        )
     return rows
 
 
 def tipping(robot: RobotModel) -> Row:
-    """Return the cross slope at which the body rolls over where friction holds it [deg]."""
+    """Return the cross slope at which the body tips over if friction holds it [deg].
+
+    ``geometry_deg`` is that of a rigid body with its track and centre of mass.
+    """
     config = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
     limit = float("nan")
     for angle in range(20, 66):
@@ -135,8 +227,17 @@ def tipping(robot: RobotModel) -> Row:
     return {"tips_over_deg": limit, "geometry_deg": float(ideal)}
 
 
-def plants(robot: RobotModel, seed: int) -> Row:
-    """Return how the two plants differ on the same rough ground under the same commands."""
+def compare_plants(robot: RobotModel, seed: int) -> Row:
+    """Return how the kinematic plant differs from the reference under the same commands.
+
+    Both drive 12 times for 10 s on the same rough ground. ``roll_rms_deg`` and ``pitch_rms_deg``
+    compare their attitudes at the same places, ``yaw_rate_distance`` is the Kolmogorov-Smirnov
+    distance of their yaw rates, and ``apart_after_10_s_m`` the median distance of their ends.
+
+    Args:
+        robot: Body to drive.
+        seed: Seed of starts, commands and noise.
+    """
     world, rng = _rough(), np.random.default_rng(seed)
     reference, fast = BulletVehicle(world, robot), KinematicVehicle(world, robot, rng)
     tilts: list[NDArray[np.float64]] = []
@@ -149,41 +250,57 @@ def plants(robot: RobotModel, seed: int) -> Row:
         paths = []
         pair: tuple[Vehicle, ...] = (reference, fast)
         for vehicle, found in zip(pair, rates, strict=True):
-            vehicle.place(start)
-            rows = np.concatenate(
-                [
-                    vehicle.drive(SkidSteer(robot).wheel_speeds(robot.speed, rate), 200)
-                    for rate in steering
-                ]
-            )
+            rows = _drive_commands(vehicle, robot, start, steering)
             yaw = np.unwrap(Rotation.from_quat(rows[:, 3:7]).as_euler("ZYX")[:, 0])
             found.append(np.diff(yaw[::10]) / 0.1)
             paths.append(rows)
         apart.append(float(np.hypot(*(paths[0][-1, :2] - paths[1][-1, :2]))))
-        for row in paths[0][::50]:  # The reference's places, as the fast plant stands there.
-            heading = float(Rotation.from_quat(row[3:7]).as_euler("ZYX")[0])
-            fast.place(Start(row[0], row[1], heading))
-            there = fast.drive(WheelSpeeds(0.0, 0.0), 1)[-1]
-            tilt = [Rotation.from_quat(r[3:7]).as_euler("ZYX")[1:] for r in (row, there)]
-            tilts.append(tilt[0] - tilt[1])
+        tilts += [_tilt_difference(fast, row) for row in paths[0][::50]]
     reference.close()
-    ours, theirs = (np.sort(np.concatenate(found)) for found in rates)
-    grid = np.concatenate([ours, theirs])
-    distance = np.abs(
-        np.searchsorted(ours, grid, side="right") / len(ours)
-        - np.searchsorted(theirs, grid, side="right") / len(theirs)
-    ).max()
     pitch, roll = np.rad2deg(np.sqrt(np.mean(np.square(tilts), axis=0)))
     return {
         "roll_rms_deg": float(roll),
         "pitch_rms_deg": float(pitch),
-        "yaw_rate_distance": float(distance),
+        "yaw_rate_distance": distribution_distance(*(np.concatenate(found) for found in rates)),
         "apart_after_10_s_m": float(np.median(apart)),
     }
 
 
+def distribution_distance(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return the Kolmogorov-Smirnov distance of two samples, from 0 to 1."""
+    one, other = np.sort(one), np.sort(other)
+    both = np.concatenate([one, other])
+    below = [np.searchsorted(each, both, side="right") / len(each) for each in (one, other)]
+    return float(np.abs(below[0] - below[1]).max())
+
+
+def _drive_commands(
+    vehicle: Vehicle, robot: RobotModel, start: Start, steering: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the states of a drive with each yaw rate [rad/s] for two seconds."""
+    vehicle.place(start)
+    kinematics = SkidSteer(robot)
+    return np.concatenate(
+        [vehicle.drive(kinematics.wheel_speeds(robot.speed, rate), 200) for rate in steering]
+    )
+
+
+def _tilt_difference(vehicle: KinematicVehicle, state: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the difference of pitch and roll [rad] when a vehicle is placed where a state is.
+
+    Args:
+        vehicle: Plant that is placed there.
+        state: Row of the other plant: position [m] and quaternion first.
+    """
+    heading = float(Rotation.from_quat(state[3:7]).as_euler("ZYX")[0])
+    vehicle.place(Start(state[0], state[1], heading))
+    there = vehicle.drive(WheelSpeeds(0.0, 0.0), 1)[-1]
+    one, other = (Rotation.from_quat(row[3:7]).as_euler("ZYX")[1:] for row in (state, there))
+    return one - other
+
+
 def _drive(vehicle: Vehicle, robot: RobotModel, start: Start, rate: float) -> NDArray[np.float64]:
-    """Return three seconds of driving from a start."""
+    """Return the states of three seconds of driving from a start."""
     vehicle.place(start)
     return vehicle.drive(SkidSteer(robot).wheel_speeds(robot.speed, rate), 300)
 
@@ -194,11 +311,16 @@ def _sideways(rows: NDArray[np.float64]) -> float:
     return float(Rotation.from_quat(rows[100:, 3:7]).inv().apply(moved)[:, 1].sum() / 2.0)
 
 
+def flat_world(objects: tuple[SceneObject, ...] = ()) -> World:
+    """Return flat ground with objects on it."""
+    return _world(objects=objects)
+
+
 def _world(
     height: Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]] | None = None,
     objects: tuple[SceneObject, ...] = (),
 ) -> World:
-    """Return a square of one height function, flat without."""
+    """Return a square of ground with a height function [m], flat if there is none."""
     n = round(_SIZE / _CELL) + 1
     lines = (np.arange(n) - (n - 1) / 2) * _CELL
     x, y = np.meshgrid(lines, lines, indexing="ij")
@@ -215,7 +337,7 @@ def _slope(angle_deg: float) -> World:
 
 
 def _rough() -> World:
-    """Return bumps of a quarter of a metre."""
+    """Return ground with undulations of a quarter of a metre."""
     n = round(_SIZE / _CELL) + 1
-    bumps = 0.25 * smooth_noise((n, n), _CELL, 4.0, np.random.default_rng(4))
-    return _world(lambda x, y: bumps)
+    heights = 0.25 * smooth_noise((n, n), _CELL, 4.0, np.random.default_rng(4))
+    return _world(lambda x, y: heights)

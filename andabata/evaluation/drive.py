@@ -17,11 +17,11 @@ from andabata.models import Models
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import MessageWriter, open_writer, write_manifest
-from andabata.records.messages import Composer
-from andabata.records.recorder import Outbox, Recorder
+from andabata.records.messages import MessageBuilder
+from andabata.records.recorder import MessageQueue, Recorder
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Task, World, choose_task
 
@@ -103,18 +103,18 @@ class Recording:
             BagError: If the file is there already.
         """
         writer = open_writer(self.path)
-        outbox = Outbox(writer, Composer(writer.ros))
+        outbox = MessageQueue(writer, MessageBuilder(writer.ros))
         assembler = assembler_of(simulated_robot.perception)
         bearings = simulated_robot.config.grid.bearings
         recorder = Recorder(outbox, simulated_robot.localizer, assembler, bearings, self.clouds)
 
         def record(result: StepResult) -> None:
-            if simulated_robot.navigator.start is not None and not recorder.begun:
+            if simulated_robot.navigator.start is not None and not recorder.has_begun:
                 recorder.begin(
                     *simulated_robot.navigator.start,
                     setup | {"geofence": simulated_robot.navigator.geofence},
                 )
-            recorder.take(result)
+            recorder.record(result)
 
         simulated_robot.navigator.observers.append(record)
         return writer
@@ -150,7 +150,7 @@ def drive_once(
     Raises:
         BagError: If the recording cannot be begun.
     """
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     models = models or Models()
     steering = make_steering(controller, scene.world, config, models)
     simulated_robot = SimulatedRobot(

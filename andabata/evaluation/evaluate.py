@@ -108,11 +108,11 @@ def run_one(
     """
     from andabata.assembly.controllers import make_steering
     from andabata.evaluation.trial import run_trial
-    from worlds.scenes import SceneShelf
+    from worlds.scenes import SceneCache
 
     models = Models.from_bytes(files)
     scenario = config.scenarios[trial]
-    scene = SceneShelf().get(scenario.world, scenario.seed, scenario.difficulty)
+    scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty)
     pick = np.random.default_rng([config.seed, trial])
     task = choose_task(scene.world.tasks, pick)
     task = replace(task, goals=task.goals[: config.goals])

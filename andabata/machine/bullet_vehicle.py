@@ -5,7 +5,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
@@ -16,6 +15,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from worlds.bodies import build_bodies
+from worlds.quiet_pybullet import pybullet
 from worlds.world import Start, World
 
 _WHEELS = ("front_left", "rear_left", "front_right", "rear_right")

@@ -27,7 +27,7 @@ class RobotModel(BaseModel):
         clearance: Height of the body's floor above the ground [m] (assumption).
         slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
             plant at 0.3 m/s: 1.25 on flat ground, more on rough ground, where wheels lose contact;
-            the default is a compromise (``tests/benchmarks/README.md`` has the figures).
+            the default is a compromise (``docs/results/body.md`` has the numbers).
         creep: Largest speed at which a turning body creeps down a cross slope, per yaw rate [m]: a
             wheel that is dragged round has no lateral grip left. Measured in the bullet plant on
             slopes to 16 degrees, as are the next two.

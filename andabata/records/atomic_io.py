@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Atomic output: files and folders are whole or absent, and a log's lines are on the disk."""
 
 import errno
 import os
@@ -9,35 +9,36 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def write(path: Path, data: bytes) -> None:
-    """Write a file so that a kill at any moment leaves the old one or the new one, never a part.
-
-    The bytes go to a temporary file in the same folder, onto the disk, and take the name at once.
+    """Write a file atomically: a kill at any moment leaves the old file or the new one.
 
     Args:
-        path: Where; its folder has to exist.
-        data: What.
+        path: Path of the file; its folder has to exist.
+        data: Contents of the file.
 
     Raises:
-        OSError: If the folder is not there or cannot be written, or the disk is full.
+        OSError: If the folder does not exist or is not writable, or the disk is full.
     """
-    with atomic_file(path, len(data)) as file:
+    with open_file(path, len(data)) as file:
         file.write(data)
 
 
 @contextmanager
-def atomic_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
-    """Give a file to write and to seek in that takes its name when the block ends without an error.
+def open_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
+    """Yield a new file to write and seek in; it takes its name when the block has succeeded.
+
+    The bytes go to a temporary file of the same folder and onto the disk; then a rename, which is
+    atomic, replaces the old file.
 
     Args:
-        path: Where; its folder has to exist.
-        size: Number of bytes that it will have; None where that is not known.
+        path: Path of the file; its folder has to exist.
+        size: Number of bytes that it will have, for the message of a full disk; None if unknown.
 
     Raises:
-        OSError: If the folder is not there or cannot be written, or the disk is full.
+        OSError: If the folder does not exist or is not writable, or the disk is full.
     """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
@@ -52,22 +53,22 @@ def atomic_file(path: Path, size: int | None = None) -> Iterator[IO[bytes]]:
         temporary.replace(path)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno in _FULL:
-            room = "the file" if size is None else f"{size:,} bytes"
-            why = f"expected room for {room}, got none; make room and go on"
+        if isinstance(error, OSError) and error.errno in _NO_SPACE:
+            needed = "the file" if size is None else f"{size:,} bytes"
+            why = f"expected disk space for {needed}, got none; free some and go on"
             raise OSError(error.errno, why, str(path)) from error
         raise
     _sync_folder(path.parent)
 
 
 def append_line(path: Path, text: str) -> None:
-    """Add a line to a file and put it onto the disk before anybody counts on it.
+    """Append a line to a file and return when it is on the disk.
 
-    A kill in between can leave a part of the line, the last of the file, and no other damage.
+    A kill in between can leave a part of the line at the end of the file, and no other damage.
 
     Args:
-        path: Where; it has to exist.
-        text: The line, without its end.
+        path: Path of the file, which has to exist.
+        text: Line without its line feed.
 
     Raises:
         OSError: If the file cannot be written, or the disk is full.
@@ -80,14 +81,14 @@ def append_line(path: Path, text: str) -> None:
 
 
 @contextmanager
-def atomic_folder(path: Path) -> Iterator[Path]:
-    """Give a folder to fill that takes its name when the block ends without an error.
+def create_folder(path: Path) -> Iterator[Path]:
+    """Yield a new folder to fill; it takes its name when the block has succeeded.
 
     Args:
-        path: Where; the folder around it has to exist, itself it must not.
+        path: Path of the folder, which must not exist; its parent has to.
 
     Raises:
-        OSError: If the folder around it is not there or cannot be written.
+        OSError: If the parent does not exist or is not writable.
     """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
@@ -103,7 +104,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Put a folder's new names onto the disk, where the system can."""
+    """Put the entries of a folder onto the disk, where the system supports it."""
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""Recordings: ROS 1 bags, MCAP and ROS 2 folders, written and read without ROS."""
+"""Recordings: ROS 1 bags, MCAP files and ROS 2 folders, written and read without ROS."""
 
 import hashlib
 import json
@@ -16,7 +16,12 @@ from andabata.records.containers.container import (
     RawMessage,
 )
 from andabata.records.containers.opening import open_container
-from andabata.records.decoding import Decode, Decoders, UnreadableConnectionError, one_line
+from andabata.records.deserialization import (
+    Deserialize,
+    Deserializers,
+    UnreadableConnectionError,
+    one_line,
+)
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 __all__ = [
@@ -30,21 +35,21 @@ __all__ = [
     "write_manifest",
 ]
 
-_CHUNK = 1 << 20
-"""Bytes that a killed recorder may lose."""
+_CHUNK_BYTES = 1 << 20
+"""Size of an MCAP chunk [bytes]: a killed recorder loses at most the last one."""
 
 _LIBRARY = "andabata"
 
 
 @dataclass(frozen=True)
 class Message:
-    """One recorded message.
+    """Recorded message.
 
     Attributes:
-        topic: Its topic's name.
-        kind: Its type, as ``package/msg/Name``.
-        stamp_ns: When it was recorded [ns].
-        content: The message, as rosbags makes it.
+        topic: Name of its topic.
+        kind: Message type, as ``package/msg/Name``.
+        stamp_ns: Time of recording [ns].
+        content: Message, as an object of rosbags.
     """
 
     topic: str
@@ -54,22 +59,26 @@ class Message:
 
 
 class MessageWriter(Protocol):
-    """Whatever takes messages: a file, or a live graph."""
+    """Sink of messages: a file, or a live graph.
+
+    Attributes:
+        ros: Version of ROS of the messages.
+    """
 
     ros: Ros
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
-        """Take a message; ``stamp_ns`` is when the robot has it [ns]."""
+        """Write a message; ``stamp_ns`` is the time at which the robot has it [ns]."""
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finish the file, or leave the graph."""
 
 
 class RosbagWriter:
-    """A ROS 1 bag, or a ROS 2 folder with an sqlite3 file, by rosbags."""
+    """Writer of a ROS 1 bag, or of a ROS 2 folder with an sqlite3 file, by rosbags."""
 
     def __init__(self, path: Path, ros: Ros) -> None:
-        """Begin a file that is not there yet."""
+        """Create a file that does not exist yet."""
         self.ros: Ros = ros
         self._types = message_types(ros)
         self._connections: dict[str, Any] = {}
@@ -85,7 +94,7 @@ class RosbagWriter:
         self._writer.open()
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
-        """Record a message."""
+        """Write a message."""
         kind = topic.type_name(self.ros)
         if topic.ros1 not in self._connections:
             self._connections[topic.ros1] = self._writer.add_connection(
@@ -100,23 +109,23 @@ class RosbagWriter:
 
 
 class McapWriter:
-    """One MCAP file with checksums and definitions embedded; most of it outlives a kill."""
+    """Writer of an MCAP file with embedded checksums and definitions, readable after a kill."""
 
     ros: Ros = 2
 
     def __init__(self, path: Path) -> None:
-        """Begin a file."""
+        """Create a file."""
         from mcap.writer import CompressionType, Writer
 
         self._types = message_types(2)
         self._file = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=_CHUNK, compression=CompressionType.ZSTD)
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._writer.start(profile="ros2", library=_LIBRARY)
         self._channels: dict[str, tuple[int, str]] = {}
         self._count = 0
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
-        """Record a message."""
+        """Write a message."""
         if topic.ros2 not in self._channels:
             kind = topic.type_name(2)
             text, _ = self._types.generate_msgdef(kind, ros_version=2)
@@ -135,15 +144,17 @@ class McapWriter:
 
 
 def open_writer(path: Path) -> MessageWriter:
-    """Return a writer for a path that ends in ``.bag`` (ROS 1), ``.mcap`` or ``.db3`` (ROS 2).
+    """Return a writer of a new recording; the suffix of its path chooses the format.
 
-    A ``.db3`` path names the folder that holds the sqlite3 file, as ROS 2 wants it.
+    Args:
+        path: Path that ends in ``.bag`` (ROS 1), ``.mcap`` or ``.db3`` (ROS 2). A ``.db3`` path
+            names the folder that holds the sqlite3 file, as ROS 2 has it.
 
     Raises:
-        BagError: If the suffix is another, or something is there already.
+        BagError: If the suffix is another, or the path exists already.
     """
     if path.exists():
-        raise BagError(f"{path}: expected a new file, got one that is there; choose another name")
+        raise BagError(f"{path}: expected a new file, got an existing one; choose another name")
     match path.suffix:
         case ".bag":
             return RosbagWriter(path, 1)
@@ -155,17 +166,25 @@ def open_writer(path: Path) -> MessageWriter:
 
 
 def write_manifest(path: Path, about: dict[str, Any]) -> Path:
-    """Write a recording's SHA-256 beside it, with what is known about it; return where."""
+    """Write a manifest beside a recording: SHA-256 of its files, and other facts.
+
+    Args:
+        path: Path of the recording.
+        about: Facts about the recording, ready for JSON.
+
+    Returns:
+        Path of the manifest.
+    """
     files = sorted(path.rglob("*")) if path.is_dir() else [path]
     sums = {file.name: _sha256(file) for file in files if file.is_file()}
-    where = path.with_name(f"{path.name}.json")
+    manifest = path.with_name(f"{path.name}.json")
     text = json.dumps({"sha256": sums, **about}, indent=1, sort_keys=True)
-    atomic_io.write(where, text.encode())
-    return where
+    atomic_io.write(manifest, text.encode())
+    return manifest
 
 
 def _sha256(path: Path) -> str:
-    """Return a file's digest."""
+    """Return the SHA-256 of a file, in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -175,9 +194,9 @@ class LeftOut:
     """Messages of a recording that could not be read.
 
     Attributes:
-        topic: Their topic; None where damage hides it.
-        messages: Their number; None where nothing tells it.
-        reason: What was expected and what came.
+        topic: Name of their topic; None if damage hides it.
+        messages: Number of messages; None if it is unknown.
+        reason: Sentence with what was expected and what was found.
     """
 
     topic: str | None
@@ -185,45 +204,47 @@ class LeftOut:
     reason: str
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return topic, number and reason in words."""
         count = "messages" if self.messages is None else f"{self.messages} messages"
         return f"{self.topic or 'damage'}: {count} left out: {self.reason}"
 
 
 class Bag:
-    """A recording to read; use it in a ``with`` statement.
+    """Reader of a recording, to be used in a ``with`` statement.
 
-    A connection whose type cannot be read, and a message that cannot be deserialised, are left out
-    and told by ``left_out``.
+    Connections whose type cannot be read, and messages that cannot be deserialised, are skipped
+    and listed by ``left_out``.
 
     Attributes:
-        path: Where it lies.
+        path: Path of the recording.
     """
 
     def __init__(self, path: Path, damaged: bool = False) -> None:
-        """Name a recording.
+        """Choose a recording without opening it.
 
         Args:
-            path: A ``.bag``, ``.mcap`` or ``.db3`` file, or a ROS 2 folder.
-            damaged: Whether to read what is whole of a damaged one.
+            path: Path of a ``.bag``, ``.mcap`` or ``.db3`` file, or of a ROS 2 folder.
+            damaged: True to read the whole messages of a damaged recording, too.
 
         Raises:
-            BagError: If there is none.
+            BagError: If the path does not exist.
         """
         if not path.exists():
-            raise BagError(f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
+            raise BagError(
+                f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing; check the path"
+            )
         self.path = path
         self._damaged = damaged
         self._container: Container | None = None
-        self._decoders: dict[int, Decode] = {}
+        self._decoders: dict[int, Deserialize] = {}
         self._reasons: dict[int, str] = {}
         self._undecoded: dict[str, tuple[int, str]] = {}
 
     def __enter__(self) -> Self:
-        """Open it.
+        """Open the recording.
 
         Raises:
-            BagError: If it cannot be read, or is damaged and that is not expected.
+            BagError: If it cannot be read, or is damaged although ``damaged`` is False.
         """
         with readable(self.path):
             self._container = open_container(self.path)
@@ -246,38 +267,42 @@ class Bag:
         return self
 
     def _make_decoders(self) -> None:
-        """Prepare to deserialise every connection whose type can be read."""
-        decoders = Decoders()
+        """Create a decoder for every connection whose type can be read."""
+        decoders = Deserializers()
         for number, connection in enumerate(self.connections):
             try:
-                self._decoders[number] = decoders.decoder(connection)
+                self._decoders[number] = decoders.deserializer(connection)
             except UnreadableConnectionError as error:
                 self._reasons[number] = str(error)
 
     def __exit__(self, *_: object) -> None:
-        """Close it."""
+        """Close the recording."""
         self._opened.close()
 
     @property
     def _opened(self) -> Container:
-        """The open file."""
+        """Container of the open recording.
+
+        Raises:
+            BagError: If the recording is not open.
+        """
         if self._container is None:
             raise BagError(f"{self.path}: expected an open recording; use it in a with statement")
         return self._container
 
     @property
     def connections(self) -> Sequence[Connection]:
-        """All connections: several may have one topic."""
+        """All connections; several may have the same topic."""
         return self._opened.connections
 
     @property
     def counts(self) -> Sequence[int]:
-        """Number of whole messages of each connection."""
+        """Numbers of whole messages by connection."""
         return self._opened.counts
 
     @property
     def topics(self) -> dict[str, tuple[str, int]]:
-        """Type and number of messages by topic; the type is the first that can be read."""
+        """Message type, the first that can be read, and number of messages by topic."""
         found: dict[str, tuple[str, int]] = {}
         order = sorted(range(len(self.connections)), key=lambda k: k not in self._decoders)
         for k in order:
@@ -288,7 +313,7 @@ class Bag:
 
     @property
     def unreadable(self) -> dict[str, str]:
-        """Reason by topic of which no message can be read."""
+        """Reasons by topic of which no message can be read."""
         readable = {self.connections[k].topic for k in self._decoders}
         return {
             topic: reason
@@ -298,12 +323,12 @@ class Bag:
 
     @property
     def notes(self) -> Sequence[str]:
-        """What a user should know although no message is missing."""
+        """Facts that a user should know although no message is missing."""
         return self._opened.notes
 
     @property
     def left_out(self) -> list[LeftOut]:
-        """What could not be read: known when it was opened, or met by ``messages`` since."""
+        """Messages that could not be read: known since the opening, or found by ``messages``."""
         found = [
             LeftOut(self.connections[k].topic, self.counts[k], reason)
             for k, reason in self._reasons.items()
@@ -313,12 +338,12 @@ class Bag:
         damage = self._opened.damage
         if damage:
             more = f" (and {len(damage) - 1} more)" if len(damage) > 1 else ""
-            place = f" at byte {damage[0].place:,}" if damage[0].size else ""
-            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{place}{more}"))
+            offset = f" at byte {damage[0].offset:,}" if damage[0].size else ""
+            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{offset}{more}"))
         return found
 
     def messages(self, topics: tuple[str, ...] | None = None) -> Iterator[Message]:
-        """Yield messages by the time at which they were recorded.
+        """Yield messages in the order of their times of recording.
 
         Args:
             topics: Names of topics; None for all.
@@ -330,17 +355,17 @@ class Bag:
             k for k in self._decoders if topics is None or self.connections[k].topic in topics
         }
         for topic in {self.connections[k].topic for k in chosen}:
-            self._undecoded.pop(topic, None)  # A second reading counts anew.
+            self._undecoded.pop(topic, None)  # A second pass counts anew.
         for raw in self.raw_messages(chosen):
             message = self.decode(raw)
             if message is not None:
                 yield message
 
     def raw_messages(self, connections: Collection[int] | None = None) -> Iterator[RawMessage]:
-        """Yield messages as they are stored, by the time at which they were recorded.
+        """Yield serialised messages in the order of their times of recording.
 
         Args:
-            connections: Places in ``connections``; None for all.
+            connections: Indices of ``connections``; None for all.
 
         Raises:
             BagError: If the recording is damaged.
@@ -350,14 +375,14 @@ class Bag:
             yield from self._opened.read(chosen)
 
     def decode(self, raw: RawMessage) -> Message | None:
-        """Return a message; None, and counted as left out, if it cannot be deserialised."""
+        """Return a deserialised message; None, and counted as left out, if that fails."""
         connection = self.connections[raw.connection]
         decode = self._decoders.get(raw.connection)
         if decode is None:
             return None  # Counted with its connection.
         try:
             content = decode(raw.data)
-        except Exception as error:  # Bit flips leak many kinds of errors.
+        except Exception as error:  # Flipped bits cause many kinds of errors.
             reason = f"expected a {connection.kind}, got {one_line(error)}"
             count, reason = self._undecoded.get(connection.topic, (0, reason))
             self._undecoded[connection.topic] = (count + 1, reason)
@@ -367,9 +392,15 @@ class Bag:
 
 @contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """Turn whatever a damaged recording makes the libraries raise into one ``BagError``.
+    """Convert every error that libraries raise on a damaged recording to one ``BagError``.
 
-    Bit flips leak KeyError, UnicodeDecodeError, OverflowError, MemoryError and AssertionError.
+    Flipped bits cause KeyError, UnicodeDecodeError, OverflowError, MemoryError, AssertionError.
+
+    Args:
+        path: Path of the recording.
+
+    Raises:
+        BagError: If the block raises an error other than a failure to open the file.
     """
     try:
         yield
@@ -377,7 +408,7 @@ def readable(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         if isinstance(error, OSError) and error.filename is not None:
-            raise  # The file can't be opened; a seek beyond damage has no name.
+            raise  # The file can't be opened; a failed seek in a damaged file has no filename.
         raise BagError(
             f"{path}: expected a whole recording, got {one_line(error)}; "
             f"`andabata bag salvage {path.name} --out NEW` keeps what is whole"

@@ -1,4 +1,4 @@
-"""One topic's messages as a CSV file whose columns may grow while it is filled."""
+"""CSV file of one topic's messages; columns are added while it is filled."""
 
 import base64
 import csv
@@ -11,37 +11,37 @@ from typing import Any, Self, TextIO
 
 import numpy as np
 
-from andabata.records.atomic_io import atomic_file
+from andabata.records import atomic_io
 from andabata.records.topics import RosMessage
 
 LONGEST_BYTES = 64
-"""Number of bytes of an array that get a column each; longer ones are written as base64."""
+"""Number of bytes up to which each has a column; longer arrays are written as base64."""
 
 LONGEST_ARRAY = 4096
-"""Number of values of an array that get a column each; longer ones are written as a JSON list."""
+"""Number of values up to which each has a column; longer arrays are written as a JSON list."""
 
 LONGEST_LIST = 256
-"""Number of messages or words of a list that get columns; longer ones are a JSON list."""
+"""Number of messages or strings up to which each has columns; longer lists are a JSON list."""
 
 
 class CsvTable:
-    """Collects rows in a temporary file, and writes them when all columns are known.
+    """Table that collects rows in a temporary file and writes them when all columns are known.
 
     Columns stand in the order of their first appearance. Arrays of more than ``LONGEST_BYTES``
     bytes become one column of base64, other arrays of more than ``LONGEST_ARRAY`` values and lists
     of more than ``LONGEST_LIST`` messages one of a JSON list.
 
     Attributes:
-        path: Where the table goes.
-        notes: Which columns hold arrays, and how.
+        path: Path of the CSV file.
+        notes: Columns that hold whole arrays, and their format; known after ``finish``.
     """
 
     def __init__(self, path: Path) -> None:
-        """Begin a table."""
+        """Create an empty table."""
         self.path = path
         self.notes: list[str] = []
         self._columns: dict[str, int] = {"recorded_ns": 0}
-        self._packed: dict[str, str] = {}
+        self._whole_arrays: dict[str, str] = {}
         self._rows: TextIO
 
     def __enter__(self) -> Self:
@@ -55,11 +55,11 @@ class CsvTable:
         self._rows.close()
 
     def add(self, stamp_ns: int, message: RosMessage) -> None:
-        """Add a message.
+        """Add a row.
 
         Args:
-            stamp_ns: When it was recorded [ns].
-            message: The message.
+            stamp_ns: Time of recording [ns].
+            message: Message of the row.
         """
         row: dict[int, object] = {0: stamp_ns}
         for name, value in self._flat("", message):
@@ -68,28 +68,28 @@ class CsvTable:
         self._rows.write(json.dumps(list(row.items())) + "\n")
 
     def finish(self) -> Path:
-        """Write the table and return where.
+        """Write the CSV file and return its path.
 
         Raises:
             OSError: If it cannot be written.
         """
-        self.notes = [f"{name} is written as {how}" for name, how in self._packed.items()]
+        self.notes = [f"{name} is written as {form}" for name, form in self._whole_arrays.items()]
         self._rows.seek(0)
-        with atomic_file(self.path) as file:
+        with atomic_io.open_file(self.path) as file:
             text = TextIOWrapper(file, encoding="utf-8", newline="")
             writer = csv.writer(text)
             writer.writerow(self._columns)
             for line in self._rows:
                 row: list[object] = [None] * len(self._columns)
-                for place, value in json.loads(line):
-                    row[place] = value
+                for column, value in json.loads(line):
+                    row[column] = value
                 writer.writerow(row)
             text.flush()
             text.detach()
         return self.path
 
     def _flat(self, name: str, value: Any) -> Iterator[tuple[str, object]]:  # noqa: ANN401
-        """Yield the numbers and words of a message by dotted names."""
+        """Yield the numbers and strings of a message by dotted names."""
         if hasattr(value, "__dataclass_fields__"):
             for part, content in fields_of(value):
                 yield from self._flat(f"{name}.{part}".strip("."), content)
@@ -101,19 +101,19 @@ class CsvTable:
             yield name, value
 
     def _array(self, name: str, value: Any) -> Iterator[tuple[str, object]]:  # noqa: ANN401
-        """Yield an array's elements, or the whole of a long one."""
+        """Yield the elements of an array, or a long one as a single value."""
         if isinstance(value, np.ndarray):
             is_bytes = value.dtype.kind in "iu" and value.dtype.itemsize == 1
-            if is_bytes and (len(value) > LONGEST_BYTES or name in self._packed):
-                self._packed[name] = "base64"
+            if is_bytes and (len(value) > LONGEST_BYTES or name in self._whole_arrays):
+                self._whole_arrays[name] = "base64"
                 yield name, base64.b64encode(value.tobytes()).decode()
                 return
-            if len(value) > LONGEST_ARRAY or name in self._packed:
-                self._packed[name] = "a JSON list"
+            if len(value) > LONGEST_ARRAY or name in self._whole_arrays:
+                self._whole_arrays[name] = "a JSON list"
                 yield name, json.dumps(value.tolist())
                 return
-        elif len(value) > LONGEST_LIST or name in self._packed:
-            self._packed[name] = "a JSON list"
+        elif len(value) > LONGEST_LIST or name in self._whole_arrays:
+            self._whole_arrays[name] = "a JSON list"
             yield name, json.dumps([_plain(part) for part in value])
             return
         for k, part in enumerate(value):
@@ -121,14 +121,14 @@ class CsvTable:
 
 
 def fields_of(message: RosMessage) -> Iterator[tuple[str, Any]]:
-    """Yield name and value of a message's fields, its constants left out."""
+    """Yield name and value of a message's fields, without its constants."""
     for name in message.__dataclass_fields__:
         if not name.isupper() and not name.startswith("__"):
             yield name, getattr(message, name)
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401 - any field of a message.
-    """Return a value that JSON can hold."""
+    """Return a value that JSON can represent."""
     if hasattr(value, "__dataclass_fields__"):
         return {name: _plain(part) for name, part in fields_of(value)}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Recorded topics as files that anything reads: clouds as PLY, the rest as CSV."""
+"""Export of recorded topics: clouds as PLY files, other messages as CSV files."""
 
 import tempfile
 from collections import deque
@@ -10,12 +10,12 @@ from types import MappingProxyType
 
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
+from andabata.records.extrinsics import Extrinsics
 from andabata.records.frames import is_base
 from andabata.records.messages import NS, header_ns
-from andabata.records.mounts import GivenMounting, Mounts
-from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
-from andabata.records.point_fields import point_columns
+from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2, point_columns
 from andabata.records.sensor_decoder import frame_of
+from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, RosMessage
 from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
@@ -24,13 +24,13 @@ from traversability.formats import ply
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportResult:
     """Result of an export.
 
     Attributes:
-        files: Files written.
+        files: Paths of the files written.
         left_out: Messages that could not be read or written.
-        notes: What a user should know although no message is missing.
+        notes: Facts that a user should know although no message is missing.
     """
 
     files: tuple[Path, ...]
@@ -39,7 +39,7 @@ class Exported:
 
 
 def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
-    """Return one cloud of a recording; see ``decode_bag_cloud``, which tells how it was read."""
+    """Return one cloud of a recording; ``decode_bag_cloud`` also returns how it was decoded."""
     return decode_bag_cloud(path, topic, number).cloud
 
 
@@ -49,29 +49,32 @@ def decode_bag_cloud(
     number: int = 0,
     given: Mapping[str, GivenMounting] = MappingProxyType({}),
 ) -> DecodedCloud:
-    """Return one cloud of a recording, in ``base_footprint`` or in ``sensor``, and how it was read.
+    """Return one cloud of a recording with remarks on its decoding.
 
     Args:
-        path: The recording.
+        path: Path of the recording.
         topic: Topic of the cloud; None for the only topic with clouds.
         number: Number of the cloud, from 0; negative ones count from the end.
-        given: Mountings that are told; the cloud of such a laser keeps its coordinates and is in
-            ``sensor``.
+        given: Mountings that the user gives, by sensor.
+
+    Returns:
+        Cloud in ``base_footprint``; in ``sensor``, with unchanged coordinates, if the laser's
+        mounting is given.
 
     Raises:
         BagError: If there is no such topic or cloud.
-        FrameError: If the place of its frame on the robot cannot be known.
+        FrameError: If the mounting of its frame on the robot is unknown.
     """
     with Bag(path, damaged=True) as bag:
         message = _find_cloud(bag, topic, number)
-        mounts = Mounts(given, read_transforms(bag))
+        extrinsics = Extrinsics(given, read_transforms(bag))
     decoded = decode_point_cloud2(message, frame_of(message) or "sensor", header_ns(message) / NS)
     cloud = decoded.cloud
-    if mounts.mount("laser", cloud.frame).source == "option":
+    if extrinsics.pose_of("laser", cloud.frame).source == "option":
         return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
-    cloud = replace(mounts.cloud(cloud, 0.0), stamps=None)
+    cloud = replace(extrinsics.transform_cloud(cloud, 0.0), stamps=None)
     frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
-    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*mounts.remarks)
+    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*extrinsics.remarks)
 
 
 def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
@@ -89,7 +92,7 @@ def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
     if topic in bag.unreadable:
         raise BagError(f"{bag.path}: {topic} can't be read: {bag.unreadable[topic]}")
     messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)
-    # The last ones are kept, since not every message that is counted can be read.
+    # Counting from the end needs the last ones: not every counted message can be read.
     kept: deque[Message] = deque(maxlen=max(-number, 1))
     for k, message in enumerate(messages):
         kept.append(message)
@@ -107,17 +110,17 @@ def export_bag(
     out: Path,
     topics: tuple[str, ...] | None = None,
     on_message: Callable[[], None] | None = None,
-) -> Exported:
+) -> ExportResult:
     """Write the topics of a recording to a folder.
 
-    Every message type of a topic has files of its own. The files, new ones and those that replace
-    old ones, get their names when all of them are whole.
+    Every message type of a topic has files of its own. The files take their names, and replace
+    old ones, when all of them are complete.
 
     Args:
-        path: The recording.
-        out: A folder, made if it is not there.
-        topics: Which; None for all.
-        on_message: Called after each message.
+        path: Path of the recording.
+        out: Path of the folder, which is created if it does not exist.
+        topics: Names of the topics; None for all.
+        on_message: Function called after each message.
 
     Raises:
         BagError: If a topic is not in the recording.
@@ -139,11 +142,17 @@ def export_bag(
             each for each in bag.left_out if topics is None or each.topic in (None, *topics)
         ]
     files = tuple(out / name for name in export.files)
-    return Exported(files, (*left_out, *export.bad_clouds.values()), tuple(export.notes))
+    return ExportResult(files, (*left_out, *export.bad_clouds.values()), tuple(export.notes))
 
 
 class _Export:
-    """One export on its way."""
+    """Export in progress.
+
+    Attributes:
+        files: Names of the files written.
+        notes: Facts that a user should know although no message is missing.
+        bad_clouds: Clouds that cannot be decoded, by topic.
+    """
 
     def __init__(self, bag: Bag, folder: Path, tables: ExitStack) -> None:
         self._names = file_names([(each.topic, each.kind) for each in bag.connections])
@@ -155,7 +164,7 @@ class _Export:
         self.bad_clouds: dict[str, LeftOut] = {}
 
     def add(self, message: Message) -> None:
-        """Take a message."""
+        """Write a message to the file of its topic and type."""
         name = self._names[message.topic, message.kind]
         if message.kind == POINT_CLOUD:
             self._add_cloud(name, message)
@@ -166,7 +175,7 @@ class _Export:
         self._tables[name].add(message.stamp_ns, message.content)
 
     def _add_cloud(self, name: str, message: Message) -> None:
-        """Write a cloud."""
+        """Write a cloud to a file of its own."""
         number = self._counts.get(name, 0)
         self._counts[name] = number + 1
         try:
@@ -178,7 +187,7 @@ class _Export:
         (self._folder / self.files[-1]).write_bytes(data)
 
     def finish(self) -> None:
-        """Write the tables."""
+        """Write the CSV files."""
         for name, table in self._tables.items():
             self.files.append(table.finish().name)
             self.notes += [f"{name}.csv: {note}" for note in table.notes]
@@ -186,7 +195,7 @@ class _Export:
 
 @contextmanager
 def _staged(out: Path) -> Iterator[Path]:
-    """Give a folder whose files go to another one when the block ends without an error."""
+    """Yield a temporary folder whose files move to ``out`` when the block has succeeded."""
     new = not out.exists()
     out.mkdir(parents=True, exist_ok=True)
     try:
@@ -201,7 +210,7 @@ def _staged(out: Path) -> Iterator[Path]:
 
 
 def _one_more(found: dict[str, LeftOut], topic: str, reason: str) -> LeftOut:
-    """Return a topic's damaged clouds with one more."""
+    """Return the damaged clouds of a topic with one more."""
     before = found.get(topic)
     if before is None or before.messages is None:
         return LeftOut(topic, 1, reason)
@@ -209,13 +218,13 @@ def _one_more(found: dict[str, LeftOut], topic: str, reason: str) -> LeftOut:
 
 
 def file_names(streams: list[tuple[str, str]]) -> dict[tuple[str, str], str]:
-    """Return a file's name without suffix for each topic and type; no two are the same.
+    """Return file names without suffix by topic and type; no two are the same.
 
     Args:
-        streams: Topics and types.
+        streams: Pairs of topic and message type.
     """
     names: dict[tuple[str, str], str] = {}
-    # File systems that ignore case would take /Imu and /imu for one.
+    # File systems that ignore case do not distinguish /Imu from /imu.
     taken: set[str] = set()
     for stream in sorted(set(streams)):
         base = "".join(c if c.isalnum() or c in "-._" else "_" for c in stream[0].strip("/"))

@@ -1,4 +1,4 @@
-"""Messages from what the robot senses and does, and back."""
+"""Conversion of readings, estimates and commands to messages, and back."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,50 +13,59 @@ from traversability.cloud import PointCloud
 from traversability.virtual_scan import VirtualScan
 
 NS = 1_000_000_000
-"""Nanoseconds of a second."""
+"""Number of nanoseconds of a second."""
 
 NO_FIX = -1
 """Status of a satellite receiver without a fix."""
 
-UNKNOWN_COVARIANCE = 0
-"""Type of a NavSatFix's covariance that says nothing."""
+UNKNOWN_COVARIANCE, DIAGONAL_COVARIANCE = 0, 2
+"""Covariance types of a NavSatFix: unknown, and diagonal known."""
+
+UINT32, FLOAT32 = 6, 7
+"""Data types of a PointField."""
+
+_MAX_RANGE = 100.0
+"""Largest range that a laser scan states [m]; no laser of ours measures as far."""
+
+_UP_VARIANCE_RATIO = 4
+"""Ratio of a fix's vertical to its horizontal variance (assumption)."""
 
 
 @dataclass(frozen=True)
-class Composer:
-    """Builds messages of ROS 1 or ROS 2.
+class MessageBuilder:
+    """Builder of messages of ROS 1 or ROS 2.
 
     Attributes:
-        ros: Which of the two.
-        epoch_ns: Stamp of the simulation's zero [ns]; ROS 1 takes a zero stamp for none.
+        ros: Version of ROS.
+        epoch_ns: Stamp of the time 0 s [ns]; not zero, which ROS 1 takes for a missing stamp.
     """
 
     ros: Ros
     epoch_ns: int = 1_700_000_000 * NS
 
     def stamp_ns(self, seconds: float) -> int:
-        """Return a stamp [ns] of a time [s]."""
+        """Return the stamp [ns] of a time [s]."""
         return self.epoch_ns + round(seconds * NS)
 
     def new(self, kind: str, **fields: object) -> RosMessage:
-        """Return a message."""
+        """Return a message of a type, ``package/msg/Name``, with all its fields given."""
         maker: Any = message_types(self.ros).types[kind]
         return maker(**fields)
 
     def header(self, seconds: float, frame: str) -> RosMessage:
-        """Return a header."""
+        """Return a header with the stamp of a time [s]."""
         second, rest = divmod(self.stamp_ns(seconds), NS)
         stamp = self.new("builtin_interfaces/msg/Time", sec=second, nanosec=rest)
         fields = {"stamp": stamp, "frame_id": frame}
         return self.new("std_msgs/msg/Header", **({"seq": 0} if self.ros == 1 else {}), **fields)
 
     def vector(self, xyz: NDArray[np.float64], kind: str = "Vector3") -> RosMessage:
-        """Return a vector or a point."""
+        """Return a vector or a point, shape (3,)."""
         x, y, z = (float(part) for part in xyz)
         return self.new(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
     def quaternion(self, xyzw: NDArray[np.float64]) -> RosMessage:
-        """Return a quaternion."""
+        """Return a quaternion x, y, z, w, shape (4,)."""
         x, y, z, w = (float(part) for part in xyzw)
         return self.new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
@@ -69,7 +78,10 @@ class Composer:
         )
 
     def sweep(self, sweeps: Sweeps, k: int) -> RosMessage:
-        """Return one vertical sweep; angles are from the head's zenith, ``inf`` is no return."""
+        """Return the k-th sweep as a laser scan.
+
+        Angles count from the head's zenith [rad]; ``inf`` stands for no return.
+        """
         angles = sweeps.elevations if sweeps.elevations.ndim == 1 else sweeps.elevations[k]
         return self._scan(
             self.header(float(sweeps.stamps[k]), "lidar"),
@@ -81,7 +93,13 @@ class Composer:
     def virtual_scan(
         self, seconds: float, scan: VirtualScan, bearings: NDArray[np.float64]
     ) -> RosMessage:
-        """Return the virtual scan after REP-117: inf is free, NaN unknown."""
+        """Return the virtual scan after REP-117: ``inf`` is free, NaN unknown.
+
+        Args:
+            seconds: Time of the scan [s].
+            scan: The virtual scan.
+            bearings: Bearings of its sectors [rad], shape (n_sectors,), evenly spaced.
+        """
         ends = (float(bearings[0]), float(bearings[-1]))
         return self._scan(self.header(seconds, "base_footprint"), ends, scan.ranges, 0.0)
 
@@ -92,7 +110,14 @@ class Composer:
         ranges: NDArray[np.float32],
         step: float,
     ) -> RosMessage:
-        """Return a laser scan."""
+        """Return a laser scan.
+
+        Args:
+            header: Header of the message.
+            ends: Angles of the first and the last beam [rad].
+            ranges: Ranges [m], shape (n_beams,).
+            step: Time between two beams [s].
+        """
         return self.new(
             "sensor_msgs/msg/LaserScan",
             header=header,
@@ -102,13 +127,13 @@ class Composer:
             time_increment=step,
             scan_time=0.0,
             range_min=0.0,
-            range_max=100.0,
+            range_max=_MAX_RANGE,
             ranges=np.ascontiguousarray(ranges, dtype=np.float32),
             intensities=np.zeros(0, dtype=np.float32),
         )
 
     def head(self, sweeps: Sweeps, k: int) -> RosMessage:
-        """Return the head's angle at the begin of a sweep."""
+        """Return the head's angle [rad] and rate [rad/s] at the begin of the k-th sweep."""
         return self.new(
             "andabata_msgs/msg/LaserEvent",
             header=self.header(float(sweeps.stamps[k]), "base_link"),
@@ -117,14 +142,18 @@ class Composer:
         )
 
     def imu(self, row: NDArray[np.float64]) -> RosMessage:
-        """Return an inertial row; the orientation is said to be unknown."""
-        none = np.zeros(9)
-        none[0] = -1.0
+        """Return an inertial reading; a first covariance of -1 marks the orientation as unknown.
+
+        Args:
+            row: Time [s], angular velocity [rad/s], specific force [m/s2], shape (7,).
+        """
+        unknown = np.zeros(9)
+        unknown[0] = -1.0
         return self.new(
             "sensor_msgs/msg/Imu",
             header=self.header(float(row[0]), "base_link"),
             orientation=self.quaternion(np.array([0.0, 0.0, 0.0, 1.0])),
-            orientation_covariance=none,
+            orientation_covariance=unknown,
             angular_velocity=self.vector(row[1:4]),
             angular_velocity_covariance=np.zeros(9),
             linear_acceleration=self.vector(row[4:7]),
@@ -132,13 +161,13 @@ class Composer:
         )
 
     def wheels(self, kind: str, seconds: float, left: float, right: float) -> RosMessage:
-        """Return wheel speeds, sensed or commanded [rad/s]."""
+        """Return wheel speeds [rad/s]; ``kind`` is Wheels_speed (measured) or Wheels_cmd."""
         header = self.header(seconds, "base_link")
         name = f"andabata_msgs/msg/{kind}"
         return self.new(name, header=header, left=float(left), right=float(right))
 
     def field(self, row: NDArray[np.float64]) -> RosMessage:
-        """Return a compass row [T]."""
+        """Return a magnetic reading: time [s] and field [T], shape (4,)."""
         return self.new(
             "sensor_msgs/msg/MagneticField",
             header=self.header(float(row[0]), "base_link"),
@@ -147,10 +176,15 @@ class Composer:
         )
 
     def fix(self, row: NDArray[np.float64]) -> RosMessage:
-        """Return a satellite fix, or the receiver's word that it has none."""
-        found = bool(np.isfinite(row[4]))
-        status = self.new("sensor_msgs/msg/NavSatStatus", status=0 if found else NO_FIX, service=1)
-        variances = [row[4], row[4], 4 * row[4]] if found else [0.0] * 3
+        """Return a satellite fix; one without a finite variance has the status NO_FIX.
+
+        Args:
+            row: Time [s], latitude, longitude [deg], altitude [m], variance [m2], shape (5,).
+        """
+        is_fix = bool(np.isfinite(row[4]))
+        status = self.new("sensor_msgs/msg/NavSatStatus", status=0 if is_fix else NO_FIX, service=1)
+        up = _UP_VARIANCE_RATIO * row[4]
+        variances = [row[4], row[4], up] if is_fix else [0.0] * 3
         return self.new(
             "sensor_msgs/msg/NavSatFix",
             header=self.header(float(row[0]), "base_footprint"),
@@ -159,11 +193,11 @@ class Composer:
             longitude=float(row[2]),
             altitude=float(row[3]),
             position_covariance=np.diag(variances).ravel(),
-            position_covariance_type=2 if found else 0,
+            position_covariance_type=DIAGONAL_COVARIANCE if is_fix else UNKNOWN_COVARIANCE,
         )
 
     def twist(self, speed: float, yaw_rate: float) -> RosMessage:
-        """Return a body twist [m/s, rad/s]."""
+        """Return a body twist of a speed [m/s] and a yaw rate [rad/s]."""
         return self.new(
             "geometry_msgs/msg/Twist",
             linear=self.vector(np.array([speed, 0.0, 0.0])),
@@ -177,10 +211,17 @@ class Composer:
         covariance: NDArray[np.float64] | None = None,
         state: VehicleState | None = None,
     ) -> RosMessage:
-        """Return a pose in the map; ``covariance`` is of x, y [m] and yaw [rad]."""
-        spread = np.zeros((6, 6))
+        """Return a pose in the map.
+
+        Args:
+            seconds: Time of the pose [s].
+            pose: Pose of ``base_footprint``.
+            covariance: Covariance of x, y [m] and yaw [rad], shape (3, 3); None for zeros.
+            state: State with the velocities; None for zeros.
+        """
+        full = np.zeros((6, 6))
         if covariance is not None:
-            spread[np.ix_([0, 1, 5], [0, 1, 5])] = covariance
+            full[np.ix_([0, 1, 5], [0, 1, 5])] = covariance
         zero = np.zeros(3)
         linear, angular = (zero, zero) if state is None else (state.linear, state.angular)
         twist = self.new(
@@ -193,7 +234,7 @@ class Composer:
             pose=self.new(
                 "geometry_msgs/msg/PoseWithCovariance",
                 pose=self.pose(pose),
-                covariance=spread.ravel(),
+                covariance=full.ravel(),
             ),
             twist=self.new(
                 "geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)
@@ -201,7 +242,7 @@ class Composer:
         )
 
     def initial(self, seconds: float, pose: Pose) -> RosMessage:
-        """Return where the robot is told to start, in the map."""
+        """Return an initial pose in the map."""
         return self.new(
             "geometry_msgs/msg/PoseWithCovarianceStamped",
             header=self.header(seconds, "map"),
@@ -213,7 +254,7 @@ class Composer:
         )
 
     def goal(self, seconds: float, goal: NDArray[np.float64]) -> RosMessage:
-        """Return a goal in the map."""
+        """Return a goal in the map [m], shape (2,)."""
         pose = Pose(np.array([goal[0], goal[1], 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
         return self.new(
             "geometry_msgs/msg/PoseStamped",
@@ -222,7 +263,13 @@ class Composer:
         )
 
     def transform(self, seconds: float, row: NDArray[np.float64], kind: str) -> RosMessage:
-        """Return ``odom -> base_footprint``: x, y, z, quaternion, shape (7,)."""
+        """Return the transform ``odom -> base_footprint``.
+
+        Args:
+            seconds: Time of the transform [s].
+            row: Position x, y, z [m] and quaternion x, y, z, w, shape (7,).
+            kind: Message type, which differs between ROS 1 and ROS 2.
+        """
         transform = self.new(
             "geometry_msgs/msg/Transform",
             translation=self.vector(row[:3]),
@@ -237,28 +284,36 @@ class Composer:
         return self.new(kind, transforms=[stamped])
 
     def cloud(self, seconds: float, cloud: PointCloud) -> RosMessage:
-        """Return a cloud with x, y and z."""
+        """Return a cloud with the fields x, y and z."""
         data = np.ascontiguousarray(cloud.points, dtype="<f4").view(np.uint8).ravel()
-        return self._cloud(self.header(seconds, cloud.frame), {"x": 7, "y": 7, "z": 7}, data)
+        return self._cloud(self.header(seconds, cloud.frame), dict.fromkeys("xyz", FLOAT32), data)
 
     def frame(self, cloud: PointCloud) -> RosMessage:
-        """Return a 3D laser's cloud with x, y, z and ``t``, nanoseconds after the header.
+        """Return a 3D laser's cloud with x, y, z and ``t``, nanoseconds after the header's stamp.
 
         Raises:
-            ValueError: If its points have no times.
+            ValueError: If its points have no stamps.
         """
         if cloud.stamps is None:
-            raise ValueError("stamps: expected a time of each point, got none")
+            raise ValueError(
+                "stamps: expected a time of each point, got none; give the cloud stamps"
+            )
         begin = float(cloud.stamps.min(initial=np.inf)) if len(cloud) else 0.0
         rows = np.empty(len(cloud), dtype=[("xyz", "<f4", 3), ("t", "<u4")])
         rows["xyz"], rows["t"] = cloud.points, np.round((cloud.stamps - begin) * NS)
-        fields = {"x": 7, "y": 7, "z": 7, "t": 6}
+        fields = {**dict.fromkeys("xyz", FLOAT32), "t": UINT32}
         return self._cloud(self.header(begin, "lidar"), fields, rows.view(np.uint8))
 
     def _cloud(
         self, header: RosMessage, fields: dict[str, int], data: NDArray[np.uint8]
     ) -> RosMessage:
-        """Return a cloud whose points have some numbers of four bytes, by name and type."""
+        """Return a cloud.
+
+        Args:
+            header: Header of the message.
+            fields: Data types of the points' fields by name, each of four bytes.
+            data: Bytes of all points, shape (n_points * 4 * n_fields,).
+        """
         step = 4 * len(fields)
         return self.new(
             POINT_CLOUD,
@@ -279,7 +334,14 @@ class Composer:
     def diagnostics(
         self, seconds: float, level: int, message: str, values: dict[str, str]
     ) -> RosMessage:
-        """Return the robot's state in words; ``level`` is 0 ok, 1 warning, 2 error."""
+        """Return the robot's health.
+
+        Args:
+            seconds: Time of the message [s].
+            level: 0 for ok, 1 for a warning, 2 for an error.
+            message: Health and complaints in words.
+            values: Further facts by key.
+        """
         pairs = [
             self.new("diagnostic_msgs/msg/KeyValue", key=key, value=value)
             for key, value in values.items()
@@ -315,7 +377,7 @@ def fix_of(message: RosMessage) -> list[float]:
     if min(east, north) < 0:
         return [*place, min(east, north)]
     is_known = int(message.position_covariance_type) != UNKNOWN_COVARIANCE and east > 0 < north
-    # An infinite variance is no statement either, and must not look like a missing fix.
+    # An infinite variance is unknown, too, and must not be taken for a missing fix.
     return [*place, max(east, north) if is_known and np.isfinite(max(east, north)) else np.nan]
 
 

@@ -1,4 +1,4 @@
-"""What a robot senses, believes and does, as messages: for a recording and for a live graph."""
+"""Readings, estimates and commands of a robot as messages, for a recording or a live graph."""
 
 import json
 from typing import Any
@@ -11,209 +11,229 @@ from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.navigation.navigator import Step
+from andabata.navigation.navigator import StepResult
 from andabata.records import topics
 from andabata.records.bags import MessageWriter
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
 SETUP = "setup"
-"""Key of the diagnostics' first message under which the drive's settings stand, as JSON."""
+"""Key of the drive's settings, as JSON, in the first diagnostics of a recording."""
 
 DATUM = "datum"
-"""Key of the diagnostics under which the datum stands that a live navigator took, as JSON."""
+"""Key of a live navigator's datum, as JSON, in its diagnostics."""
+
+_HALF_PERIOD = 0.05
+"""Half a control period [s]: the relative cloud comes twice in one (paper, Table 3)."""
 
 _LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
+"""Level of a diagnostics message by health: ok, warning, error."""
 
 
-class Outbox:
-    """Messages of a control period on their way out.
+class MessageQueue:
+    """Queue of outgoing messages of a control period; they leave in the order of their times.
 
     Attributes:
-        compose: Makes them.
+        builder: Builder of the messages.
     """
 
-    def __init__(self, writer: MessageWriter, compose: Composer) -> None:
-        """Begin empty."""
-        self._writer, self.compose = writer, compose
+    def __init__(self, writer: MessageWriter, builder: MessageBuilder) -> None:
+        """Create an empty queue.
+
+        Args:
+            writer: Recording or graph that the messages go to.
+            builder: Builder of the messages.
+        """
+        self._writer, self.builder = writer, builder
         self._waiting: list[tuple[int, int, Topic, RosMessage]] = []
 
     def add(self, seconds: float, topic: Topic, message: RosMessage) -> None:
-        """Put a message in line; ``seconds`` is when the robot has it."""
+        """Append a message.
+
+        Args:
+            seconds: Time at which the robot has the message [s].
+            topic: Topic of the message.
+            message: The message.
+        """
         order = len(self._waiting)
-        self._waiting.append((self.compose.stamp_ns(seconds), order, topic, message))
+        self._waiting.append((self.builder.stamp_ns(seconds), order, topic, message))
 
     def flush(self) -> None:
-        """Write what waits, oldest first."""
+        """Write all messages, oldest first; those of one time in the order of their arrival."""
         for stamp, _, topic, message in sorted(self._waiting, key=lambda entry: entry[:2]):
             self._writer.write(topic, stamp, message)
         self._waiting.clear()
 
 
-def post_senses(outbox: Outbox, readings: SensorReadings) -> None:
-    """Put a period's senses in line: a sweep at its end, a fix when it arrives."""
-    compose, sweeps = outbox.compose, readings.sweeps
+def queue_readings(queue: MessageQueue, readings: SensorReadings) -> None:
+    """Queue the readings of a period: a sweep at its end, a fix when it arrives.
+
+    Args:
+        queue: Queue of outgoing messages, extended.
+        readings: Readings of the period.
+    """
+    builder, sweeps = queue.builder, readings.sweeps
     if sweeps is not None:
         lasts = sweeps.beam_period * (sweeps.ranges.shape[1] - 1)
         for k, stamp in enumerate(sweeps.stamps):
-            outbox.add(float(stamp) + lasts, topics.SCAN, compose.sweep(sweeps, k))
-            outbox.add(float(stamp) + lasts, topics.HEAD, compose.head(sweeps, k))
+            queue.add(float(stamp) + lasts, topics.SCAN, builder.sweep(sweeps, k))
+            queue.add(float(stamp) + lasts, topics.HEAD_ANGLE, builder.head(sweeps, k))
     for frame in readings.frames:
-        outbox.add(readings.stamp, topics.LASER, compose.frame(frame))
+        queue.add(readings.stamp, topics.LASER_CLOUD, builder.frame(frame))
     for row in _rows(readings.encoders):
-        message = compose.wheels("Wheels_speed", float(row[0]), row[1], row[2])
-        outbox.add(float(row[0]), topics.ENCODERS, message)
+        message = builder.wheels("Wheels_speed", float(row[0]), row[1], row[2])
+        queue.add(float(row[0]), topics.ENCODERS, message)
     for row in _rows(readings.imu):
-        outbox.add(float(row[0]), topics.IMU, compose.imu(row))
+        queue.add(float(row[0]), topics.IMU, builder.imu(row))
     for row in _rows(readings.mag):
-        outbox.add(float(row[0]), topics.COMPASS, compose.field(row))
+        queue.add(float(row[0]), topics.MAG, builder.field(row))
     for row in _rows(readings.gnss):
-        outbox.add(readings.stamp, topics.FIX, compose.fix(row))
+        queue.add(readings.stamp, topics.FIX, builder.fix(row))
     if readings.truth is not None:
-        truth = compose.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
-        outbox.add(readings.stamp, topics.TRUTH, truth)
+        truth = builder.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
+        queue.add(readings.stamp, topics.GROUND_TRUTH, truth)
 
 
 class Recorder:
-    """Writes what a navigator senses and does.
+    """Records readings, estimates and commands of a navigator.
 
     A message is recorded when the robot has it: a sweep at its end, a fix when it arrives, a
-    command at the end of its control period. Its own stamp is that of its instant.
+    command at the end of its control period. The stamp in its header is the time of measurement.
 
     Attributes:
-        begun: Whether the begin is recorded.
-        facts: Values that are added to the diagnostics, by key.
+        has_begun: True if the begin of the drive is recorded.
+        diagnostic_values: Values added to every diagnostics message, by key.
     """
 
     def __init__(
         self,
-        outbox: Outbox,
+        queue: MessageQueue,
         localizer: Localizer,
         assembler: CloudAssembler | None,
         bearings: NDArray[np.float64],
         clouds: bool = True,
     ) -> None:
-        """Begin a record.
+        """Prepare a recording.
 
         Args:
-            outbox: Where to.
-            localizer: The navigator's.
-            assembler: The perception's, None with the horizontal scanner.
-            bearings: Of the virtual scan's sectors [rad].
-            clouds: Whether to record the clouds, which are nearly all of the bytes.
+            queue: Queue of outgoing messages.
+            localizer: Localizer of the navigator.
+            assembler: Cloud assembler of the perception; None with the horizontal scanner.
+            bearings: Bearings of the virtual scan's sectors [rad], shape (n_sectors,).
+            clouds: True to record the clouds, which make up nearly all of the bytes.
         """
-        self._outbox, self._localizer, self._assembler = outbox, localizer, assembler
-        self._bearings, self._clouds = bearings, clouds
+        self._queue, self._localizer, self._assembler = queue, localizer, assembler
+        self._bearings, self._records_clouds = bearings, clouds
         self._cloud: PointCloud | None = None
         self._goal: NDArray[np.float64] | None = None
-        self._said = ""
-        self.begun = False
-        self.facts: dict[str, str] = {}
+        self._last_complaints = ""
+        self.has_begun = False
+        self.diagnostic_values: dict[str, str] = {}
 
     def begin(self, pose: Pose, stamp: float, setup: dict[str, Any]) -> None:
-        """Record where the robot believes to start, and the settings of the drive.
+        """Record the start and the settings of a drive.
 
         Args:
-            pose: As the navigator was told.
-            stamp: Its time [s].
-            setup: Ready for JSON.
+            pose: Start in the map, as the navigator was reset to it.
+            stamp: Time of the start [s].
+            setup: Settings of the drive, ready for JSON.
         """
-        outbox, compose, self.begun = self._outbox, self._outbox.compose, True
-        outbox.add(stamp, topics.INITIAL, compose.initial(stamp, pose))
-        outbox.add(stamp, topics.FILTERED, compose.odometry(stamp, pose))
+        queue, builder, self.has_begun = self._queue, self._queue.builder, True
+        queue.add(stamp, topics.INITIAL_POSE, builder.initial(stamp, pose))
+        queue.add(stamp, topics.FILTERED_ODOMETRY, builder.odometry(stamp, pose))
         values = {SETUP: json.dumps(setup, sort_keys=True)}
-        outbox.add(stamp, topics.DIAGNOSTICS, compose.diagnostics(stamp, 0, "begin", values))
-        outbox.flush()
+        queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
+        queue.flush()
 
-    def take(self, step: Step) -> None:
+    def record(self, step: StepResult) -> None:
         """Record one control step."""
-        post_senses(self._outbox, step.readings)
-        now, compose = step.readings.stamp, self._outbox.compose
+        queue_readings(self._queue, step.readings)
+        now, builder = step.readings.stamp, self._queue.builder
         if self._goal is None or not np.array_equal(self._goal, step.goal):
             self._goal = step.goal.copy()
-            self._outbox.add(now, topics.GOAL, compose.goal(now, step.goal))
-        self.move(step.readings)
-        self.believe(now)
-        for stamp in (now - 0.05, now):
-            self.relate(stamp)
-        self.act(step)
-        self._outbox.flush()
+            self._queue.add(now, topics.GOAL, builder.goal(now, step.goal))
+        self.queue_transforms(step.readings)
+        self.queue_state(now)
+        for stamp in (now - _HALF_PERIOD, now):
+            self.queue_clouds(stamp)
+        self.queue_commands(step)
+        self._queue.flush()
 
-    def act(self, step: Step) -> None:
-        """Put in line what a step made of it: virtual scan, command and wheel speeds."""
-        now, compose = step.readings.stamp, self._outbox.compose
-        if step.view is not None:
-            scan = compose.virtual_scan(now, step.view.scan, self._bearings)
-            self._outbox.add(now, topics.VIRTUAL, scan)
-        self._outbox.add(now, topics.TWIST, compose.twist(step.speed, step.steering))
-        wheels = compose.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
-        self._outbox.add(now, topics.WHEELS, wheels)
+    def queue_commands(self, step: StepResult) -> None:
+        """Queue the outcome of a step: virtual scan, twist and wheel speeds."""
+        now, builder = step.readings.stamp, self._queue.builder
+        if step.scan is not None:
+            scan = builder.virtual_scan(now, step.scan, self._bearings)
+            self._queue.add(now, topics.VIRTUAL_SCAN, scan)
+        self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
+        wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
+        self._queue.add(now, topics.WHEEL_COMMAND, wheels)
 
-    def move(self, readings: SensorReadings) -> None:
-        """Put in line the poses of some senses."""
-        outbox, localizer = self._outbox, self._localizer
+    def queue_transforms(self, readings: SensorReadings) -> None:
+        """Queue the pose in ``odom`` at the time of each inertial reading."""
+        queue, localizer = self._queue, self._localizer
         ticks = (
             _rows(readings.imu)[:, 0] if readings.imu is not None else np.array([readings.stamp])
         )
-        kind = topics.TF.type_name(outbox.compose.ros)
+        kind = topics.TF.type_name(queue.builder.ros)
         for stamp, row in zip(ticks, localizer.track.at(ticks), strict=True):
-            message = outbox.compose.transform(float(stamp), row, kind)
-            outbox.add(float(stamp), topics.TF, message)
+            message = queue.builder.transform(float(stamp), row, kind)
+            queue.add(float(stamp), topics.TF, message)
 
-    def believe(self, now: float) -> None:
-        """Put in line the pose in the map, and health, once a second or when it changes."""
-        outbox, compose, localizer = self._outbox, self._outbox.compose, self._localizer
+    def queue_state(self, now: float) -> None:
+        """Queue the pose in the map; and the health, once a second or when it changes."""
+        queue, builder, localizer = self._queue, self._queue.builder, self._localizer
         covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
-        outbox.add(now, topics.FILTERED, compose.odometry(now, localizer.pose, covariance))
-        level, said = self._health(now)
-        if round(now * 10) % 10 == 0 or said != self._said:
-            self._said = said
-            outbox.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
+        queue.add(now, topics.FILTERED_ODOMETRY, builder.odometry(now, localizer.pose, covariance))
+        level, complaints = self._health(now)
+        if round(now * 10) % 10 == 0 or complaints != self._last_complaints:
+            self._last_complaints = complaints
+            queue.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
 
-    def relate(self, stamp: float) -> None:
-        """Put in line the cloud as seen from the pose at ``stamp`` [s]; a new one as it is too."""
-        outbox, compose, assembler = self._outbox, self._outbox.compose, self._assembler
-        if not self._clouds or assembler is None or assembler.cloud is None:
+    def queue_clouds(self, stamp: float) -> None:
+        """Queue the cloud relative to the robot at ``stamp`` [s]; a new cloud unchanged, too."""
+        queue, builder, assembler = self._queue, self._queue.builder, self._assembler
+        if not self._records_clouds or assembler is None or assembler.cloud is None:
             return
         if assembler.cloud is not self._cloud:
             self._cloud = assembler.cloud
-            outbox.add(stamp, topics.CLOUD, compose.cloud(stamp, self._cloud))
+            queue.add(stamp, topics.CLOUD, builder.cloud(stamp, self._cloud))
         row = self._localizer.track.at(np.array([stamp]))[0]
         relative = assembler.relative(Pose(row[:3], row[3:]))
-        outbox.add(stamp, topics.RELATIVE, compose.cloud(stamp, relative))
+        queue.add(stamp, topics.RELATIVE_CLOUD, builder.cloud(stamp, relative))
 
     def _health(self, now: float) -> tuple[int, str]:
-        """Return the level of the diagnostics and what is wrong, without its numbers."""
-        level, said = _LEVELS[self._localizer.health], [str(self._localizer.health)]
+        """Return the diagnostics' level, 0 to 2, and what is wrong, without numbers."""
+        level, complaints = _LEVELS[self._localizer.health], [str(self._localizer.health)]
         if isinstance(self._localizer, UkfLocalizer):
-            said += [text.split(":")[0] for text in self._localizer.warnings]
-        if self._assembler is not None and self._blind(now):
+            complaints += [text.split(":")[0] for text in self._localizer.warnings]
+        if self._assembler is not None and self._has_no_cloud(now):
             waiting = np.isinf(self._assembler.cloud_age(now))
-            level, said = max(level, 1 if waiting else 2), [*said, "cloud"]
-        return level, "; ".join(said)
+            level, complaints = max(level, 1 if waiting else 2), [*complaints, "cloud"]
+        return level, "; ".join(complaints)
 
-    def _blind(self, now: float) -> bool:
-        """Return whether there is no cloud to drive by."""
+    def _has_no_cloud(self, now: float) -> bool:
+        """Return True if the robot has no cloud that is recent enough."""
         return self._assembler is not None and self._assembler.is_stale(now)
 
     def _diagnosis(self, now: float, level: int) -> RosMessage:
-        """Return health, complaints and counts in words."""
+        """Return health, complaints and counts as a diagnostics message."""
         localizer, assembler = self._localizer, self._assembler
-        values = dict(self.facts)
-        said = [str(localizer.health)]
+        values = dict(self.diagnostic_values)
+        complaints = [str(localizer.health)]
         if isinstance(localizer, UkfLocalizer):
-            said += localizer.warnings
-            for name, (believed, gated, refused) in localizer.counts.items():
-                values[name] = f"{believed} believed, {gated} gated, {refused} refused"
+            complaints += localizer.warnings
+            for name, (accepted, gated, refused) in localizer.counts.items():
+                values[name] = f"{accepted} accepted, {gated} gated, {refused} refused"
         if assembler is not None:
             age = assembler.cloud_age(now)
             values["cloud"] = f"{age:.1f} s old, {assembler.refused} refused"
-            if self._blind(now):
-                said.append("cloud: none" if np.isinf(age) else f"cloud: {age:.1f} s old")
-        return self._outbox.compose.diagnostics(now, level, "; ".join(said), values)
+            if self._has_no_cloud(now):
+                complaints.append("cloud: none" if np.isinf(age) else f"cloud: {age:.1f} s old")
+        return self._queue.builder.diagnostics(now, level, "; ".join(complaints), values)
 
 
-def _rows(given: NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """Return a sense's rows, none when it was silent."""
-    return np.empty((0, 1)) if given is None else given
+def _rows(rows: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Return a sensor's rows; none if it sent nothing."""
+    return np.empty((0, 1)) if rows is None else rows

@@ -1,29 +1,28 @@
-"""Remarks on a recording or a live session: what was taken otherwise than it says, or left out."""
+"""Remarks on a recording or a live session: counted corrections, refusals and notes."""
 
 from dataclasses import dataclass, replace
 from typing import Any
 
 _MOST_TEXTS = 12
-"""Different texts that are kept for one sense: a message that quotes numbers must not fill memory.
-"""
+"""Number of different texts that are kept per subject: texts with numbers must not fill memory."""
 
 _OTHERS = "for other reasons"
 
 
 @dataclass(frozen=True)
 class Remark:
-    """One remark on one sense, however often it was made.
+    """One remark on one subject, with the number of messages that it holds for.
 
     Attributes:
-        sense: Name of the topic.
-        text: What was found, on one line.
-        count: Number of messages that it was made of; 0 for one on the whole session.
-        first: Time of the first of them [s], None where no time belongs to it.
-        last: Time of the last [s].
-        refused: Whether the messages were left out.
+        subject: Name of the topic, or another source such as ``clock``.
+        text: Finding, on one line.
+        count: Number of its messages; 0 for a note on the whole session.
+        first: Time of the first message [s], None without a time.
+        last: Time of the last message [s].
+        refused: True if the messages were left out.
     """
 
-    sense: str
+    subject: str
     text: str
     count: int = 0
     first: float | None = None
@@ -33,15 +32,15 @@ class Remark:
     def __str__(self) -> str:
         """Return the remark on one line."""
         if not self.count:
-            return f"{self.sense}: {self.text}"
+            return f"{self.subject}: {self.text}"
         left_out = " left out" if self.refused else ""
         when = "" if self.first is None else f", {_span(self.first, self.last)}"
-        return f"{self.sense}: {self.count}{left_out}: {self.text}{when}"
+        return f"{self.subject}: {self.count}{left_out}: {self.text}{when}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the remark, ready for JSON."""
         return {
-            "sense": self.sense,
+            "subject": self.subject,
             "text": self.text,
             "count": self.count,
             "first_s": self.first,
@@ -51,46 +50,49 @@ class Remark:
 
 
 class Remarks:
-    """Remarks by sense and text, counted, with the times of the first and the last."""
+    """Collects remarks by subject and text, with counts and times."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Create an empty collection."""
         self._found: dict[tuple[str, str, bool], Remark] = {}
 
-    def note(self, sense: str, text: str) -> None:
-        """Remember what holds for a whole session; saying it again changes nothing."""
-        self._found.setdefault((sense, text, False), Remark(sense, text))
+    def note(self, subject: str, text: str) -> None:
+        """Add a note on a whole session; a repetition changes nothing."""
+        self._found.setdefault((subject, text, False), Remark(subject, text))
 
-    def count(self, sense: str, text: str, stamp: float | None = None, number: int = 1) -> None:
-        """Count messages that were taken in another way than they came.
+    def count(self, subject: str, text: str, stamp: float | None = None, number: int = 1) -> None:
+        """Count messages that were corrected.
 
         Args:
-            sense: Name of the topic.
-            text: What was done with them.
-            stamp: Their time [s].
-            number: How many they are.
+            subject: Name of the topic.
+            text: Correction, on one line.
+            stamp: Time of the messages [s].
+            number: Number of messages.
         """
-        self._count(sense, text, stamp, number, refused=False)
+        self._count(subject, text, stamp, number, refused=False)
 
-    def refuse(self, sense: str, reason: str, stamp: float | None = None, number: int = 1) -> None:
+    def refuse(
+        self, subject: str, reason: str, stamp: float | None = None, number: int = 1
+    ) -> None:
         """Count messages that were left out, by reason; see ``count``."""
-        self._count(sense, reason, stamp, number, refused=True)
+        self._count(subject, reason, stamp, number, refused=True)
 
     def _count(
-        self, sense: str, text: str, stamp: float | None, number: int, refused: bool
+        self, subject: str, text: str, stamp: float | None, number: int, refused: bool
     ) -> None:
-        known = sum(key[0] == sense for key in self._found)
-        if (sense, text, refused) not in self._found and known >= _MOST_TEXTS:
+        """Add to the count of a remark; beyond the most texts of a subject, to a common one."""
+        known = sum(key[0] == subject for key in self._found)
+        if (subject, text, refused) not in self._found and known >= _MOST_TEXTS:
             text = _OTHERS
-        key = (sense, text, refused)
-        old = self._found.get(key, Remark(sense, text, refused=refused))
+        key = (subject, text, refused)
+        old = self._found.get(key, Remark(subject, text, refused=refused))
         first = stamp if old.first is None else old.first
         last = old.last if stamp is None else stamp
         self._found[key] = replace(old, count=old.count + number, first=first, last=last)
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """The remarks, one line each, those on whole sessions first."""
+        """Remarks as text, one line each, notes on whole sessions first."""
         return tuple(str(remark) for remark in self._sorted())
 
     @property
@@ -99,11 +101,11 @@ class Remarks:
         return sum(remark.count for remark in self._found.values() if remark.refused)
 
     def refused_by_reason(self) -> dict[str, dict[str, int]]:
-        """Return the numbers of messages that were left out, by sense and reason."""
+        """Return the numbers of messages that were left out, by subject and reason."""
         found: dict[str, dict[str, int]] = {}
         for remark in self._sorted():
             if remark.refused:
-                found.setdefault(remark.sense, {})[remark.text] = remark.count
+                found.setdefault(remark.subject, {})[remark.text] = remark.count
         return found
 
     def as_dicts(self) -> list[dict[str, Any]]:
@@ -111,11 +113,12 @@ class Remarks:
         return [remark.as_dict() for remark in self._sorted()]
 
     def _sorted(self) -> list[Remark]:
+        """Return notes, then counted remarks, each in the order of their first."""
         return sorted(self._found.values(), key=lambda remark: remark.count > 0)
 
 
 def _span(first: float, last: float | None) -> str:
-    """Return when something was, in words."""
+    """Return a time span [s] as text."""
     if last is None or last - first < 0.05:
         return f"at {first:.1f} s"
     return f"from {first:.1f} to {last:.1f} s"

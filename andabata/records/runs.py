@@ -1,4 +1,4 @@
-"""Run folders: what was run can be explained afterwards."""
+"""Run folders: settings, seed, commit and versions beside the results of a run."""
 
 import json
 import platform
@@ -15,22 +15,28 @@ _PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "sciki
 
 
 def make_folder(folder: Path) -> Path:
-    """Make a folder and return it.
+    """Create a folder with its parents, if it does not exist, and return it.
 
     Raises:
-        OSError: If something else has its name.
+        OSError: If a file has its name, or the parent is not writable.
     """
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
-    """Write a JSON file, whole or not at all."""
+    """Write a JSON file atomically."""
     atomic_io.write(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
 
 
 def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """Return what a run's folder says about it: settings, seed, commit and versions."""
+    """Return the description of a run for its folder: settings, seed, commit and versions.
+
+    Args:
+        verb: Command that was run.
+        config: Resolved settings.
+        seed: Seed of the run.
+    """
     return {
         "verb": verb,
         "seed": seed,
@@ -43,7 +49,7 @@ def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
 
 
 def commit() -> str | None:
-    """Return the git commit of the code, with ``+`` when files were changed; None without git."""
+    """Return the git commit of the code, with ``+`` if files are changed; None without git."""
     home = Path(__file__).resolve().parents[2]
 
     def git(*words: str) -> str:

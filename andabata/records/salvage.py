@@ -1,17 +1,17 @@
-"""What is whole of a damaged or unfinished recording, as a new one."""
+"""Salvage of a damaged or unfinished recording: its whole messages in a new recording."""
 
 import tempfile
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from andabata.records.atomic_io import atomic_file, atomic_folder
+from andabata.records import atomic_io
 from andabata.records.bags import BagError, readable
 from andabata.records.containers.compression import ZSTD_MAGIC
 from andabata.records.containers.container import Container, Damage
 from andabata.records.containers.mcap_copy import copy_mcap
 from andabata.records.containers.mcap_file import McapFile
-from andabata.records.containers.opening import UnpackedFile, open_container
+from andabata.records.containers.opening import DecompressedFile, open_container
 from andabata.records.containers.ros2_folder import Ros2Folder
 from andabata.records.containers.ros2_metadata import METADATA, metadata_text
 from andabata.records.containers.rosbag1_copy import copy_bag
@@ -19,20 +19,20 @@ from andabata.records.containers.rosbag1_file import Rosbag1File
 from andabata.records.containers.sqlite_copy import copy_sqlite
 from andabata.records.containers.sqlite_file import SqliteFile
 
-_PACKED = (".zstd", ".zst")
+_COMPRESSED = (".zstd", ".zst")
 
 
 @dataclass(frozen=True)
-class Salvaged:
+class SalvageResult:
     """Result of a salvage.
 
     Attributes:
-        messages: Number of messages that were whole.
-        lost: Whether something was not.
-        lost_messages: Number of messages lost; the least where a part of the index is lost too,
-            None where nothing tells it.
-        reason: What was damaged; empty when nothing was.
-        notes: What a user should know although nothing is lost.
+        messages: Number of messages that were kept.
+        lost: True if something was damaged.
+        lost_messages: Number of messages lost; the least possible one if a part of the index is
+            lost, too; None if it is unknown.
+        reason: Description of the damage; empty without any.
+        notes: Facts that a user should know although nothing is lost.
     """
 
     messages: int
@@ -42,23 +42,26 @@ class Salvaged:
     notes: tuple[str, ...]
 
 
-def salvage(source: Path, target: Path) -> Salvaged:
-    """Write what is whole of a recording to a new one of the same kind.
+def salvage(source: Path, target: Path) -> SalvageResult:
+    """Write the whole messages of a recording to a new one of the same format.
 
-    Reading goes on behind damage. The new recording takes its name when it is whole.
+    Reading goes on behind damage. The new recording takes its name when it is complete.
 
     Args:
-        source: A ``.bag``, ``.mcap`` or ``.db3`` file or a ROS 2 folder, finished or not.
-        target: A new file with the same suffix, or a new folder.
+        source: Path of a ``.bag``, ``.mcap`` or ``.db3`` file or of a ROS 2 folder, which may be
+            unfinished.
+        target: Path of a new file with the same suffix, or of a new folder.
 
     Raises:
-        BagError: If the kind is another, the target is there already, or nothing is whole.
+        BagError: If the suffix is another, the target exists already, or no message is whole.
         OSError: If the target cannot be written.
     """
     if target.exists():
-        raise BagError(f"{target}: expected a new file, got one that is there; choose another name")
+        raise BagError(f"{target}: expected a new file, got an existing one; choose another name")
     if not source.exists():
-        raise BagError(f"{source}: expected a .bag, an .mcap or a ROS 2 folder, got nothing")
+        raise BagError(
+            f"{source}: expected a .bag, an .mcap or a ROS 2 folder, got nothing; check the path"
+        )
     with readable(source), closing(open_container(source)) as container:
         damage = list(container.damage)
         if damage and not any(container.counts):
@@ -66,35 +69,51 @@ def salvage(source: Path, target: Path) -> Salvaged:
                 f"{source}: expected messages, got none that is whole: {damage[0].reason}"
             )
         if isinstance(container, Ros2Folder):
-            with atomic_folder(target) as folder:
+            with atomic_io.create_folder(target) as folder:
                 count = _copy_folder(container, folder, damage)
         else:
             _check_suffix(container, target)
             count = _copy_file(container, target, damage)
-        reason = _in_words(damage)
-        return Salvaged(count, bool(damage), container.lost, reason, tuple(container.notes))
+        reason = _damage_text(damage)
+        return SalvageResult(count, bool(damage), container.lost, reason, tuple(container.notes))
 
 
 def _check_suffix(container: Container, target: Path) -> None:
-    """Raise where a file's name doesn't fit what it will hold."""
-    file = container.container if isinstance(container, UnpackedFile) else container
+    """Check that the name of the new file fits its format.
+
+    Raises:
+        BagError: If it does not.
+    """
+    file = container.container if isinstance(container, DecompressedFile) else container
     kinds = {Rosbag1File: ".bag", McapFile: ".mcap", SqliteFile: ".db3"}
     suffix = next(name for kind, name in kinds.items() if isinstance(file, kind))
     if target.suffix != suffix:
-        raise BagError(f"{target}: expected a name in {suffix}, as the recording is one")
+        raise BagError(
+            f"{target}: expected a name in {suffix}, the format of the recording, got "
+            f"{target.suffix!r}"
+        )
 
 
 def _copy_file(container: Container, target: Path, damage: list[Damage]) -> int:
-    """Copy one file; return the number of messages and add what else is damaged."""
-    if isinstance(container, UnpackedFile):
+    """Copy one file.
+
+    Args:
+        container: The open file.
+        target: Path of the new file.
+        damage: Damage found so far, extended.
+
+    Returns:
+        Number of messages copied.
+    """
+    if isinstance(container, DecompressedFile):
         return _copy_file(container.container, target, damage)
     if isinstance(container, SqliteFile):
-        # sqlite3 wants a path of its own, and may write a journal beside it.
+        # sqlite3 opens files by path only, and may write a journal beside them.
         with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder:
             count = copy_sqlite(container, Path(folder) / target.name)
             (Path(folder) / target.name).replace(target)
         return count
-    with atomic_file(target) as out:
+    with atomic_io.open_file(target) as out:
         if isinstance(container, Rosbag1File):
             return copy_bag(container, out)
         if isinstance(container, McapFile):
@@ -105,14 +124,23 @@ def _copy_file(container: Container, target: Path, damage: list[Damage]) -> int:
 
 
 def _copy_folder(container: Ros2Folder, folder: Path, damage: list[Damage]) -> int:
-    """Copy the files of a folder and write its metadata.yaml; return the number of messages."""
+    """Copy the files of a folder and write its metadata.yaml.
+
+    Args:
+        container: The open folder.
+        folder: Path of the new folder.
+        damage: Damage found so far, extended.
+
+    Returns:
+        Number of messages copied.
+    """
     names, count, compression = [], 0, ""
     for path, file in zip(container.paths, container.files, strict=True):
         name = path.name
-        if path.suffix in _PACKED:
-            unpacked = folder / path.stem
-            count += _copy_file(file, unpacked, damage)
-            _compress(unpacked, folder / name)
+        if path.suffix in _COMPRESSED:
+            plain = folder / path.stem
+            count += _copy_file(file, plain, damage)
+            _compress(plain, folder / name)
             compression = "FILE"
         else:
             count += _copy_file(file, folder / name, damage)
@@ -123,15 +151,20 @@ def _copy_folder(container: Ros2Folder, folder: Path, damage: list[Damage]) -> i
         if not compression and message.data.startswith(ZSTD_MAGIC):
             compression = "MESSAGE"
     text = metadata_text(
-        container.about, names, container.connections, container.counts, span or (0, 0), compression
+        container.metadata,
+        names,
+        container.connections,
+        container.counts,
+        span or (0, 0),
+        compression,
     )
-    with atomic_file(folder / METADATA) as out:
+    with atomic_io.open_file(folder / METADATA) as out:
         out.write(text.encode())
     return count
 
 
 def _compress(source: Path, target: Path) -> None:
-    """Compress a file by zstd and remove it."""
+    """Compress a file by zstd and remove the original."""
     import zstandard
 
     with source.open("rb") as file, target.open("wb") as out:
@@ -139,10 +172,11 @@ def _compress(source: Path, target: Path) -> None:
     source.unlink()
 
 
-def _in_words(damage: list[Damage]) -> str:
-    """Return what was damaged, in one line."""
+def _damage_text(damage: list[Damage]) -> str:
+    """Return a description of the damage, on one line."""
     parts = [
-        f"{each.reason} at byte {each.place:,}" if each.size else each.reason for each in damage[:3]
+        f"{each.reason} at byte {each.offset:,}" if each.size else each.reason
+        for each in damage[:3]
     ]
     if len(damage) > 3:
         parts.append(f"{len(damage) - 3} more")

@@ -1,63 +1,52 @@
-"""Messages on their way to senses: the same for a recording and for a live graph."""
-
-from collections import deque
+"""Decoding of messages into sensor readings per control period, recorded or live."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.sensor_readings import SensorReadings, Sweeps, WheelSpeeds
 from andabata.records import topics
-from andabata.records.frames import Sense
-from andabata.records.messages import (
-    NS,
-    header_ns,
-    sweep_angles,
-    wheel_speeds_of,
-)
-from andabata.records.mounts import Mounts, PendingTransformError
-from andabata.records.point_cloud2 import decode_point_cloud2
+from andabata.records.accepted_types import accepted_types, message_type
+from andabata.records.extrinsics import Extrinsics, PendingTransformError
+from andabata.records.frames import Sensor
+from andabata.records.message_decoder import MessageDecoder
+from andabata.records.messages import NS, header_ns, sweep_angles, wheel_speeds_of
+from andabata.records.point_cloud2 import as_point_cloud2, decode_point_cloud2
 from andabata.records.remarks import Remarks
-from andabata.records.row_error import RowError
-from andabata.records.sense_decoding import (
-    MessageDecoder,
-    accepted_types,
-    as_point_cloud2,
-    row_name,
-    type_of,
-)
+from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
+from andabata.records.unusable_message import UnusableMessageError
 from traversability.cloud import PointCloud
 
-SENSES = (topics.ENCODERS, topics.IMU, topics.COMPASS)
-"""Topics without which nothing is known of the robot's motion."""
+MOTION = (topics.ENCODERS, topics.IMU, topics.MAG)
+"""Topics without which the robot's motion is unknown."""
 
-SWEEPS = (topics.SCAN, topics.HEAD)
-"""Topics of the turning laser."""
+SWEEPS = (topics.SCAN, topics.HEAD_ANGLE)
+"""Topics of the rotating laser."""
 
-_PATIENCE = 0.5
-"""A sweep waits so long for the head's angle, and an angle for its sweep [s]."""
+_MOST_TRIES = 10
+"""Number of periods for which a cloud waits for the transforms of its frame."""
 
-_ROUNDS = 10
-"""A cloud waits for the transforms of its frame for so many periods."""
-
-_MOUNTED: dict[Topic, Sense] = {
+_SENSORS: dict[Topic, Sensor] = {
     topics.IMU: "imu",
-    topics.COMPASS: "compass",
+    topics.MAG: "compass",
     topics.FIX: "gnss",
 }
-"""Sensors whose rows depend on where they sit."""
+"""Sensors whose rows depend on their pose on the robot."""
+
+_ROWS = (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX)
+"""Topics whose readings are rows of numbers."""
 
 
 class SensorDecoder:
-    """Gathers the messages of a control period and gives them back as senses.
+    """Collects the messages of a control period and returns them as sensor readings.
 
     Attributes:
-        goal: The latest goal in the map [m], shape (2,), None before the first.
-        ranges: The virtual scan that was made in the period, None without one.
-        wheels: The wheel speeds that were commanded in the period, None without.
-        refused: Messages that said of themselves what can't be.
-        decoder: Reads the senses that come as rows.
-        mounts: Where the senses sit.
+        goal: Latest goal in the map [m], shape (2,), None before the first.
+        ranges: Virtual scan of the period [m], shape (n_sectors,), None without one.
+        wheels: Commanded wheel speeds of the period, None without.
+        refused: Number of messages that were left out.
+        decoder: Decoder of the readings that consist of rows.
+        extrinsics: Poses of the sensors.
     """
 
     def __init__(
@@ -65,55 +54,55 @@ class SensorDecoder:
         epoch_ns: int,
         cloud: Topic | None = None,
         decoder: MessageDecoder | None = None,
-        mounts: Mounts | None = None,
+        extrinsics: Extrinsics | None = None,
     ) -> None:
-        """Begin with nothing.
+        """Create a decoder without messages.
 
         Args:
             epoch_ns: Stamp from which times are counted [ns].
-            cloud: A 3D laser's topic, None for the turning laser's two.
-            decoder: Reads the senses that come as rows; None for one that judges units as they
-                come.
-            mounts: Where the senses sit; None for what the frames' names say.
+            cloud: Topic of a 3D laser, None for the rotating laser's two.
+            decoder: Decoder of the readings that consist of rows; None for one that infers units
+                as they come.
+            extrinsics: Poses of the sensors; None for those that the frames' names imply.
         """
         self.decoder = decoder or MessageDecoder()
         self.epoch_ns = epoch_ns
-        self.mounts = mounts or Mounts()
+        self.extrinsics = extrinsics or Extrinsics()
         self._cloud = cloud
-        self._levelled = cloud is not None and topics.RELATIVE.ros1 == cloud.ros1
+        self._is_levelled = cloud is not None and topics.RELATIVE_CLOUD.ros1 == cloud.ros1
         self._pending: list[tuple[RosMessage, int]] = []
         self.goal: NDArray[np.float64] | None = None
         self.refused = 0
-        self._scans: deque[tuple[int, RosMessage]] = deque()
-        self._heads: dict[int, RosMessage] = {}
+        self._sweeps = SweepMatcher()
         self._clear()
 
     def _clear(self) -> None:
-        self._rows: dict[str, list[list[float]]] = {"imu": [], "wheels": [], "field": [], "fix": []}
+        """Begin the next period."""
+        self._rows: dict[Topic, list[list[float]]] = {topic: [] for topic in _ROWS}
         self._frames: list[PointCloud] = []
         self.ranges: NDArray[np.float32] | None = None
         self.wheels: WheelSpeeds | None = None
 
     @property
     def epoch_ns(self) -> int:
-        """Stamp from which times are counted [ns]; with another one the senses begin anew."""
+        """Stamp from which times are counted [ns]; setting it forgets earlier readings."""
         return self._epoch_ns
 
     @epoch_ns.setter
     def epoch_ns(self, epoch_ns: int) -> None:
         self._epoch_ns = epoch_ns
-        self._delivered: dict[str, float] = {}
+        self._delivered: dict[Topic, float] = {}
         self.decoder.restart()
 
     @property
     def wanted(self) -> tuple[Topic, ...]:
-        """Topics to listen to for what is sensed, and the goal."""
+        """Topics of the sensors and the goal, to subscribe to."""
         laser = SWEEPS if self._cloud is None else (self._cloud,)
-        return (*SENSES, *laser, topics.FIX, topics.GOAL)
+        return (*MOTION, *laser, topics.FIX, topics.GOAL)
 
-    def sense_of(self, topic: Topic) -> Sense | None:
-        """Return whose place on the robot a topic's measurements depend on, None for nobody's."""
-        return "laser" if topic is self._cloud else _MOUNTED.get(topic)
+    def sensor_of(self, topic: Topic) -> Sensor | None:
+        """Return the sensor whose pose a topic's measurements depend on, None without one."""
+        return "laser" if topic is self._cloud else _SENSORS.get(topic)
 
     @property
     def _laser(self) -> str:
@@ -121,195 +110,180 @@ class SensorDecoder:
         return (self._cloud or topics.SCAN).ros1
 
     def seconds(self, stamp_ns: int) -> float:
-        """Return a stamp as time since the epoch [s]."""
+        """Return a stamp [ns] as time since the epoch [s]."""
         return (stamp_ns - self.epoch_ns) / NS
 
     @property
     def remarks(self) -> Remarks:
-        """What was taken otherwise than it says, and what was left out."""
+        """Remarks on corrections and refusals."""
         return self.decoder.remarks
 
     def add(self, topic: Topic, content: RosMessage, stamp_ns: int | None = None) -> None:
-        """Take in a message; one that can't be is left out and counted.
+        """Add a message; one that cannot be used is left out and counted.
 
         Args:
-            topic: What it is of.
-            content: The message.
-            stamp_ns: When it came [ns], for types without a header.
+            topic: Topic of the message.
+            content: Message to add.
+            stamp_ns: Time of its arrival [ns], for types without a header.
         """
         try:
             self._add(topic, content, stamp_ns)
         except ValueError as error:
             self._refuse(topic.ros1, str(error), stamp_ns)
 
-    def _refuse(self, sense: str, reason: str, stamp_ns: int | None = None) -> None:
+    def _refuse(self, topic: str, reason: str, stamp_ns: int | None = None) -> None:
         """Count a message that is left out."""
         self.refused += 1
         seconds = self.seconds(stamp_ns) if stamp_ns is not None and self.epoch_ns else None
-        self.remarks.refuse(sense, reason, seconds)
+        self.remarks.refuse(topic, reason, seconds)
 
     def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
-        """Put a message where it belongs.
+        """Add a message to the readings of its kind.
 
         Raises:
-            ValueError: If it is of a type that tells nothing of that, or can't be.
+            ValueError: If its type is not accepted, or it cannot be used.
         """
-        kind = type_of(content)
+        kind = message_type(content)
         if kind not in accepted_types(topic):
-            raise RowError(f"expected {' or '.join(accepted_types(topic))}, got {kind}")
+            raise UnusableMessageError(f"expected {' or '.join(accepted_types(topic))}, got {kind}")
         if topic is self._cloud:
-            self._add_cloud(as_point_cloud2(content), _ROUNDS)
+            self._add_cloud(as_point_cloud2(content), _MOST_TRIES)
         elif topic is topics.SCAN:
-            self.mounts.head(frame_of(content))  # Refuses a frame that is none of the robot's.
-            self._scans.append((header_ns(content), content))
-        elif topic is topics.HEAD:
-            self._heads[header_ns(content)] = content
+            self.extrinsics.head_pose(frame_of(content))  # Refuses a frame of the world.
+            self._sweeps.add_scan(content)
+        elif topic is topics.HEAD_ANGLE:
+            self._sweeps.add_head(content)
         elif topic is topics.GOAL:
             point = content.pose.position
             self.goal = np.array([point.x, point.y])
-        elif topic is topics.VIRTUAL:
+        elif topic is topics.VIRTUAL_SCAN:
             self.ranges = np.asarray(content.ranges, dtype=np.float32)
-        elif topic is topics.WHEELS:
+        elif topic is topics.WHEEL_COMMAND:
             self.wheels = wheel_speeds_of(content)
-        elif (name := row_name(topic)) is not None:
-            when = header_ns(content) if hasattr(content, "header") else stamp_ns
-            if when is None:
-                raise RowError(f"{kind} has no header, and nobody tells when it came")
-            rows = self.decoder.rows(topic, content, self.seconds(when))
-            self._rows[name] += [self._mounted(topic, content, row) for row in rows]
+        elif topic in self._rows:
+            self._add_rows(topic, content, stamp_ns)
 
-    def _mounted(self, topic: Topic, content: RosMessage, row: list[float]) -> list[float]:
-        """Return a sense's row, a stamp and numbers, in the robot's axes."""
-        sense = _MOUNTED.get(topic)
-        if sense is None or not hasattr(content, "header"):
-            return row
-        return [row[0], *self.mounts.row(sense, frame_of(content), row[1:])]
-
-    def _add_cloud(self, content: RosMessage, rounds: int) -> None:
-        """Keep a cloud, which waits for the transforms of a frame that moves.
+    def _add_rows(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+        """Add the rows of a message, in the robot's axes.
 
         Raises:
-            ValueError: If it cannot be.
+            ValueError: If it cannot be used.
+        """
+        has_header = hasattr(content, "header")
+        stamp = header_ns(content) if has_header else stamp_ns
+        if stamp is None:
+            raise UnusableMessageError(
+                f"expected a header or a time of arrival, got {message_type(content)} with neither"
+            )
+        rows = self.decoder.rows(topic, content, self.seconds(stamp))
+        sensor = _SENSORS.get(topic) if has_header else None
+        if sensor is not None:
+            frame, transform = frame_of(content), self.extrinsics.transform_row
+            rows = [[row[0], *transform(sensor, frame, row[1:])] for row in rows]
+        self._rows[topic] += rows
+
+    def _add_cloud(self, content: RosMessage, tries: int) -> None:
+        """Add a cloud, which waits for the transforms of a frame that moves.
+
+        Raises:
+            ValueError: If it cannot be used.
         """
         stamp = self.seconds(header_ns(content))
         decoded = decode_point_cloud2(content, frame_of(content) or "sensor", stamp)
         cloud = decoded.cloud
         for text in decoded.remarks:
             self.remarks.count(self._laser, text, stamp)
-        if self._levelled:  # Our own, whose frame is no body's.
+        if self._is_levelled:  # Our own relative cloud, whose frame is levelled already.
             self._frames.append(cloud)
             return
+        clock_offset = header_ns(content) / NS - stamp
         try:
-            self._frames.append(self.mounts.cloud(cloud, header_ns(content) / NS - stamp))
+            self._frames.append(self.extrinsics.transform_cloud(cloud, clock_offset))
         except PendingTransformError as error:
-            if not rounds:
-                self.mounts.leave_out("laser", error)
+            if not tries:
+                self.extrinsics.note_refusal("laser", error)
                 raise
-            self._pending.append((content, rounds - 1))
+            self._pending.append((content, tries - 1))
 
     def _retry(self) -> None:
-        """Try again the clouds that wait for transforms."""
+        """Try the clouds again that wait for transforms."""
         pending, self._pending = self._pending, []
-        for content, rounds in pending:
+        for content, tries in pending:
             try:
-                self._add_cloud(content, rounds)
+                self._add_cloud(content, tries)
             except ValueError as error:
                 self._refuse(self._laser, str(error), header_ns(content))
 
     def readings(self, stamp: float) -> SensorReadings:
-        """Return what was sensed in the period that ends at ``stamp`` [s], and begin the next."""
+        """Return the readings of the period that ends at ``stamp`` [s], and begin the next."""
         self._retry()
-        rows = {name: self._in_order(name) for name in self._rows}
+        rows = {topic: self._in_order(topic) for topic in self._rows}
         found = SensorReadings(
             stamp=stamp,
-            sweeps=self._sweeps(),
+            sweeps=self._matched_sweeps(),
             frames=tuple(self._frames),
-            imu=rows["imu"],
-            encoders=rows["wheels"],
-            mag=rows["field"],
-            gnss=rows["fix"],
-            antenna=self.mounts.antenna,
+            encoders=rows[topics.ENCODERS],
+            imu=rows[topics.IMU],
+            mag=rows[topics.MAG],
+            gnss=rows[topics.FIX],
+            antenna=self.extrinsics.antenna,
         )
-        self.mounts.checks.compare(found.imu, found.encoders)
+        self.extrinsics.checks.compare(found.imu, found.encoders)
         self._clear()
         return found
 
-    def _in_order(self, name: str) -> NDArray[np.float64] | None:
-        """Return the rows of a sense by their stamps, each stamp once, None without any.
+    def _in_order(self, topic: Topic) -> NDArray[np.float64] | None:
+        """Return the rows of a topic by increasing stamps, each stamp once, None without any.
 
-        What is older than what the period before gave comes too late; a fix may.
+        Rows older than those of earlier periods are left out; only a fix may come late.
         """
-        if not self._rows[name]:
+        if not self._rows[topic]:
             return None
-        rows = np.array(self._rows[name])
-        stamps, last = rows[:, 0], self._delivered.get(name, -np.inf)
+        rows = np.array(self._rows[topic])
+        stamps, last = rows[:, 0], self._delivered.get(topic, -np.inf)
         if stamps[0] > last and (stamps[1:] > stamps[:-1]).all():
-            self._delivered[name] = float(stamps[-1])
+            self._delivered[topic] = float(stamps[-1])
             return rows
-        topic = next(t for t in (*SENSES, topics.FIX) if row_name(t) == name)
         _, first = np.unique(stamps, return_index=True)
-        twice, count = len(rows) - len(first), len(rows)
+        repeated, count = len(rows) - len(first), len(rows)
         rows = rows[first]
         if topic is not topics.FIX:
-            twice += int((rows[:, 0] == last).sum())
+            repeated += int((rows[:, 0] == last).sum())
             rows = rows[rows[:, 0] > last]
-            self._delivered[name] = max(last, float(rows[-1, 0])) if len(rows) else last
-        late = count - twice - len(rows)
-        if twice:
-            self.remarks.count(topic.ros1, "a stamp that came before is dropped", number=twice)
+            self._delivered[topic] = max(last, float(rows[-1, 0])) if len(rows) else last
+        late = count - repeated - len(rows)
+        if repeated:
+            text = "a stamp that came before is dropped"
+            self.remarks.count(topic.ros1, text, number=repeated)
         if late:
             self.refused += late
-            self.remarks.refuse(topic.ros1, "older than what was used already", number=late)
+            text = "older than readings that were used already"
+            self.remarks.refuse(topic.ros1, text, number=late)
         return rows if len(rows) else None
 
-    def _sweeps(self) -> Sweeps | None:
-        """Return the sweeps whose head angle is known, oldest first.
-
-        A sweep whose angle is on its way waits, and those after it wait with it: a cloud is made
-        of sweeps in order.
-        """
-        newest = max((stamp for stamp, _ in self._scans), default=0)
-        found: list[tuple[RosMessage, RosMessage]] = []
-        while self._scans:
-            stamp, scan = self._scans[0]
-            head = self._heads.pop(stamp, None)
-            if head is not None:
-                found.append((scan, head))
-            elif newest - stamp < _PATIENCE * NS:
-                break
-            self._scans.popleft()
-        for stamp in [s for s in self._heads if newest - s > _PATIENCE * NS]:
-            del self._heads[stamp]
-        alike = [pair for pair in found if len(pair[0].ranges) == len(found[0][0].ranges)]
-        if len(alike) < len(found):
-            self.refused += len(found) - len(alike)
-            self.remarks.refuse(
-                topics.SCAN.ros1,
-                "another number of beams than in the sweep before",
-                number=len(found) - len(alike),
-            )
+    def _matched_sweeps(self) -> Sweeps | None:
+        """Return the sweeps with a known head angle, oldest first, None without one."""
+        pairs = self._sweeps.take()
+        alike = [pair for pair in pairs if len(pair[0].ranges) == len(pairs[0][0].ranges)]
+        if len(alike) < len(pairs):
+            number = len(pairs) - len(alike)
+            self.refused += number
+            text = "another number of beams than in the sweep before"
+            self.remarks.refuse(topics.SCAN.ros1, text, number=number)
         if not alike:
             return None
         first, head = alike[0]
-        mounting, frame = self.mounts.head(frame_of(first))
+        mounting, frame = self.extrinsics.head_pose(frame_of(first))
         return Sweeps(
             stamps=np.array([self.seconds(header_ns(scan)) for scan, _ in alike]),
             head_angles=np.array([head.angle for _, head in alike]),
             head_rate=float(head.rate),
             beam_period=float(first.time_increment),
             elevations=sweep_angles(first),
-            ranges=np.stack([_measured(scan) for scan, _ in alike]),
+            ranges=np.stack([valid_ranges(scan) for scan, _ in alike]),
             mounting=mounting,
             frame=frame,
         )
-
-
-def _measured(scan: RosMessage) -> NDArray[np.float32]:
-    """Return the ranges of a scan, ``inf`` outside the bounds that it names (REP-117)."""
-    ranges = np.array(scan.ranges, dtype=np.float32)
-    with np.errstate(invalid="ignore"):
-        ranges[~((ranges >= scan.range_min) & (ranges <= scan.range_max))] = np.inf
-    return ranges
 
 
 def frame_of(message: RosMessage) -> str:

@@ -1,4 +1,4 @@
-"""Contents of a recording: topics, types, counts, rates, and what cannot be read."""
+"""Summary of a recording: topics, types, counts, rates, and unreadable messages."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from andabata.records.bags import Bag, LeftOut
 
 @dataclass(frozen=True)
 class TopicSummary:
-    """One topic of a recording.
+    """Summary of one topic.
 
     Attributes:
-        topic: Its name.
-        kinds: Its types, as ``package/msg/Name``; nearly always one.
+        topic: Name of the topic.
+        kinds: Message types, as ``package/msg/Name``; nearly always one.
         messages: Number of whole messages in the file.
-        rate_hz: Mean rate of the messages [Hz]; None where it can't be told.
+        rate_hz: Mean rate of the messages [Hz]; None for fewer than two messages.
         connections: Number of connections or channels.
-        publishers: Names of the nodes that published it, as far as the recording tells.
-        latching: Whether a publisher latched it.
-        reason: Why some or all of its messages cannot be read; empty where all can be.
-        readable: Whether any of its messages can be read.
+        publishers: Names of the publishing nodes, as far as they are recorded.
+        latching: True if a publisher latched its last message.
+        reason: Reason why some or all of its messages cannot be read; empty if all can be.
+        readable: True if messages of it can be read.
     """
 
     topic: str
@@ -35,7 +35,7 @@ class TopicSummary:
     readable: bool
 
     def to_json(self) -> dict[str, Any]:
-        """Return a row of the table."""
+        """Return the summary, ready for JSON."""
         return {
             "topic": self.topic,
             "type": ", ".join(self.kinds),
@@ -51,14 +51,14 @@ class TopicSummary:
 
 @dataclass(frozen=True)
 class BagSummary:
-    """A recording's contents.
+    """Summary of a recording.
 
     Attributes:
-        topics: All topics, by name.
+        topics: Summaries of all topics, by name.
         duration_s: Time from the first message to the last [s].
-        left_out: What cannot be read.
-        damaged: Whether a part of the file cannot be read.
-        notes: What a user should know although no message is missing.
+        left_out: Messages that cannot be read.
+        damaged: True if a part of the file cannot be read.
+        notes: Facts that a user should know although no message is missing.
     """
 
     topics: tuple[TopicSummary, ...]
@@ -69,14 +69,14 @@ class BagSummary:
 
 
 def summarise(path: Path, on_message: Callable[[], None] | None = None) -> BagSummary:
-    """Return what a recording holds; every message is deserialised once.
+    """Return the summary of a recording; every message is deserialised once.
 
     Args:
-        path: The recording.
-        on_message: Called after each message.
+        path: Path of the recording.
+        on_message: Function called after each message.
 
     Raises:
-        BagError: If it holds nothing that can be read.
+        BagError: If it holds no message that can be read.
     """
     spans: dict[str, tuple[int, int]] = {}
     with Bag(path, damaged=True) as bag:
@@ -96,7 +96,7 @@ def summarise(path: Path, on_message: Callable[[], None] | None = None) -> BagSu
 
 
 def _topic(bag: Bag, topic: str, span: tuple[int, int] | None) -> TopicSummary:
-    """Return one topic's row."""
+    """Return the summary of one topic; ``span`` holds its first and last stamps [ns]."""
     places = [k for k, each in enumerate(bag.connections) if each.topic == topic]
     own = [bag.connections[k] for k in places]
     count = sum(bag.counts[k] for k in places)
@@ -104,7 +104,7 @@ def _topic(bag: Bag, topic: str, span: tuple[int, int] | None) -> TopicSummary:
     reasons = [each.reason for each in bag.left_out if each.topic == topic]
     unreadable = bag.unreadable.get(topic)
     if unreadable and not reasons:
-        reasons = [unreadable]  # It holds no message that could be left out.
+        reasons = [unreadable]  # A topic without messages has none to leave out.
     return TopicSummary(
         topic,
         tuple(dict.fromkeys(each.kind or "(none)" for each in own)),

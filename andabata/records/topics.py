@@ -1,4 +1,4 @@
-"""What the robot says, where, and how often: the paper's Table 3 and what ours adds."""
+"""Topics of the robot with types and rates: the paper's Table 3 and ours."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 Ros = Literal[1, 2]
+"""Version of ROS."""
 
 RosMessage: TypeAlias = Any
 """A message as rosbags makes it from its definition."""
@@ -15,14 +16,14 @@ RosMessage: TypeAlias = Any
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic under both of its names.
+    """Topic under its names of ROS 1 and ROS 2.
 
     Attributes:
-        ros1: The paper's name; ROS 2 forbids some of them.
-        ros2: The legal one.
+        ros1: Name in ROS 1, the paper's.
+        ros2: Name in ROS 2, which forbids some of the paper's.
         kind: Message type, as ``package/msg/Name``.
-        rate_hz: Messages a second; None where they come when there is something to say.
-        kind1: Type in ROS 1 where it differs.
+        rate_hz: Rate of the messages [Hz]; None for those that are sent on events.
+        kind1: Message type in ROS 1 where it differs.
     """
 
     ros1: str
@@ -32,79 +33,81 @@ class Topic:
     kind1: str | None = None
 
     def name(self, ros: Ros) -> str:
-        """Return the name in one of the two."""
+        """Return the name in a version of ROS."""
         return self.ros1 if ros == 1 else self.ros2
 
     def type_name(self, ros: Ros) -> str:
-        """Return the type in one of the two."""
+        """Return the message type in a version of ROS."""
         return self.kind1 if ros == 1 and self.kind1 else self.kind
 
 
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 
 SCAN = Topic("/2D_scan", "/scan_2d", "sensor_msgs/msg/LaserScan", 40.0)
-HEAD = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
+HEAD_ANGLE = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
 ENCODERS = Topic("/encoder_data", "/encoder_data", "andabata_msgs/msg/Wheels_speed", 100.0)
 IMU = Topic("/imu", "/imu/data", "sensor_msgs/msg/Imu", 100.0)
 CLOUD = Topic("/3D_cloud", "/points", POINT_CLOUD, 0.3)
-RELATIVE = Topic("/3D_relative_cloud", "/points_relative", POINT_CLOUD, 20.0)
+RELATIVE_CLOUD = Topic("/3D_relative_cloud", "/points_relative", POINT_CLOUD, 20.0)
 TF = Topic("/tf", "/tf", "tf2_msgs/msg/TFMessage", 100.0, "tf/msg/tfMessage")
 TF_STATIC = Topic("/tf_static", "/tf_static", "tf2_msgs/msg/TFMessage", None)
-COMPASS = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
+MAG = Topic("/mag_orientation", "/imu/mag", "sensor_msgs/msg/MagneticField", 100.0)
 FIX = Topic("/fix", "/fix", "sensor_msgs/msg/NavSatFix", 1.0)
-VIRTUAL = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/msg/LaserScan", 10.0)
+VIRTUAL_SCAN = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/msg/LaserScan", 10.0)
 TWIST = Topic("/cmd_vel", "/cmd_vel", "geometry_msgs/msg/Twist", 10.0)
-WHEELS = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
-FILTERED = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
+WHEEL_COMMAND = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
+FILTERED_ODOMETRY = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
-TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
+GROUND_TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
 
-INITIAL = Topic("/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None)
-LASER = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
-"""What a 3D laser sends, instead of the turning laser's sweeps and angles."""
+INITIAL_POSE = Topic(
+    "/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None
+)
+LASER_CLOUD = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
+"""Cloud of a 3D laser, which replaces the rotating laser's sweeps and angles."""
 
 TOPICS = (
     SCAN,
-    HEAD,
+    HEAD_ANGLE,
     ENCODERS,
     IMU,
     CLOUD,
-    RELATIVE,
+    RELATIVE_CLOUD,
     TF,
-    COMPASS,
+    MAG,
     FIX,
-    VIRTUAL,
+    VIRTUAL_SCAN,
     TWIST,
-    WHEELS,
-    FILTERED,
+    WHEEL_COMMAND,
+    FILTERED_ODOMETRY,
     DIAGNOSTICS,
     GOAL,
-    TRUTH,
-    INITIAL,
+    GROUND_TRUTH,
+    INITIAL_POSE,
 )
-"""All of them with the paper's laser; the first twelve are the paper's."""
+"""All topics with the paper's laser; the first twelve are the paper's."""
 
-_OURS = {
+_OWN_TYPES = {
     "andabata_msgs/msg/LaserEvent": "std_msgs/Header header\nfloat64 angle\nfloat64 rate\n",
     "andabata_msgs/msg/Wheels_speed": "std_msgs/Header header\nfloat64 left\nfloat64 right\n",
     "andabata_msgs/msg/Wheels_cmd": "std_msgs/Header header\nfloat64 left\nfloat64 right\n",
 }
-"""Definitions of the paper's own types, which it names and does not publish (assumption)."""
+"""Definitions of the types that the paper names and does not publish (assumption)."""
 
-_ONE_ONLY = {
+_ROS1_ONLY = {
     "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms\n",
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
 }
-"""Types that rosbags leaves out of its ROS 1 store."""
+"""Types that rosbags' store of ROS 1 lacks."""
 
 
 @cache
 def message_types(ros: Ros) -> "Typestore":
-    """Return rosbags' store with every type that the topics need."""
+    """Return rosbags' type store with every type that the topics need."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
-    for name, text in (_OURS | (_ONE_ONLY if ros == 1 else {})).items():
+    for name, text in (_OWN_TYPES | (_ROS1_ONLY if ros == 1 else {})).items():
         store.register(get_types_from_msg(text, name))
     return store

@@ -1,1 +1,1 @@
-"""Recordings through the same navigator that drives. Read ``replay.py`` first."""
+"""Replay of recordings through the navigator that drives: ``replay.replay_bag`` comes first."""

@@ -1,6 +1,6 @@
-"""A recording through the same navigator that drove."""
+"""Replay of a recording through the navigator that drives, compared with the recorded output."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -8,213 +8,217 @@ from typing import Any
 
 import numpy as np
 
-from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import SimulatedRobotConfig, make_localizer, make_perception
-from andabata.localization.datum import Datum, check_distance, make_datum
-from andabata.machine.geo_reference import GeoReference
-from andabata.machine.magnetic_model import decimal_year
-from andabata.machine.proprioception import MICROTESLA
-from andabata.machine.robot import RobotModel
+from andabata.assembly.controllers import make_steering
+from andabata.assembly.navigator import make_navigator
+from andabata.localization.datum import Datum
 from andabata.models import Models
-from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
-from andabata.records.bag_pieces import BagPiece
-from andabata.records.bag_reader import (
-    Renamed,
-    Setup,
-    check_frames,
-    check_topics,
-    choose_cloud,
-    read_first_fixes,
-    read_periods,
-    read_setup,
-    survey,
-)
+from andabata.records.bag_piece import BagPiece
+from andabata.records.bag_reader import Period, read_periods
 from andabata.records.bags import Bag, BagError
-from andabata.records.clocks import NS
-from andabata.records.mounts import GivenMounting, Mounts
+from andabata.records.drive_setup import DriveSetup, read_setup
+from andabata.records.messages import NS
+from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
-from andabata.records.sense_decoding import MessageDecoder
-from andabata.records.sense_units import SenseUnits, factor_of, judge_history
 from andabata.records.sensor_decoder import SensorDecoder
-from andabata.records.topics import SCAN
-from andabata.records.transform_tree import read_transforms
-from andabata.replay.datum import given_site, note_fixes, use_datum
-from andabata.replay.mounting_watcher import MountingWatcher
-from andabata.replay.result import Comparison, Confidence, left_out
+from andabata.replay.datum import add_fix_remarks, position_fields, recorded_datum, use_datum
+from andabata.replay.mounting_monitor import MountingMonitor
+from andabata.replay.options import ReplayOptions
+from andabata.replay.recorded_drive import inspect_drive
+from andabata.replay.result import Comparison, LocalizerStatistics, PieceReport, left_out
+
+_DEFAULT_CONTROLLER = "policy+planner"
+"""Name of the controller where the recording names none."""
+
+_PERIODS_PER_SECOND = 10
+"""Number of control periods after which ``on_second`` is called."""
 
 
 def replay_bag(
     path: Path,
-    controller: str | None = None,
-    models: Models | None = None,
+    options: ReplayOptions | None = None,
     on_second: Callable[[], None] | None = None,
-    cloud: str | None = None,
-    configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig] = lambda recorded: recorded,
-    renamed: Mapping[str, str] | None = None,
-    mountings: Mapping[str, GivenMounting] | None = None,
-    units: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Send a recording through the navigator and compare what comes out with what came out then.
+    """Send a recording through the navigator and compare its output with the recorded output.
 
     Args:
         path: The recording.
-        controller: Name of the controller; None for the recorded one.
-        models: With what it sees and steers; None for the shipped ones.
-        on_second: Called after each recorded second.
-        cloud: A 3D laser's topic instead of the turning laser's two.
-        configure: Given the recorded settings, or the defaults, returns those to use.
-        renamed: Names of the recording's topics by ours, where they differ.
-        mountings: Where senses sit, by sense, above what frames and /tf say.
-        units: Units of the senses by quantity, where they differ from what sizes tell.
+        options: User's choices; None for those of the recording.
+        on_second: Function called after each recorded second.
 
     Returns:
-        Figures, ready for JSON.
+        Result, ready for JSON.
 
     Raises:
-        BagError: If the recording lacks the robot's senses, or is damaged.
-        FrameError: If gravity or the ground contradicts where a sense is said to sit.
+        BagError: If the recording lacks a sensor that the robot needs, or is damaged.
+        FrameError: If gravity or the ground contradicts a stated mounting.
         DatumError: If the fixes lie far from the datum that is given or recorded.
-        ValueError: If there is no such controller, or it cannot be replayed.
+        ValueError: If there is no such controller or unit, or the controller cannot be replayed.
     """
-    models = models or Models()
-    compared, sure, names = Comparison(), Confidence(), renamed or {}
-    remarks, refused = Remarks(), 0
-    told: list[dict[str, Any]] = []
-    datum: Datum | None = None
     with Bag(path) as bag:
-        topic = choose_cloud(bag, cloud)
-        names = check_topics(bag, SensorDecoder(0, topic, MessageDecoder(remarks=remarks)), names)
-        mounts = Mounts(mountings, read_transforms(bag))
-        check_frames(bag, SensorDecoder(0, topic, mounts=mounts), names)
-        robot = configure(SimulatedRobotConfig()).robot
-        found = survey(bag, topic, names, MessageDecoder(robot, SenseUnits(), remarks))
-        config = configure(
-            SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
+        return BagReplay(bag, options or ReplayOptions(), on_second).run()
+
+
+class BagReplay:
+    """Replay of one recording, assembled once and run piece by piece."""
+
+    def __init__(
+        self, bag: Bag, options: ReplayOptions, on_second: Callable[[], None] | None = None
+    ) -> None:
+        """Inspect a recording and assemble the navigator for it.
+
+        Args:
+            bag: The recording, open.
+            options: User's choices.
+            on_second: Function called after each recorded second.
+
+        Raises:
+            BagError: If the recording lacks a sensor that the robot needs, or is damaged.
+            FrameError: If the mounting of a sensor is unknown.
+            DatumError: If the fixes lie far from the datum that is given.
+            ValueError: If there is no such controller or unit.
+        """
+        self._bag, self._on_second = bag, on_second
+        self._remarks, self._refused = Remarks(), 0
+        self._comparison, self._statistics = Comparison(), LocalizerStatistics()
+        self._reports: list[PieceReport] = []
+        self._drive = inspect_drive(bag, options, self._remarks)
+        self._given: dict[str, float] = self._drive.given
+        self._datum: Datum | None = None
+        self._models = options.models or Models()
+        self._controller = options.controller or str(self._drive.controller or _DEFAULT_CONTROLLER)
+        self._assemble_navigator()
+
+    def _assemble_navigator(self) -> None:
+        """Assemble the recorded robot's navigator.
+
+        Raises:
+            ValueError: If there is no such controller.
+        """
+        config = self._drive.config
+        steering = make_steering(self._controller, None, config, self._models)
+        rng = np.random.default_rng(0)
+        self._navigator, self._localizer, perception = make_navigator(
+            config, self._models, steering, rng
         )
-        asked = _factors(units or {}, config.robot)
-        given = given_site(configure)
-        flux = _field_strength(bag, given, names, config) * MICROTESLA
-        si = judge_history(found.history, config.robot, asked, remarks, flux)
-        pieces, cut_out = found.pieces(remarks)
-        name = controller or str(found.settings.get("controller", "learned"))
-        localizer = make_localizer(config, np.random.default_rng(0))
-        perception = make_perception(config, models.forest)
-        driver = make_controller(name, None, config, models)
-        navigator = Navigator(config.robot, localizer, perception, driver)
-        assembler = assembler_of(perception)
-        watcher = MountingWatcher(mounts, assembler, config.robot.lidar_height)
-        for piece in pieces:
-            part = BagPiece(bag, piece)
-            decoder = MessageDecoder(config.robot, si, remarks)
-            begin = (piece.first_ns - pieces[0].first_ns) / NS
-            told.append({"begin_s": begin, "seconds": piece.seconds, "scans": 0, "reason": None})
-            try:
-                first = MessageDecoder(config.robot, si)
-                setup = read_setup(part, given, names, first, mounts)
-            except BagError as error:
-                told[-1]["reason"] = str(error)
-                continue
-            if datum is None:
-                datum = setup.datum or _recorded_datum(part, setup, config, given, names)
-                given = {**given, **_place(datum)}
-                use_datum(localizer, datum)
-            navigator.reset(setup.start, 0.0, setup.rough)
-            navigator.geofence = replace(setup, settings=found.settings).geofence
-            sensor_decoder, before = (
-                SensorDecoder(piece.epoch_ns(setup.epoch_ns), topic, decoder, mounts),
-                compared.scans,
+        self._assembler = assembler_of(perception)
+        self._mountings = MountingMonitor(
+            self._drive.extrinsics, self._assembler, config.robot.lidar_height
+        )
+
+    def run(self) -> dict[str, Any]:
+        """Replay all pieces of the recording and return the result, ready for JSON.
+
+        Raises:
+            BagError: If no piece has a known start, or the recording is damaged.
+            FrameError: If gravity or the ground contradicts a stated mounting.
+            DatumError: If the fixes lie far from the datum.
+        """
+        for piece in self._drive.pieces:
+            self._replay_piece(piece)
+        for note in self._bag.notes:
+            self._remarks.note(self._bag.path.name, note)
+        self._mountings.add_remarks(self._remarks)
+        if self._reports and all(report.reason is not None for report in self._reports):
+            raise BagError(str(self._reports[0].reason))
+        return self._result()
+
+    def _replay_piece(self, piece: Piece) -> None:
+        """Replay one piece from a start of its own; a piece without a known start is reported."""
+        report, bag = self._begin_report(piece), BagPiece(self._bag, piece)
+        try:
+            setup = self._read_setup(bag)
+        except BagError as error:
+            report.reason = str(error)
+            return
+        self._reset(bag, setup)
+        scans_before = self._comparison.scans
+        decoder = self._sensor_decoder(piece.epoch_ns(setup.epoch_ns))
+        for period in read_periods(bag, decoder, self._drive.topics):
+            self._step(period)
+        self._end_piece(setup, decoder)
+        report.scans = self._comparison.scans - scans_before
+
+    def _begin_report(self, piece: Piece) -> PieceReport:
+        """Return the report of a piece, empty and already among the others."""
+        begin = (piece.first_ns - self._drive.pieces[0].first_ns) / NS
+        report = PieceReport(begin, piece.seconds)
+        self._reports.append(report)
+        return report
+
+    def _read_setup(self, bag: BagPiece) -> DriveSetup:
+        """Return start, settings and datum of a piece.
+
+        Raises:
+            BagError: If no start is known.
+        """
+        drive = self._drive
+        return read_setup(bag, self._given, drive.topics, drive.message_decoder(), drive.extrinsics)
+
+    def _reset(self, bag: BagPiece, setup: DriveSetup) -> None:
+        """Reset the navigator to the start of a piece; the first piece fixes the datum."""
+        drive = self._drive
+        if self._datum is None:
+            self._datum = setup.datum or recorded_datum(
+                bag, setup, drive.config, self._given, drive.topics
             )
-            for period in read_periods(part, sensor_decoder, names):
-                if period.goal is not None:
-                    navigator.set_goal(period.goal)
-                navigator.watch(partial(compared.add, period))
-                navigator.step(period.readings)
-                watcher.watch(localizer.odometry)
-                sure.add(localizer)
-                if on_second is not None and compared.periods % 10 == 0:
-                    on_second()
-            sure.end(localizer)
-            note_fixes(remarks, localizer, setup.refused)
-            told[-1]["scans"] = compared.scans - before
-            unplaced = assembler.refused if assembler else 0
-            refused += sensor_decoder.refused + unplaced
-            if unplaced:
-                laser = topic.ros1 if topic else SCAN.ros1
-                remarks.refuse(laser, "no pose is known at its stamp", number=unplaced)
-        read = {name for t in SensorDecoder(0, topic).wanted for name in (t.ros1, t.ros2)}
-        unread = [str(lost) for lost in bag.left_out if lost.topic in read | set(names.values())]
-        for text in bag.notes:
-            remarks.note(path.name, text)
-    watcher.remark(remarks)
-    if told and all(piece["reason"] is not None for piece in told):
-        raise BagError(str(told[0]["reason"]))
-    recorded, now = found.settings.get("models"), models.hashes
-    data = compared.as_dict() | {
-        "controller": name,
-        "recorded_controller": found.settings.get("controller"),
-        "laser": topic.ros1 if topic else "/2D_scan",
-        "same_models": None if recorded is None else recorded == now,
-        "health": dict(sure.health),
-        "complaints": dict(sure.complaints),
-        "counts": sure.counts,
-        "refused": refused,
-        "refused_by_reason": remarks.refused_by_reason(),
-        "pieces": told,
-        "frames": watcher.frames,
-        "remarks": remarks.as_dicts(),
-        "remark_texts": remarks.texts,
-        **({"datum": None, "magnetic": None} if datum is None else datum.as_dict()),
-    }
-    return data | {"left_out": [*left_out(data, found.messages, cut_out), *unread]}
+            # Later pieces have to use the same map.
+            self._given = {**self._given, **position_fields(self._datum)}
+            use_datum(self._localizer, self._datum)
+        self._navigator.reset(setup.start, 0.0, setup.is_rough)
+        self._navigator.geofence = replace(setup, settings=drive.settings).geofence
 
+    def _sensor_decoder(self, epoch_ns: int) -> SensorDecoder:
+        """Return a decoder of the sensors' messages that counts time from an epoch [ns]."""
+        drive = self._drive
+        decoder = drive.message_decoder(self._remarks)
+        return SensorDecoder(epoch_ns, drive.cloud, decoder, drive.extrinsics)
 
-def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:
-    """Return the factors to SI of the units that the user tells.
+    def _step(self, period: Period) -> None:
+        """Send one control period through the navigator and compare the outcome."""
+        if period.goal is not None:
+            self._navigator.set_goal(period.goal)
+        self._navigator.observers = [partial(self._comparison.add, period)]
+        self._navigator.step(period.readings)
+        self._mountings.check(self._localizer.odometry)
+        self._statistics.add(self._localizer)
+        if self._on_second is not None and self._comparison.periods % _PERIODS_PER_SECOND == 0:
+            self._on_second()
 
-    Raises:
-        ValueError: If there is no such quantity or unit.
-    """
-    return {quantity: factor_of(quantity, unit, robot) for quantity, unit in units.items()}
+    def _end_piece(self, setup: DriveSetup, decoder: SensorDecoder) -> None:
+        """Add up the measurements that were refused in a piece."""
+        self._statistics.end(self._localizer)
+        add_fix_remarks(self._remarks, self._localizer, setup.refused)
+        unplaced = self._assembler.refused if self._assembler else 0
+        self._refused += decoder.refused + unplaced
+        if unplaced:
+            reason = "no pose is known at its stamp"
+            self._remarks.refuse(self._drive.laser, reason, number=unplaced)
 
+    def _result(self) -> dict[str, Any]:
+        """Return the result of all pieces, ready for JSON."""
+        drive, recorded = self._drive, self._drive.settings.get("models")
+        datum = {"datum": None, "magnetic": None} if self._datum is None else self._datum.as_dict()
+        data = self._comparison.as_dict() | {
+            "controller": self._controller,
+            "recorded_controller": drive.controller,
+            "laser": drive.laser,
+            "same_models": None if recorded is None else recorded == self._models.hashes,
+            "health": dict(self._statistics.health),
+            "complaints": dict(self._statistics.complaints),
+            "counts": self._statistics.counts,
+            "refused": self._refused,
+            "refused_by_reason": self._remarks.refused_by_reason(),
+            "pieces": [report.as_dict() for report in self._reports],
+            "frames": self._mountings.frames,
+            "remarks": self._remarks.as_dicts(),
+            "remark_texts": self._remarks.texts,
+            **datum,
+        }
+        found = left_out(data, drive.message_counts, drive.skipped_pieces)
+        return data | {"left_out": [*found, *self._unreadable()]}
 
-def _field_strength(
-    bag: Bag, given: Mapping[str, float], renamed: Renamed, config: SimulatedRobotConfig
-) -> float:
-    """Return the strength of the magnetic field where a recording was made [uT].
-
-    Raises:
-        DatumError: If its fixes lie far from the datum that is given.
-    """
-    if config.sensing.geo_reference != GeoReference():
-        return config.sensing.geo_reference.field
-    fixes, stamp_ns = read_first_fixes(bag, renamed)
-    datum = make_datum(given, fixes, decimal_year(stamp_ns)) if stamp_ns else None
-    return (config.sensing.geo_reference if datum is None else datum.reference).field
-
-
-def _place(datum: Datum) -> dict[str, float]:
-    """Return the place of a datum as fields that are given: later pieces count from it, too."""
-    fields = datum.reference.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
-    return {name: value for name, value in fields.items() if value is not None}
-
-
-def _recorded_datum(
-    bag: Bag,
-    setup: Setup,
-    config: SimulatedRobotConfig,
-    given: Mapping[str, float],
-    renamed: Renamed,
-) -> Datum:
-    """Return the datum of a recording that names it in its settings.
-
-    Raises:
-        DatumError: If the fixes lie far from it.
-    """
-    geo_reference, (fixes, stamp_ns) = config.sensing.geo_reference, read_first_fixes(bag, renamed)
-    if {"latitude_deg", "longitude_deg"} & set(given):
-        ours = geo_reference.model_dump(include={"latitude_deg", "longitude_deg", "altitude"})
-        year = decimal_year(stamp_ns or setup.epoch_ns)
-        return make_datum({**ours, **given}, fixes, year) or Datum(geo_reference, "given", "given")
-    check_distance(geo_reference, fixes, "the recording")
-    return Datum(geo_reference, "the recording", "given" if given else "the recording")
+    def _unreadable(self) -> list[str]:
+        """Return which messages of the sensors' topics could not be read, in words."""
+        wanted = self._drive.sensor_topics
+        return [str(lost) for lost in self._bag.left_out if lost.topic in wanted]

@@ -1,1 +1,1 @@
-"""The robot's nodes on a live ROS 1 graph. Read ``nodes.py`` first."""
+"""Nodes of a live ROS 1 graph: ``navigator_node`` steers, ``robot_node`` simulates a robot."""

@@ -1,4 +1,4 @@
-"""A live ROS 1 graph: the topics of a recording, on a real master."""
+"""Live ROS 1 graph: publishers and subscribers of our topics on a real master."""
 
 import os
 import sys
@@ -11,30 +11,37 @@ from andabata.records.bags import MessageWriter
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 DEBIAN = Path("/usr/lib/python3/dist-packages")
-"""Where Debian and Ubuntu put ROS's Python packages; other places come by ``PYTHONPATH``."""
+"""Folder of ROS's Python packages on Debian and Ubuntu; others come by ``PYTHONPATH``."""
 
 PACKAGES = "ros-core python3-rospy python3-rosbag"
-"""Debian's packages that hold what a graph needs."""
+"""Debian packages that a graph needs."""
+
+
+_QUEUE_SIZE = 200
+"""Number of messages that wait for a slow subscriber: two seconds of the fastest topic."""
+
+_BUFFER_BYTES = 1 << 22
+"""Size of a subscriber's receive buffer [bytes]: a whole cloud has to fit."""
 
 
 class RosError(ValueError):
-    """A ROS graph that is not there."""
+    """Missing ROS installation or master, or an unusable clock of the graph."""
 
 
 class RosGraph(MessageWriter):
-    """This process as a node: it publishes what is written and hands on what it hears.
+    """Node of this process: publishes written messages and passes received ones on.
 
-    Messages are ours, made and read by rosbags; rospy only carries their bytes. That is why no
-    message package of ROS has to be built, and why a recording and a graph can't differ.
+    Messages are built and read by rosbags; rospy only transports their bytes. So no message
+    package of ROS has to be built, and messages of a recording and of a graph are the same.
     """
 
     ros: Ros = 1
 
     def __init__(self, name: str) -> None:
-        """Become a node.
+        """Register the node.
 
         Args:
-            name: Of the node.
+            name: Name of the node.
 
         Raises:
             RosError: If ROS 1 is not installed or there is no master.
@@ -53,19 +60,22 @@ class RosGraph(MessageWriter):
         self._subscribers: list[Any] = []
 
     def now_ns(self) -> int:
-        """Return the graph's time [ns]: the wall clock's, or what ``/clock`` says."""
+        """Return the graph's time [ns]: the wall clock, or ``/clock`` in simulated time."""
         return int(self._rospy.get_rostime().to_nsec())
 
     def wait_for_clock(self) -> None:
-        """Wait until the graph has a time."""
+        """Wait until the graph has a time: in simulated time, for the first ``/clock``."""
         while not self.now_ns():
             time.sleep(0.01)
 
     def sleep_until(self, stamp_ns: int) -> None:
-        """Wait for a time of the graph [ns].
+        """Wait for a time of the graph.
+
+        Args:
+            stamp_ns: Time to wait for [ns]; a past one returns at once.
 
         Raises:
-            RosError: If the graph's time runs back, as when a player begins again.
+            RosError: If the graph's time runs back, as when a player starts again.
         """
         rest = stamp_ns - self.now_ns()
         if rest > 0:
@@ -73,7 +83,7 @@ class RosGraph(MessageWriter):
                 self._rospy.sleep(self._rospy.Duration(0, rest))
             except self._rospy.ROSTimeMovedBackwardsException as error:
                 raise RosError(
-                    "/clock: expected time that goes on, got some that runs back; start again"
+                    "/clock: expected time that increases, got a jump back; start again"
                 ) from error
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
@@ -84,38 +94,44 @@ class RosGraph(MessageWriter):
         publisher.publish(publisher.data_class(message))
 
     def advertise(self, topic: Topic, latch: bool = False) -> Any:  # noqa: ANN401 - rospy's.
-        """Say that a topic will be published; ``latch`` keeps the last one for those who come."""
+        """Create the publisher of a topic and return it.
+
+        Args:
+            topic: The topic.
+            latch: True to send the last message to later subscribers, too.
+        """
         publisher = self._rospy.Publisher(
-            topic.ros1, _wire(topic), queue_size=_QUEUE, latch=latch, tcp_nodelay=True
+            topic.ros1, _wire(topic), queue_size=_QUEUE_SIZE, latch=latch, tcp_nodelay=True
         )
         self._publishers[topic.ros1] = publisher
         return publisher
 
     def subscribe(self, topic: Topic, take: Callable[[Topic, RosMessage], None]) -> None:
-        """Hand on each message of a topic, in a thread of its own."""
+        """Call a function with each message of a topic, in a thread of the subscriber.
+
+        Args:
+            topic: The topic.
+            take: Function of the topic and the message.
+        """
         self._subscribers.append(
             self._rospy.Subscriber(
                 topic.ros1,
                 _wire(topic),
                 lambda wire: take(topic, wire.content),
-                queue_size=_QUEUE,
-                buff_size=1 << 22,
+                queue_size=_QUEUE_SIZE,
+                buff_size=_BUFFER_BYTES,
                 tcp_nodelay=True,
             )
         )
 
     @property
-    def is_over(self) -> bool:
-        """Whether someone has shut this node down."""
+    def is_shutdown(self) -> bool:
+        """True if the node was shut down."""
         return bool(self._rospy.is_shutdown())
 
     def close(self) -> None:
         """Leave the graph."""
         self._rospy.signal_shutdown("done")
-
-
-_QUEUE = 200
-"""Messages that wait for a slow listener: two seconds of the fastest topic."""
 
 
 def _rospy() -> Any:  # noqa: ANN401 - a module that is not there at check time.
@@ -127,7 +143,7 @@ def _rospy() -> Any:  # noqa: ANN401 - a module that is not there at check time.
     try:
         import rospy
     except ImportError:
-        # Behind everything else: the system's numpy must not take the place of ours.
+        # Last in the path: the system's numpy must not shadow ours.
         if str(DEBIAN) not in sys.path:
             sys.path.append(str(DEBIAN))
         try:
@@ -141,14 +157,14 @@ def _rospy() -> Any:  # noqa: ANN401 - a module that is not there at check time.
 
 
 def _wire(topic: Topic) -> Any:  # noqa: ANN401 - a class made at run time.
-    """Return the class by which rospy carries a topic's messages."""
+    """Return the message class with which rospy transports a topic's messages."""
     import genpy
 
     store, kind = message_types(1), topic.type_name(1)
     text, digest = store.generate_msgdef(kind, ros_version=1)
 
     class Wire(genpy.Message):
-        """Bytes for rospy, a message of rosbags for us."""
+        """Message of rosbags that rospy serialises as bytes."""
 
         __slots__ = ("content",)
         _slot_types = ("uint8[]",)
@@ -161,7 +177,7 @@ def _wire(topic: Topic) -> Any:  # noqa: ANN401 - a class made at run time.
             self.content = content
 
         def serialize(self, buffer: Any) -> None:  # noqa: ANN401 - io.BytesIO.
-            """Write the message's bytes."""
+            """Write the message's bytes to a buffer."""
             buffer.write(store.serialize_ros1(self.content, kind))
 
         def deserialize(self, data: bytes) -> "Wire":

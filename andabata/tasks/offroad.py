@@ -20,7 +20,7 @@ from andabata.tasks.rewards import RewardConfig, paper_reward
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from rl.gym_spaces import action_box, observation_box
 from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import TRAINING_SEEDS
 from worlds.world import choose_task, jittered
 
@@ -97,7 +97,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self,
         config: OffroadConfig,
         models: Models | None = None,
-        shelf: SceneShelf | None = None,
+        scenes: SceneCache | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Prepare a stage.
@@ -105,12 +105,12 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         Args:
             config: Stage.
             models: Classifiers; None for the shipped ones.
-            shelf: Scenes to share with other environments of this process.
+            scenes: Scenes to share with other environments of this process.
             render_mode: None, the only one: pictures are drawn from records.
         """
         self.render_mode = render_mode
         self.config = config
-        self._shelf = shelf or SceneShelf()
+        self._scene_cache = scenes or SceneCache()
         sees_clouds = config.simulated_robot.sensing.scanner == "rotating"
         self._models = (models or Models()) if sees_clouds else None
         self._kept: SimulatedRobot | None = None
@@ -220,7 +220,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def _robot_in(self, world_seed: int, difficulty: float | None) -> SimulatedRobot:
         """Return the robot in a world: the last episode's, where the world is the same."""
-        scene = self._shelf.get(self.config.preset, world_seed, difficulty)
+        scene = self._scene_cache.get(self.config.preset, world_seed, difficulty)
         if self._kept is None or self._kept.scene is not scene:
             self.close()
             steering = Steering() if self._planner is None else Steering(planner=self._planner)
@@ -286,7 +286,7 @@ def make_offroad(
     stage: str,
     config: OffroadConfig | None = None,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    scenes: SceneCache | None = None,
     render_mode: str | None = None,
 ) -> OffroadEnv:
     """Make a stage's environment: the entry point of the registered ids.
@@ -295,7 +295,7 @@ def make_offroad(
         stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
         config: Instead of the stage's own.
         models: As for ``OffroadEnv``.
-        shelf: As for ``OffroadEnv``.
+        scenes: As for ``OffroadEnv``.
         render_mode: As for ``OffroadEnv``.
     """
-    return OffroadEnv(config or stage_config(stage), models, shelf, render_mode)
+    return OffroadEnv(config or stage_config(stage), models, scenes, render_mode)

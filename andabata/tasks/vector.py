@@ -23,7 +23,7 @@ from andabata.tasks.offroad import (
 )
 from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.gym_spaces import action_box, observation_box
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
@@ -38,7 +38,7 @@ def make_vector(
     num_envs: int = 1,
     config: OffroadConfig | None = None,
     workers: int = 1,
-    shelf: SceneShelf | None = None,
+    scenes: SceneCache | None = None,
 ) -> VectorEnv[Any, Any, Any]:
     """Make a stage's environment for many robots: the entry point of ``gymnasium.make_vec``.
 
@@ -50,13 +50,13 @@ def make_vector(
         num_envs: Robots.
         config: Instead of the stage's own.
         workers: Processes, each with its share of the robots; stage 1 needs one.
-        shelf: Scenes to share in this process.
+        scenes: Scenes to share in this process.
     """
     config = config or stage_config(stage)
     if is_planar(config):
-        return PlanarVectorEnv(config, num_envs, shelf)
+        return PlanarVectorEnv(config, num_envs, scenes)
     if workers <= 1:
-        return robots_in_one_process(config, num_envs, shelf=shelf)
+        return robots_in_one_process(config, num_envs, scenes=scenes)
     return OffroadVectorEnv(config, num_envs, workers)
 
 
@@ -64,7 +64,7 @@ def robots_in_one_process(
     config: OffroadConfig,
     count: int,
     models: Models | None = None,
-    shelf: SceneShelf | None = None,
+    scenes: SceneCache | None = None,
 ) -> SyncVectorEnv:
     """Return robots that share scenes, models and process, one after the other.
 
@@ -75,9 +75,9 @@ def robots_in_one_process(
         config: The stage.
         count: Robots.
         models: As for ``OffroadEnv``.
-        shelf: Scenes to share with others of this process.
+        scenes: Scenes to share with others of this process.
     """
-    make = partial(OffroadEnv, config, models, shelf or SceneShelf())
+    make = partial(OffroadEnv, config, models, scenes or SceneCache())
     return SyncVectorEnv([make] * count, autoreset_mode=AutoresetMode.SAME_STEP)
 
 

@@ -9,14 +9,14 @@ from andabata.tasks.offroad import OffroadConfig, OffroadEnv
 from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.policy import Policy, policy_from_bytes
 from rl.training import Episode, EpisodeSpec, play, play_together
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 
 _Files = tuple[bytes, bytes, bytes]
 _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _batches: dict[int, PlanarVectorEnv] = {}
-_shelf = SceneShelf(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
+_shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
 _ROBOTS = 8
 """Number of robots of the first stage that a process drives side by side."""

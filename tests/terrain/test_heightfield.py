@@ -1,4 +1,4 @@
-"""The ground: known heights, triangles that are the same surface."""
+"""The heightfield: known heights, and triangles that are the same surface."""
 
 import numpy as np
 import pytest
@@ -7,17 +7,20 @@ from terrain.heightfield import Heightfield
 
 
 def plane(slope_x, slope_y, n=11, cell=0.5):
+    """Return a plane of two slopes through the origin."""
     x = (np.arange(n) - (n - 1) / 2) * cell
     return Heightfield((slope_x * x[:, None] + slope_y * x[None, :]).astype(np.float32), cell)
 
 
 def test_heights_of_a_plane_are_the_planes():
+    """Interpolation reproduces a plane."""
     ground = plane(0.3, -0.2)
     x, y = np.random.default_rng(0).uniform(-2.4, 2.4, (2, 50))
     np.testing.assert_allclose(ground.height_at(x, y), 0.3 * x - 0.2 * y, atol=1e-6)
 
 
 def test_x_is_the_first_axis():
+    """The first index of the heights is x, the second y."""
     heights = np.zeros((3, 3), dtype=np.float32)
     heights[2, 1] = 1.0
     assert Heightfield(heights, 1.0).height_at(1.0, 0.0) == pytest.approx(1.0)
@@ -25,6 +28,7 @@ def test_x_is_the_first_axis():
 
 
 def test_triangles_face_upwards_and_lie_on_the_surface():
+    """Normals point up, and the centre of each triangle is on the surface."""
     heights = np.random.default_rng(1).normal(size=(6, 5)).astype(np.float32)
     ground = Heightfield(heights, 0.7)
     vertices, triangles = ground.triangles()
@@ -37,8 +41,42 @@ def test_triangles_face_upwards_and_lie_on_the_surface():
     )
 
 
-def test_heights_that_are_not_finite_are_refused():
-    heights = np.zeros((3, 3), dtype=np.float32)
-    heights[1, 1] = np.nan
-    with pytest.raises(ValueError, match="expected finite values, got NaN"):
-        Heightfield(heights, 1.0)
+def test_the_diagonal_is_that_of_pybullet():
+    """A raised corner (0, 0) is felt in one triangle only, a raised corner (1, 0) in both."""
+    heights = np.zeros((2, 2), dtype=np.float32)
+    heights[0, 0] = 1.0
+    ground = Heightfield(heights, 1.0)
+    assert ground.height_at(-0.25, -0.25) == pytest.approx(0.5)
+    assert ground.height_at(0.25, 0.25) == 0.0
+    heights = np.zeros((2, 2), dtype=np.float32)
+    heights[1, 0] = 1.0
+    assert Heightfield(heights, 1.0).height_at(0.0, 0.0) == pytest.approx(0.5)
+
+
+def test_beyond_the_border_the_ground_is_that_of_the_border():
+    """Places outside have the height of the nearest place inside."""
+    ground = plane(0.3, -0.2)
+    assert ground.height_at(99.0, 1.0) == pytest.approx(float(ground.height_at(2.5, 1.0)))
+    assert ground.height_at(-1.0, -99.0) == pytest.approx(float(ground.height_at(-1.0, -2.5)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"heights": np.full((3, 3), np.nan, dtype=np.float32)}, "expected finite values, got NaN"),
+        ({"heights": np.zeros((1, 3), dtype=np.float32)}, "at least 2 x 2, got"),
+        ({"heights": np.zeros((3, 3))}, "expected float32, got float64"),
+        ({"cell": 0.0}, "expected a positive length"),
+    ],
+)
+def test_nonsense_is_refused(change, message):
+    """Shape, type and values are checked when the heightfield is made."""
+    good = {"heights": np.zeros((3, 3), dtype=np.float32), "cell": 1.0}
+    with pytest.raises(ValueError, match=message):
+        Heightfield(**(good | change))
+
+
+def test_heights_are_read_only():
+    """A heightfield does not change under its readers."""
+    with pytest.raises(ValueError, match="read-only"):
+        plane(0.0, 0.0).heights[0, 0] = 1.0

@@ -1,13 +1,13 @@
-"""Every object is a closed convex solid whose faces look outwards."""
+"""Objects: closed convex solids with outward faces, of known sizes."""
 
 import numpy as np
 import pytest
 
-from terrain.classes import TRAITS, SemanticClass
+from terrain.classes import SemanticClass
 from terrain.objects import box, ellipsoid, frustum, log, rock
 
 RNG = np.random.default_rng(0)
-THINGS = {
+OBJECTS = {
     "frustum": frustum(SemanticClass.TRUNK, (1, 2, 0), (0.3, 0.2), 2.0),
     "box": box(SemanticClass.WALL, (0, 0, 1), (4, 0.4, 2), yaw=0.3),
     "ellipsoid": ellipsoid(SemanticClass.FOLIAGE, (1, 1, 4), (1, 1.5, 0.8)),
@@ -16,22 +16,43 @@ THINGS = {
 }
 
 
-@pytest.mark.parametrize("name", THINGS)
+@pytest.mark.parametrize("name", OBJECTS)
 def test_faces_look_outwards_and_close_the_solid(name):
-    thing = THINGS[name]
-    corners = thing.vertices[thing.triangles].astype(np.float64)
+    """Normals point away from the centre and add up to nothing."""
+    each = OBJECTS[name]
+    corners = each.vertices[each.triangles].astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    centre = thing.vertices.mean(axis=0)
+    centre = each.vertices.mean(axis=0)
     assert (np.einsum("ij,ij->i", normals, corners.mean(axis=1) - centre) > 0).all()
     np.testing.assert_allclose(normals.sum(axis=0), 0.0, atol=1e-5)  # A closed surface.
 
 
 def test_a_box_has_its_volume():
-    thing = THINGS["box"]
-    corners = thing.vertices[thing.triangles].astype(np.float64)
+    """The volume inside of the triangles is the product of the edges."""
+    each = OBJECTS["box"]
+    corners = each.vertices[each.triangles].astype(np.float64)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     assert volume == pytest.approx(4 * 0.4 * 2, rel=1e-5)
 
 
-def test_every_class_has_traits():
-    assert set(TRAITS) == set(SemanticClass)
+def test_a_box_turns_counter_clockwise():
+    """A quarter turn swaps the edges; an eighth moves the corner on +x towards +y."""
+    quarter = box(SemanticClass.WALL, (1, 2, 3), (4, 2, 1), yaw=np.pi / 2).vertices
+    np.testing.assert_allclose(quarter.min(axis=0), [0, 0, 2.5], atol=1e-6)
+    np.testing.assert_allclose(quarter.max(axis=0), [2, 4, 3.5], atol=1e-6)
+    beam = box(SemanticClass.WALL, (0, 0, 0), (4, 0.1, 1), yaw=np.pi / 6).vertices
+    assert beam[beam[:, 0].argmax(), 1] == pytest.approx(2 * np.sin(np.pi / 6), abs=0.1)
+
+
+def test_objects_have_their_sizes():
+    """Extents are those asked for: radii, heights, axis and thickness."""
+    cone = frustum(SemanticClass.TRUNK, (1, 2, 3), (0.3, 0.2), 2.0, sides=8).vertices
+    np.testing.assert_allclose(np.hypot(cone[:8, 0] - 1, cone[:8, 1] - 2), 0.3, rtol=1e-5)
+    np.testing.assert_allclose(np.hypot(cone[8:, 0] - 1, cone[8:, 1] - 2), 0.2, rtol=1e-5)
+    assert (cone[:8, 2] == 3).all()
+    assert (cone[8:, 2] == 5).all()
+    egg = ellipsoid(SemanticClass.FOLIAGE, (1, 1, 4), (1, 1.5, 0.8)).vertices
+    np.testing.assert_allclose(np.ptp(egg, axis=0), [2, 3, 1.6], rtol=1e-5)
+    trunk = log((0, 0, 0.2), (3, 0, 0.2), 0.2).vertices
+    np.testing.assert_allclose(trunk.min(axis=0), [0, -0.2, 0.0], atol=1e-6)
+    np.testing.assert_allclose(trunk.max(axis=0), [3, 0.2, 0.4], atol=1e-6)

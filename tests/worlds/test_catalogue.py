@@ -1,4 +1,4 @@
-"""Worlds: same seed, same bytes; other presets have no twins; every task is solvable."""
+"""The catalogue: same seed, same bytes; disjoint presets; every task is solvable."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,9 @@ NAMES = (
 
 
 def fingerprint(world):
+    """Return the bytes of ground, true map and objects."""
     parts = [world.ground.heights.tobytes(), world.truth.reason.tobytes()]
-    parts += [thing.vertices.tobytes() for thing in world.objects]
+    parts += [each.vertices.tobytes() for each in world.objects]
     return b"".join(parts)
 
 
@@ -34,18 +35,22 @@ def world(request):
 
 
 def test_the_presets_are_known():
+    """The names are those that commands and documents use."""
     assert preset_names() == NAMES
 
 
 def test_the_same_seed_gives_the_same_bytes(world):
+    """A world is a function of its preset and seed."""
     assert fingerprint(make_world(world.name, 3)) == fingerprint(world)
 
 
 def test_families_differ():
+    """Every preset has random streams of its own."""
     assert len({config.family for config in presets().values()}) == len(NAMES)
 
 
 def test_starts_and_goals_lie_on_safe_ground_and_are_joined(world):
+    """A safe path leads from each start to each goal in turn."""
     for task in world.tasks:
         here = np.array([task.start.x, task.start.y])
         assert not world.truth.forbidden_at(*here)
@@ -56,6 +61,7 @@ def test_starts_and_goals_lie_on_safe_ground_and_are_joined(world):
 
 
 def test_the_natural_worlds_are_as_large_as_the_papers():
+    """Size and relief are those of section 5.3."""
     natural, test = make_world("natural", 0), make_world("natural-test", 0)
     assert (natural.ground.width, test.ground.width) == (pytest.approx(120), pytest.approx(100))
     assert np.ptp(natural.ground.heights) == pytest.approx(14, abs=1.5)
@@ -63,19 +69,22 @@ def test_the_natural_worlds_are_as_large_as_the_papers():
 
 
 def test_an_unknown_world_is_named():
+    """The error lists the names that exist."""
     with pytest.raises(UnknownWorldError, match=r"expected one of forest, hill.*got 'moon'"):
         make_world("moon")
 
 
 @pytest.mark.parametrize(("seed", "difficulty"), [(-1, None), (0, 1.5)])
 def test_bounds_are_checked(seed, difficulty):
+    """A negative seed and a difficulty above 1 are refused."""
     with pytest.raises(ValueError, match="expected 0"):
         make_world("maze", seed, difficulty)
 
 
 def test_lamps_benches_water_and_paths_stand_where_they_should():
+    """A park has furniture and paths, a lake level water."""
     park, lake = make_world("park", 3), make_world("lake", 3)
-    kinds = {thing.semantic for thing in park.objects}
+    kinds = {each.semantic for each in park.objects}
     furniture = {SemanticClass.LAMP, SemanticClass.BENCH, SemanticClass.TABLE, SemanticClass.BIN}
     assert furniture <= kinds
     assert (park.surface == SemanticClass.PATH).any()
@@ -88,6 +97,7 @@ def test_lamps_benches_water_and_paths_stand_where_they_should():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_patch_is_a_small_world_of_the_same_kind(name):
+    """A patch has the size asked for, and a task."""
     world = make_world(name, 3, 0.6, patch(name, 48.0, 0.25))
     assert world.ground.width == pytest.approx(48.0)
     assert (world.truth.reason != Reason.FREE).mean() < 0.8

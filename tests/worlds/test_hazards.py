@@ -1,4 +1,4 @@
-"""Each hazard is what its name says, where it should be."""
+"""Hazards: each at its distance and bearing, forbidden unless harmless."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ AHEAD = np.linspace(0.0, 2.0, 41)
 @pytest.mark.parametrize("name", HAZARDS)
 @pytest.mark.parametrize("bearing", [0.3, -2.0])
 def test_a_hazard_begins_at_its_distance_and_is_forbidden_unless_harmless(name, bearing):
+    """The ground is free up to the hazard, in its direction, and forbidden there."""
     world = make_hazard(HAZARDS[name], 3.0, bearing, 0.0, np.random.default_rng(1))
     along = np.array([np.cos(bearing), np.sin(bearing)])
     before = world.truth.forbidden_at(*(along[:, None] * np.linspace(0.0, 2.6, 27)))
@@ -21,6 +22,7 @@ def test_a_hazard_begins_at_its_distance_and_is_forbidden_unless_harmless(name, 
 
 
 def test_bare_ground_may_be_driven_up_to_nearly_20_degrees():
+    """Slopes below the limit are free but for the border."""
     for slope in (0.0, 10.0, 19.5):
         rng = np.random.default_rng(2)
         world = make_hazard(HAZARDS["bare_ground"], 3.0, 0.0, np.deg2rad(slope), rng)

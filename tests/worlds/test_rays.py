@@ -1,4 +1,4 @@
-"""Rays: pybullet and Embree see the same world; plants let beams through at their stated rate."""
+"""Rays: the same hits as in pybullet and Embree; plants stop beams at their stated rate."""
 
 import numpy as np
 import pybullet
@@ -20,19 +20,22 @@ BATCH = 4000
 
 
 def rays_of(origins, directions):
+    """Return rays of origins and directions, float32, shape (n, 6)."""
     return np.concatenate([origins, directions], axis=1).astype(np.float32)
 
 
 def through_plants(scene, rays):
+    """Cast rays that ignore porous objects."""
     return scene.cast(rays, np.full(len(rays), np.inf, dtype=np.float32))
 
 
 def drawn(rays):
-    """Rays, each with a draw of how much of a plant it passes."""
+    """Return rays and the random optical depth of each."""
     return rays, np.random.default_rng(0).standard_exponential(len(rays), dtype=np.float32)
 
 
 def flat_world(*objects):
+    """Return a level world of 20 m with some objects."""
     ground = Heightfield(np.zeros((21, 21), dtype=np.float32), 1.0)
     truth = build_truth(ground, objects, TruthConfig())
     surface = np.zeros((20, 20), dtype=np.uint8)
@@ -40,7 +43,7 @@ def flat_world(*objects):
 
 
 def bullet_ranges(world, origins, directions, length, piece=2.5):
-    """Ranges by pybullet, in short pieces: it loses some long rays over a heightfield."""
+    """Return ranges in pybullet [m], in short pieces: it loses some long rays over heightfields."""
     client = pybullet.connect(pybullet.DIRECT)
     bodies = build_bodies(world, client)
     ranges = np.full(len(origins), np.inf)
@@ -59,6 +62,7 @@ def bullet_ranges(world, origins, directions, length, piece=2.5):
 
 @pytest.mark.parametrize("name", ["natural-test", "maze"])
 def test_physics_and_rays_see_the_same_world(name):
+    """Ranges in pybullet and ours agree but for rays that graze an edge."""
     world = make_world(name, 5)
     scene = RayScene(world)
     rng = np.random.default_rng(0)
@@ -85,7 +89,7 @@ def test_physics_and_rays_see_the_same_world(name):
 
 
 def scattered_rays(world, n, rng):
-    """Rays from all over a world, beside it, inside of things; some along the axes."""
+    """Return rays from all over a world, beside it, inside of objects; some along the axes."""
     half = world.ground.width / 2
     origins = rng.uniform(-1.1 * half, 1.1 * half, (n, 3))
     ground = world.ground.height_at(origins[:, 0], origins[:, 1])
@@ -101,7 +105,8 @@ def scattered_rays(world, n, rng):
 
 @pytest.mark.parametrize("name", ["natural-test", "hollow", "park", "lake", "maze"])
 @pytest.mark.parametrize("porous", [True, False], ids=["first face", "through plants"])
-def test_rays_meet_what_embree_meets(name, porous):
+def test_hits_are_those_of_embree(name, porous):
+    """Ranges and classes agree with Embree, with and without porous objects."""
     world, n = make_world(name, 6), 40_000
     rays = scattered_rays(world, n, np.random.default_rng(1))
     expected, kinds = EmbreeScene(world, porous).first(rays)
@@ -120,18 +125,18 @@ def test_rays_meet_what_embree_meets(name, porous):
 
 
 def outside_of_plants(world, rays):
-    """Whether each ray begins outside of every porous thing."""
+    """Return True for each ray that begins outside of all porous objects."""
     outside = np.ones(len(rays), dtype=bool)
-    for thing in world.objects:
-        if np.isinf(TRAITS[thing.semantic].hits_per_metre):
+    for each in world.objects:
+        if np.isinf(TRAITS[each.semantic].hits_per_metre):
             continue
-        low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+        low, high = each.vertices.min(axis=0), each.vertices.max(axis=0)
         outside &= ~((rays[:, :3] >= low) & (rays[:, :3] <= high)).all(axis=1)
     return outside
 
 
 def _grazes(scene, origin, direction, physics):
-    """Whether rays a milliradian away meet something else, or what the physics met."""
+    """Return True if rays a milliradian away hit something else, or what the physics hit."""
     rng = np.random.default_rng(1)
     near = direction + 1e-3 * rng.normal(size=(64, 3))
     near = (near / np.linalg.norm(near, axis=1, keepdims=True)).astype(np.float32)
@@ -146,6 +151,7 @@ def _grazes(scene, origin, direction, physics):
 
 
 def test_a_ray_at_a_wall_has_a_known_range_and_class():
+    """A wall, the ground and the sky."""
     scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
     origins = np.array([[0, 0, 1]] * 3, dtype=np.float32)
     directions = np.array([[1, 0, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float32)
@@ -156,6 +162,7 @@ def test_a_ray_at_a_wall_has_a_known_range_and_class():
 
 @pytest.mark.parametrize("start", [0.0, 3.0], ids=["from outside", "from inside"])
 def test_grass_stops_beams_at_its_rate(start):
+    """The share of rays stopped and their mean free path follow the exponential law."""
     grass = box(SemanticClass.HIGH_GRASS, (3, 0, 1), (2, 4, 2))
     wall = box(SemanticClass.WALL, (8, 0, 1), (1, 4, 2))
     scene = RayScene(flat_world(grass, wall))
@@ -175,6 +182,7 @@ def test_grass_stops_beams_at_its_rate(start):
 
 
 def test_two_overlapping_bushes_are_one_bush():
+    """Overlapping objects of one class stop as many beams as one of them."""
     one = flat_world(box(SemanticClass.BUSH, (3, 0, 1), (0.2, 4, 2)))
     two = flat_world(*[box(SemanticClass.BUSH, (3, 0, 1), (0.2, 4, 2))] * 2)
     origins = np.tile(np.array([[0, 0, 1]], dtype=np.float32), (20_000, 1))
@@ -187,7 +195,8 @@ def test_two_overlapping_bushes_are_one_bush():
     assert shares[1] == pytest.approx(shares[0], abs=0.012)
 
 
-def test_rays_that_are_no_rays_meet_nothing():
+def test_rays_with_nan_hit_nothing():
+    """A NaN gives no hit, and leaves the other rays alone."""
     scene = RayScene(flat_world(box(SemanticClass.WALL, (3, 0, 1), (1, 4, 2))))
     rays = np.tile(np.array([[0, 0, 1, 1, 0, 0]], dtype=np.float32), (7, 1))
     rays[np.arange(6), np.arange(6)] = np.nan
@@ -198,7 +207,8 @@ def test_rays_that_are_no_rays_meet_nothing():
     assert ranges[6] == pytest.approx(2.5)
 
 
-def test_a_scene_without_things_is_bare_ground():
+def test_a_scene_without_objects_is_bare_ground():
+    """A world without objects has ground and sky."""
     scene = RayScene(flat_world())
     down = np.array([[0.3, 0.4, 1.0, 0.0, 0.0, -1.0], [0, 0, 1, 0, 0, 1]], dtype=np.float32)
     ranges, classes = through_plants(scene, down)
@@ -206,11 +216,12 @@ def test_a_scene_without_things_is_bare_ground():
     assert classes.tolist() == [SemanticClass.GROUND, NO_CLASS]
 
 
-def test_a_dented_thing_is_named():
+def test_a_dented_object_is_named():
+    """The error names class, place and dent of an object that is not convex."""
     corners = np.array(
         [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0.3, 0.3, 0], [0.5, 0.5, 2]], dtype=np.float32
     )
     faces = [[0, 1, 3], [0, 3, 2], [0, 4, 1], [0, 2, 4], [1, 4, 3], [3, 4, 2]]
     dented = SceneObject(SemanticClass.ROCK, corners, np.array(faces, dtype=np.uint32))
-    with pytest.raises(ValueError, match="expected convex things, got a rock at"):
+    with pytest.raises(ValueError, match="expected convex objects, got a rock at"):
         RayScene(flat_world(dented))

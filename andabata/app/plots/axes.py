@@ -1,4 +1,4 @@
-"""What several pictures have in common: ranges of a scan, and PNG bytes."""
+"""Parts that several pictures share: ranges of a scan, and PNG bytes."""
 
 import io
 from collections.abc import Sequence
@@ -16,7 +16,6 @@ from traversability.grid import PolarGrid
 
 RANGE_COLOUR = "#1540c4"
 
-
 _UNKNOWN_STYLE: dict[str, Any] = {
     "facecolor": "#9a9a9a30",
     "edgecolor": "#777777",
@@ -32,13 +31,14 @@ def draw_ranges(
     here: Sequence[float] | NDArray[np.float64] = (0.0, 0.0),
     yaw: float = 0.0,
 ) -> None:
-    """Draw the virtual scan of a robot that stands somewhere [m] and looks along ``yaw`` [rad].
+    """Draw the virtual scan of a robot: an arc for each sector, unknown sectors hatched.
 
     Args:
-        axes: Where to draw.
-        ranges: Of the virtual scan: infinite ones are free to the last ring, NaN is hatched.
-        grid: Cells of the scan.
-        here: Position of the robot [m].
+        axes: Axes to draw on.
+        ranges: Ranges of the virtual scan [m], shape (n_sectors,): infinite is free to the last
+            ring, NaN unknown.
+        grid: Polar grid of the scan.
+        here: Position of the robot [m], shape (2,).
         yaw: Heading of the robot [rad].
     """
     half = np.pi / grid.n_sectors
@@ -58,7 +58,7 @@ def range_legend() -> list[Artist]:
     """Return the legend of a drawn virtual scan."""
     return [
         Line2D([], [], color=RANGE_COLOUR, linewidth=2, label="range of the virtual scan"),
-        Patch(**_UNKNOWN_STYLE, label="unknown: no cell could be judged"),
+        Patch(**_UNKNOWN_STYLE, label="unknown: no cell could be classified"),
     ]
 
 

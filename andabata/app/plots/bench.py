@@ -11,10 +11,13 @@ from andabata.app.plots.axes import png
 
 
 def vehicle_picture(found: Mapping[str, Any]) -> bytes:
-    """Return a body's turning and its behaviour on slopes.
+    """Return a picture of a body's turning and of its speeds on slopes.
 
     Args:
-        found: ``turning`` and ``slopes`` as the vehicle bench gives them, and the ``robot``'s name.
+        found: Result of ``andabata.bench.vehicle.bench_vehicle``, and the ``robot``'s name.
+
+    Returns:
+        PNG bytes.
     """
     figure = Figure(figsize=(12, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -41,10 +44,13 @@ def vehicle_picture(found: Mapping[str, Any]) -> bytes:
 
 
 def speed_picture(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return PNG bytes of ``bench``: a bar for each runner, on a logarithmic scale.
+    """Return a picture of speeds: a bar for each subject, on logarithmic scales.
 
     Args:
-        rows: Of ``andabata.bench.speed.race``, those of a kind of work together.
+        rows: Rows of ``andabata.bench.speed.bench_speed``.
+
+    Returns:
+        PNG bytes.
     """
     names = list(dict.fromkeys(row["name"] for row in rows))
     counts = [sum(row["name"] == name for row in rows) for name in names]

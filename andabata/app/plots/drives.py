@@ -1,4 +1,4 @@
-"""Pictures as PNG bytes, drawn without a screen."""
+"""Pictures of worlds and drives as PNG bytes, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -69,10 +69,10 @@ def drive_picture(
     """Return a drive from above, on the true map.
 
     Args:
-        world: Where.
+        world: World of the drive.
         path: Positions [m], shape (k, 2) or more columns.
         goals: Goals in order [m].
-        title: Above the picture.
+        title: Title of the picture.
         others: Other paths by name, for comparison.
     """
     figure = Figure(figsize=(9, 9), layout="constrained")
@@ -96,12 +96,12 @@ def drive_picture(
 
 
 def tests_picture(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> bytes:
-    """Return drives in one world from above, on the true map; a cross where one came to grief.
+    """Return drives in one world from above, on the true map, with a cross at each failure.
 
     Args:
-        world: Where.
-        drives: By who drove, one for each of the world's first tasks.
-        title: Above the picture.
+        world: World of the drives.
+        drives: Attempts by driver, one for each of the world's first tasks.
+        title: Title of the picture.
     """
     figure = Figure(figsize=(9, 9), layout="constrained")
     axes = figure.add_subplot()
@@ -122,8 +122,8 @@ def sights_picture(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: 
     """Return virtual scans side by side, each on the true map around its robot.
 
     Args:
-        sights: Where, the true pose and the scan, by name.
-        grid: Of the scans.
+        sights: World, true pose and virtual scan by name.
+        grid: Polar grid of the scans.
     """
     figure = Figure(figsize=(7 * len(sights), 7.4), layout="constrained")
     reach = 1.1 * grid.outer_radius
@@ -146,10 +146,10 @@ def write_failure(folder: Path, failure: Failure) -> None:
 
 
 def failure_picture(failure: Failure, title: str) -> bytes:
-    """Return where a drive failed: what was true, and what the virtual scan showed there.
+    """Return the place of a failure on the true map, and the virtual scan at that place.
 
     Args:
-        failure: Drive, and what the robot saw at its end.
+        failure: Attempt, with the virtual scan at its end.
         title: Title of the picture.
     """
     figure = Figure(figsize=(16, 8), layout="constrained")
@@ -201,9 +201,9 @@ def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have
         x, y, world.ground.heights[::stride, ::stride], cmap="gist_earth", alpha=0.7, linewidth=0
     )
     for semantic, colour in _CLASS_COLOURS.items():
-        meshes = [thing for thing in world.objects if thing.semantic == semantic]
+        meshes = [each for each in world.objects if each.semantic == semantic]
         if meshes:
-            corners = np.concatenate([thing.vertices for thing in meshes])
+            corners = np.concatenate([each.vertices for each in meshes])
             axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
     axes.legend(loc="upper left", markerscale=8)
     axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))

@@ -51,7 +51,11 @@ def scan_picture(scanned: Scanned, title: str) -> bytes:
 
 
 def confusion_picture(scores: Mapping[str, Any]) -> bytes:
-    """Return a confusion matrix."""
+    """Return a confusion matrix of cells.
+
+    Args:
+        scores: ``confusion`` and ``balanced_accuracy`` of a classifier.
+    """
     counts = scores["confusion"]
     matrix = np.array([[counts["tn"], counts["fp"]], [counts["fn"], counts["tp"]]])
     figure = Figure(figsize=(4.5, 4), layout="constrained")
@@ -59,18 +63,23 @@ def confusion_picture(scores: Mapping[str, Any]) -> bytes:
     axes.imshow(matrix / matrix.sum(axis=1, keepdims=True).clip(min=1), cmap="Greens", vmin=0)
     for (row, column), count in np.ndenumerate(matrix):
         axes.text(column, row, str(count), ha="center", va="center", fontsize=14)
-    axes.set_xticks([0, 1], ["called green", "called red"])
+    axes.set_xticks([0, 1], ["classified green", "classified red"])
     axes.set_yticks([0, 1], ["green", "red"])
     axes.set_title(f"balanced accuracy {scores['balanced_accuracy']:.3f}")
     return png(figure)
 
 
-def importance_picture(worth: Mapping[str, float], most: int = 25) -> bytes:
-    """Return the features that a forest leans on most; see ``growing.importances``."""
-    names = list(worth)[:most][::-1]
+def importance_picture(importances: Mapping[str, float], most: int = 25) -> bytes:
+    """Return the most important features of a forest.
+
+    Args:
+        importances: Importance by feature, see ``forest_training.importances``, the largest first.
+        most: Number of features that are shown.
+    """
+    names = list(importances)[:most][::-1]
     figure = Figure(figsize=(7, 0.25 * len(names) + 1.2), layout="constrained")
     axes = figure.add_subplot()
-    axes.barh(names, [worth[name] for name in names], color="#58a55c")
+    axes.barh(names, [importances[name] for name in names], color="#58a55c")
     axes.set_xlabel("cross-entropy lost when the feature is shuffled [nats a cell]")
     return png(figure)
 

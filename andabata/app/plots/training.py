@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from andabata.app.plots.axes import png
 
 _TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
-"""Of the parts of the reward; ``whole`` is no term, but their sum."""
+"""Colour of each term of the reward, and of their sum, ``whole``."""
 
 
 def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return success over episodes, stage after stage, and its mean over eight generations.
+    """Return success over episodes, stage after stage, and its mean over eight updates.
 
     Args:
         history: Rows with ``name``, ``episodes`` and ``success_rate``.
@@ -40,7 +40,7 @@ def rewards_picture(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> byt
     """Return the mean reward of a control step over each stage, whole and by term.
 
     Args:
-        histories: Of runs of the same stages, by name: rows with ``name``, ``episodes``,
+        histories: Histories of runs of the same stages, by name: rows with ``name``, ``episodes``,
             ``mean_steps``, ``mean_return`` and ``terms``.
     """
     stages = list(dict.fromkeys(row["name"] for rows in histories.values() for row in rows))

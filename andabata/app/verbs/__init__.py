@@ -1,1 +1,4 @@
-"""The verbs of the command line, one module each; heavy imports stay inside the functions."""
+"""Verbs of the command line, a module each: options, one call, one table.
+
+Heavy imports are inside the functions, so that ``andabata --help`` is quick.
+"""

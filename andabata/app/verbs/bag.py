@@ -1,30 +1,13 @@
 """``andabata bag``: recordings, without ROS."""
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from andabata.app.options import (
-    ConfigFile,
-    Datum,
-    ForestFile,
-    GroundClassifierFile,
-    Json,
-    Mountings,
-    PolicyFile,
-    Quiet,
-    SensorHeight,
-    Set,
-)
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from andabata.records.bags import LeftOut
-    from andabata.records.summary import BagSummary
+from andabata.app.command import command
+from andabata.app.options import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
@@ -34,203 +17,164 @@ BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap, .db3 or a
 
 
 @app.command()
-def info(file: BagFile, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Say what a recording holds: topics, types, counts and rates, and what cannot be read.
+@command
+def info(*, file: BagFile, output: ConsoleOptions) -> None:
+    """List the topics of a recording with types, counts and rates, and what cannot be read.
 
     Counts are of what is in the file. The exit code is 3 when a part of the file is damaged.
+
+    Examples:
+        andabata bag info drive.bag
+        andabata bag info drive.bag --json
     """
-    from andabata.app.console import Console
+    from andabata.app.tables import recording_notes, recording_table
     from andabata.records.summary import summarise
 
-    console = Console(quiet, as_json)
+    console = output.console()
     with console.progress("messages", None) as step:
         found = summarise(file, lambda: step(1))
-    rows = [topic.to_json() for topic in found.topics]
-    data = {"file": str(file), "duration_s": found.duration_s, "topics": rows}
-    data |= {"left_out": _left_out(found.left_out), "notes": list(found.notes)}
-    console.result(data, _table(found, f"{file.name}, {found.duration_s:.1f} s"))
-    told = {row["topic"]: row["reason"] for row in rows if not row["readable"]}
-    lines = [f"{topic} can't be read: {reason}" for topic, reason in told.items()]
-    lines += _notes([each for each in found.left_out if each.topic not in told], found.notes)
-    if not as_json:
-        for line in lines:
-            typer.echo(line)
+    data = {
+        "file": str(file),
+        "duration_s": found.duration_s,
+        "topics": [topic.to_json() for topic in found.topics],
+        "left_out": [asdict(each) for each in found.left_out],
+        "notes": list(found.notes),
+    }
+    title = f"{file.name}, {found.duration_s:.1f} s"
+    console.result(data, recording_table(found, title), *recording_notes(found))
     if found.damaged:
         console.status(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
         raise typer.Exit(3)
 
 
-def _table(found: "BagSummary", title: str) -> "Table":
-    """Return a recording's table, with the columns that tell something."""
-    from andabata.app.console import table_of
-
-    shown = ["topic", "type", "messages", "rate_hz"]
-    shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
-    shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
-    rows = [topic.to_json() for topic in found.topics]
-    return table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
-
-
 @app.command()
+@command
 def replay(
+    *,
     file: BagFile,
-    cloud: Annotated[
-        str | None,
-        typer.Option(help="A 3D laser's topic (PointCloud2) instead of the turning laser's two."),
-    ] = None,
-    renamed: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--map",
-            metavar="OURS=THEIRS",
-            help="A topic's name in this recording, as /fix=/navsat/fix; may be repeated. "
-            "/encoder_data may be a JointState, an Odometry or a TwistStamped.",
-        ),
-    ] = None,
-    unit: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="QUANTITY=UNIT",
-            help="Unit of acceleration (m/s2, g, mg), angular_velocity (rad/s, deg/s), "
-            "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
-            "to SI, where sizes don't tell it; may be repeated.",
-        ),
-    ] = None,
     controller: Annotated[
-        str | None, typer.Option(help="Who steers instead of the recorded controller.")
+        str | None, typer.Option(help="Controller instead of the recorded one.")
     ] = None,
-    datum: Datum = None,
     robot: Annotated[
         str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
     ] = None,
-    mounting: Mountings = None,
-    sensor_height: SensorHeight = None,
-    forest: ForestFile = None,
-    ground_classifier: GroundClassifierFile = None,
-    policy: PolicyFile = None,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    topics: TopicOptions,
+    sensors: SensorOptions,
+    models: ModelOptions,
+    output: ConsoleOptions,
 ) -> None:
     """Send a recording through the navigator and compare scans and commands with the recorded.
 
     Readings are turned into the robot's axes by /tf_static and /tf, or by --mounting. The exit code
     is 3 when data were left out, 1 when no scan could be made.
+
+    Examples:
+        andabata bag replay drive.bag
+        andabata bag replay drive.bag --controller reactive --json
+        andabata bag replay drive.bag --mounting imu=0,0,0.1,0,0,180
+        andabata bag replay outdoor.bag --robot husky --cloud /points
+        andabata bag replay outdoor.bag --map /fix=/navsat/fix --unit wheels=rpm
     """
-    from andabata.app.console import Console
-    from andabata.app.datum import datum_notes, datum_overrides
-    from andabata.app.mountings import mountings_in_words, read_mountings, with_height
-    from andabata.app.settings import resolve
-    from andabata.app.usage import pairs, units
+    from andabata.app.replay_text import replay_notes, replay_text
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
-    from andabata.models import Models
+    from andabata.replay.options import ReplayOptions
     from andabata.replay.replay import replay_bag
-    from andabata.replay.result import UnscannedError, text_of, why_no_scan
-
-    overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
+    from andabata.replay.result import NoScanError, no_scan_reason
 
     def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
-        return resolve(SimulatedRobotConfig, config, overrides, recorded.model_copy(update=body))
+        return sensors.configure(recorded.model_copy(update=body))
 
-    mountings = read_mountings(mounting or ())
-    names = pairs(renamed or (), "--map")
-    told = units(unit or ())
-    console = Console(quiet, as_json)
+    options = ReplayOptions(
+        controller=controller,
+        models=models.load(),
+        cloud=sensors.cloud,
+        configure=configure,
+        topics=topics.names(),
+        mountings=sensors.mountings(),
+        units=topics.units(),
+    )
+    console = output.console()
     with console.progress("recorded seconds", None) as step:
-        data = replay_bag(
-            file,
-            controller,
-            Models.load(forest, ground_classifier, policy),
-            lambda: step(1),
-            cloud,
-            configure,
-            names,
-            mountings,
-            told,
-        )
-    if data["same_models"] is False:
-        console.status("note: other models drove; scans and commands may differ")
-    if data["laser"] != "/2D_scan":
-        console.status(f"note: cells are made of {data['laser']}")
-    for note in datum_notes(data):
+        data = replay_bag(file, options, lambda: step(1))
+    for note in replay_notes(data):
         console.status(f"note: {note}")
-    console.result(data, f"{text_of(data)}\n{mountings_in_words(data['frames'])}")
+    console.result(data, replay_text(data))
     if not data["scans"]:
-        raise UnscannedError(why_no_scan(data))
+        raise NoScanError(no_scan_reason(data))
     if data["left_out"]:
         raise typer.Exit(3)
 
 
 @app.command()
+@command
 def salvage(
+    *,
     file: Annotated[
         Path, typer.Argument(help="Damaged or unfinished recording: .bag, .mcap, .db3 or a folder.")
     ],
     out: Annotated[Path, typer.Option(help="New file with the same suffix, or new folder.")],
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Keep what is whole of a recording. The exit code is 3 when something was lost."""
-    from andabata.app.console import Console
+    """Copy all whole messages of a damaged recording.
+
+    The exit code is 3 when something was lost.
+
+    Examples:
+        andabata bag salvage broken.bag --out whole.bag
+        andabata bag salvage broken.bag --out again.bag --json
+    """
+    from andabata.app.tables import salvage_text
     from andabata.records.salvage import salvage as keep
 
-    console = Console(quiet, as_json)
     found = keep(file, out)
-    data = {"file": str(out), "messages": found.messages, "lost": found.lost}
-    data |= {"lost_messages": found.lost_messages, "reason": found.reason}
-    count = "an unknown number of" if found.lost_messages is None else found.lost_messages
-    ending = f"{count} messages lost: {found.reason}" if found.lost else "nothing was lost"
-    lines = [f"{out}: {found.messages} messages; {ending}", *_notes((), found.notes)]
-    console.result(data | {"notes": list(found.notes)}, "\n".join(lines))
+    data = {
+        "file": str(out),
+        "messages": found.messages,
+        "lost": found.lost,
+        "lost_messages": found.lost_messages,
+        "reason": found.reason,
+        "notes": list(found.notes),
+    }
+    output.console().result(data, salvage_text(data))
     if found.lost:
         raise typer.Exit(3)
 
 
 @app.command()
+@command
 def export(
+    *,
     file: BagFile,
     out: Annotated[Path, typer.Option(help="Folder for the files.")],
     topic: Annotated[
-        list[str] | None, typer.Option(help="A topic to export; may be repeated; all without.")
+        list[str] | None,
+        typer.Option(help="Topic to export; may be repeated; all by default."),
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
     """Write clouds as PLY with all their fields and everything else as CSV.
 
     Arrays of more than 64 bytes are written as base64, others of more than 4,096 values as a JSON
     list. The exit code is 3 when messages were left out.
+
+    Examples:
+        andabata bag export drive.bag --out exported
+        andabata bag export drive.bag --out clouds --topic /3D_cloud --json
     """
-    from andabata.app.console import Console
+    from andabata.app.tables import left_out_notes
     from andabata.records.export import export_bag
 
-    console = Console(quiet, as_json)
+    console = output.console()
     with console.progress("messages", None) as step:
         found = export_bag(file, out, tuple(topic) if topic else None, lambda: step(1))
     data = {
         "files": [str(path) for path in found.files],
-        "left_out": _left_out(found.left_out),
+        "left_out": [asdict(each) for each in found.left_out],
         "notes": list(found.notes),
     }
-    lines = [f"{len(found.files)} files in {out}", *_notes(found.left_out, found.notes)]
+    lines = [f"{len(found.files)} files in {out}", *left_out_notes(found.left_out, found.notes)]
     console.result(data, "\n".join(lines))
     if found.left_out:
         raise typer.Exit(3)
-
-
-def _yes_no(value: object) -> object:
-    """Return a truth value as a word."""
-    return ("no", "yes")[value] if isinstance(value, bool) else value
-
-
-def _left_out(found: "Sequence[LeftOut]") -> list[dict[str, Any]]:
-    """Return what was left out, ready for JSON."""
-    return [asdict(each) for each in found]
-
-
-def _notes(left_out: "Sequence[LeftOut]", notes: "Sequence[str]") -> list[str]:
-    """Return in words what was left out and what else people should know."""
-    return [str(each) for each in left_out] + [f"note: {note}" for note in notes]

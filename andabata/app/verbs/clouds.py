@@ -1,98 +1,105 @@
-"""``andabata clouds``: synthetic labelled clouds."""
+"""``andabata clouds``: synthetic labelled clouds, and their formats."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, Json, Quiet, Seed, Sensor, Set, Workers
+from andabata.app.command import command
+from andabata.app.options import ConsoleOptions, Seed, Sensor, SettingsOptions, Workers
 
-app = typer.Typer(help="Synthetic labelled clouds.", no_args_is_help=True)
+app = typer.Typer(help="Synthetic labelled clouds: generate, convert.", no_args_is_help=True)
 
 
 @app.command()
+@command
 def generate(
+    *,
     out: Annotated[Path, typer.Option(help="Folder to write.")],
-    train: Annotated[int, typer.Option(min=0, help="Clouds for training.")] = 10,
-    validation: Annotated[int, typer.Option(min=0, help="Clouds for validation.")] = 5,
+    train: Annotated[int, typer.Option(min=0, help="Number of clouds for training.")] = 10,
+    validation: Annotated[int, typer.Option(min=0, help="Number of clouds for validation.")] = 5,
     kitti: Annotated[
         bool, typer.Option("--kitti", help="Write SemanticKITTI's layout beside the npz files.")
     ] = False,
     sensor: Sensor = "utm-30lx",
+    settings: SettingsOptions,
     seed: Seed = 0,
     workers: Workers = 2,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Write labelled clouds of many worlds, with a manifest and a card."""
-    from andabata.app.console import Console
-    from andabata.app.settings import resolve, with_parts
+    """Write labelled clouds of many worlds, with a manifest and a card.
+
+    Examples:
+        andabata clouds generate --out data/clouds
+        andabata clouds generate --out data/clouds --train 700 --validation 210
+        andabata clouds generate --out kitti --kitti --sensor os1-64 --workers 4
+    """
+    from andabata.app.settings import with_parts
     from andabata.app.usage import UsageError
     from andabata.datasets.generate import generate_dataset
     from andabata.datasets.labelled_cloud import CloudsConfig
 
     if train + validation == 0:
         raise UsageError("--train, --validation: expected at least one cloud, got none")
-    console = Console(quiet, as_json)
-    base = with_parts(CloudsConfig, sensor)
-    resolved = resolve(CloudsConfig, config, settings or (), base)
+    config = settings.resolve(CloudsConfig, with_parts(CloudsConfig, sensor))
+    console = output.console()
     with console.progress("clouds", train + validation) as step:
         manifest = generate_dataset(
-            out, resolved, {"train": train, "validation": validation}, seed, workers, step, kitti
+            out, config, {"train": train, "validation": validation}, seed, workers, step, kitti
         )
-    points = sum(entry.points for entry in manifest.clouds) / len(manifest.clouds)
+    number = len(manifest.clouds)
+    points = sum(entry.points for entry in manifest.clouds) / number
     data = {
         "out": str(out),
-        "clouds": len(manifest.clouds),
+        "clouds": number,
         "mean_points": points,
         "config_sha256": manifest.config_sha256,
         "sha256": {entry.file: entry.sha256 for entry in manifest.clouds},
     }
-    console.result(
-        data, f"{len(manifest.clouds)} clouds of {points:.0f} points on average in {out}"
-    )
+    console.result(data, f"{number} clouds of {points:.0f} points on average in {out}")
 
 
 @app.command()
+@command
 def convert(
+    *,
     file: Annotated[Path, typer.Argument(help="Cloud: npz, ply, pcd, bin, las, laz or vtk.")],
     out: Annotated[Path, typer.Argument(help="Cloud to write: npz, ply, pcd, bin, las or laz.")],
     columns: Annotated[
-        int | None, typer.Option(help="Numbers of a point in a bin file; told by content without.")
+        int | None,
+        typer.Option(help="Numbers of a point in a bin file; by default read from the content."),
     ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
     """Write a cloud in another format, with its labels, stamps and other numbers.
 
-    The exit code is 3 when the new format has no room for some of them.
+    The exit code is 3 when the new format has no place for some of them.
+
+    Examples:
+        andabata clouds convert cloud.npz cloud.ply
+        andabata clouds convert cloud.ply cloud.pcd --json
     """
-    from andabata.app.console import Console
     from andabata.records import atomic_io
     from traversability.files import cloud_to_bytes, columns_lost_by, decode_cloud_file
 
-    console = Console(quiet, as_json)
-    kind = out.suffix[1:].lower()
+    console, kind = output.console(), out.suffix[1:].lower()
     decoded = decode_cloud_file(file, columns)
-    cloud = decoded.cloud
-    atomic_io.write(out, cloud_to_bytes(cloud, kind, decoded.others, decoded.spacing))
-    left_out = columns_lost_by(kind, decoded)
-    notes = [*decoded.remarks]
+    data = cloud_to_bytes(decoded.cloud, kind, decoded.others, decoded.spacing)
+    atomic_io.write(out, data)
+    left_out, notes = columns_lost_by(kind, decoded), [*decoded.remarks]
     if left_out:
-        notes.append(f"{kind} has no room for {', '.join(left_out)}: left out")
+        notes.append(f"{kind} has no place for {', '.join(left_out)}: left out")
     for note in notes:
         console.status(f"note: {file.name}: {note}")
-    data = {
+    result = {
         "out": str(out),
-        "points": len(cloud),
+        "points": len(decoded.cloud),
         "no_returns": decoded.no_returns,
         "columns": decoded.columns,
         "left_out": list(left_out),
         "notes": notes,
     }
-    none = f"; {decoded.no_returns} no-returns left out" if decoded.no_returns else ""
-    console.result(data, f"{len(cloud)} points in {out}{none}")
+    lost = f"; {decoded.no_returns} no-returns left out" if decoded.no_returns else ""
+    console.result(result, f"{len(decoded.cloud)} points in {out}{lost}")
     if left_out:
         raise typer.Exit(3)

@@ -1,29 +1,39 @@
-"""``andabata demo``: all of it, small, from nothing to a driven path and a report."""
+"""``andabata demo``: the whole chain, small, from nothing to a driven path and a report."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from andabata.app.options import ConfigFile, EvaluationSeed, Json, Quiet, Sensor, Set, Workers
+from andabata.app.command import command
+from andabata.app.options import (
+    ConsoleOptions,
+    EvaluationSeed,
+    Sensor,
+    SettingsOptions,
+    Workers,
+)
 
 
+@command
 def demo(
+    *,
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
     sensor: Sensor = "utm-30lx",
+    settings: SettingsOptions,
     seed: EvaluationSeed = 0,
     workers: Workers = 2,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Make clouds, grow a forest, learn a little, drive a natural world, and report it."""
-    from andabata.app.console import Console
-    from andabata.app.demonstration import Demonstration, DemonstrationConfig
-    from andabata.app.settings import resolve
+    """Make clouds, train a forest, train a policy a little, drive a natural world, report it.
 
-    console = Console(quiet, as_json)
-    resolved = resolve(DemonstrationConfig, config, settings or ())
-    result = Demonstration(resolved, out, seed, workers, console, sensor).run()
+    Examples:
+        andabata demo
+        andabata demo --sensor os1-64 --out data/demo-os1
+        andabata demo --set trials=4 --set episodes=128 --workers 4
+    """
+    from andabata.app.demonstration import Demonstration, DemonstrationConfig
+
+    console, config = output.console(), settings.resolve(DemonstrationConfig)
+    result = Demonstration(config, out, seed, workers, console, sensor).run()
     console.result(result, f"report: {result['report']}")

@@ -5,25 +5,27 @@ from typing import Annotated
 
 import typer
 
+from andabata.app.command import command
 from andabata.app.options import (
-    ConfigFile,
+    ConsoleOptions,
     EvaluationSeed,
-    ForestFile,
-    GroundClassifierFile,
-    Json,
-    PolicyFile,
-    Quiet,
-    Robot,
-    Sensor,
-    Set,
+    ModelOptions,
+    RobotOptions,
+    SettingsOptions,
 )
 
 
+@command
 def drive(
+    *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
     controller: Annotated[
-        str, typer.Option(help="learned, reactive, straight or oracle.")
-    ] = "learned",
+        str,
+        typer.Option(
+            help="policy+planner, policy, actor-critic, planner, reactive, reactive+planner, "
+            "straight or oracle."
+        ),
+    ] = "policy+planner",
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),
@@ -35,62 +37,42 @@ def drive(
     time_limit: Annotated[
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
-    sensor: Sensor = "utm-30lx",
-    robot: Robot = "andabata",
-    forest: ForestFile = None,
-    ground_classifier: GroundClassifierFile = None,
-    policy: PolicyFile = None,
+    robot: RobotOptions,
+    settings: SettingsOptions,
+    models: ModelOptions,
     seed: EvaluationSeed = 0,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Visit the goals of one task in a row and draw the way."""
-    from andabata.app.console import Console
-    from andabata.app.plots.drives import drive_picture
-    from andabata.app.settings import resolve, with_parts
+    """Visit the goals of one task in a row and draw the path.
+
+    Examples:
+        andabata drive
+        andabata drive --world hill --seed 3 --out data/runs/hill
+        andabata drive --controller oracle --time-limit 60
+        andabata drive --record drive.mcap --no-clouds
+        andabata drive --robot husky --sensor os1-64 --set robot.mass=60
+    """
+    from andabata.app.run_folders import write_drive
+    from andabata.app.tables import drive_text
     from andabata.app.usage import words
     from andabata.assembly.controllers import CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
-    from andabata.models import Models
-    from andabata.records import atomic_io
-    from andabata.records.runs import describe, make_folder, write_json
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
-    console = Console(quiet, as_json)
-    resolved = resolve(
-        SimulatedRobotConfig,
-        config,
-        settings or (),
-        with_parts(SimulatedRobotConfig, sensor, robot),
-    )
+    config = settings.resolve(SimulatedRobotConfig, robot.base())
+    console, loaded = output.console(), models.load()
     with console.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,
             seed,
             name,
-            resolved,
-            Models.load(forest, ground_classifier, policy),
+            config,
+            loaded,
             on_second=lambda: step(1),
             record=Recording(record, clouds) if record else None,
             time_limit=time_limit,
         )
-    make_folder(out)
-    atomic_io.write(
-        out / "drive.png",
-        drive_picture(driven.world, driven.path, driven.task.goals, driven.title),
-    )
-    write_json(out / "drive.json", driven.as_dict())
-    write_json(out / "run.json", describe("drive", resolved.model_dump(mode="json"), seed))
-    attempts = "\n".join(
-        f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
-        f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m of trespass"
-        for attempt in driven.as_dict()["legs"]
-    )
-    data = {**driven.as_dict(), "picture": str(out / "drive.png")}
-    data.pop("path")
+    data = write_drive(out, driven, config.model_dump(mode="json"), seed)
     data |= {"record": str(record)} if record else {}
-    recorded = f"\nrecord: {record}" if record else ""
-    console.result(data, f"{driven.title}\n{attempts}\npicture: {out / 'drive.png'}{recorded}")
+    console.result(data, drive_text(driven.title, data))

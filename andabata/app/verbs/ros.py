@@ -4,20 +4,15 @@ from typing import Annotated
 
 import typer
 
+from andabata.app.command import command
 from andabata.app.options import (
-    ConfigFile,
-    Datum,
+    ConsoleOptions,
     EvaluationSeed,
-    ForestFile,
-    GroundClassifierFile,
-    Json,
-    Mountings,
-    PolicyFile,
-    Quiet,
+    ModelOptions,
     Robot,
-    Sensor,
-    SensorHeight,
-    Set,
+    RobotOptions,
+    SensorOptions,
+    SettingsOptions,
 )
 
 app = typer.Typer(
@@ -27,139 +22,88 @@ app = typer.Typer(
 
 
 @app.command()
+@command
 def navigator(
-    controller: Annotated[str, typer.Option(help="learned, reactive or straight.")] = "learned",
+    *,
+    controller: Annotated[
+        str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
+    ] = "policy+planner",
     start: Annotated[
         str | None,
         typer.Option(
             metavar="X,Y,YAW",
-            help="Where the robot stands in the map, in metres and degrees; without, /initialpose "
-            "or the first fix and the compass tell.",
+            help="Pose of the robot in the map, in metres and degrees; by default from "
+            "/initialpose, or from the first fix and the compass.",
         ),
     ] = None,
     goal: Annotated[
         str | None,
-        typer.Option(metavar="X,Y", help="Where to, in metres; /goal tells others later."),
-    ] = None,
-    cloud: Annotated[
-        str | None,
-        typer.Option(help="A 3D laser's topic (PointCloud2) instead of the turning laser's two."),
+        typer.Option(metavar="X,Y", help="First goal, in metres; /goal gives others later."),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(min=0.1, help="Stop after so long; without, on Ctrl-C.")
+        float | None,
+        typer.Option(min=0.1, help="Time after which to stop, in seconds; by default on Ctrl-C."),
     ] = None,
-    mounting: Mountings = None,
-    sensor_height: SensorHeight = None,
-    datum: Datum = None,
     robot: Robot = "andabata",
-    forest: ForestFile = None,
-    ground_classifier: GroundClassifierFile = None,
-    policy: PolicyFile = None,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    sensors: SensorOptions,
+    models: ModelOptions,
+    output: ConsoleOptions,
 ) -> None:
-    """Be the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels."""
-    import numpy as np
+    """Run the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels.
 
-    from andabata.app.console import Console
-    from andabata.app.datum import datum_overrides
-    from andabata.app.mountings import mountings_in_words, read_mountings, with_height
-    from andabata.app.settings import resolve, with_parts
+    Examples:
+        andabata ros navigator
+        andabata ros navigator --start 0,0,90 --goal 20,5
+        andabata ros navigator --controller reactive --seconds 60 --json
+        andabata ros navigator --robot husky --cloud /points --datum 40.1,-3.4
+    """
+    from andabata.app.live import run_navigator
+    from andabata.app.replay_text import navigation_text
+    from andabata.app.settings import with_parts
     from andabata.app.usage import numbers, words
-    from andabata.assembly.controllers import BLIND_CONTROLLERS, make_controller
+    from andabata.assembly.controllers import MAPLESS_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
-    from andabata.machine.pose import Pose
-    from andabata.models import Models
-    from andabata.records.topics import POINT_CLOUD, Topic
-    from andabata.replay.datum import given_site
-    from andabata.ros.graph import RosGraph
-    from andabata.ros.nodes import NavigatorNode
 
-    (name,) = words(controller, BLIND_CONTROLLERS, "--controller")[:1]
-    pose = None
-    if start is not None:
-        x, y, degrees = numbers(start, 3, "--start")
-        pose = Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))
-    target = np.array(numbers(goal, 2, "--goal")) if goal is not None else None
-    console = Console(quiet, as_json)
-    mountings = read_mountings(mounting or ())
-    overrides = (*with_height(settings, sensor_height), *datum_overrides(datum))
-
-    def configure(base: SimulatedRobotConfig) -> SimulatedRobotConfig:
-        return resolve(SimulatedRobotConfig, config, overrides, base)
-
-    resolved = configure(with_parts(SimulatedRobotConfig, "utm-30lx", robot))
-    models = Models.load(forest, ground_classifier, policy)
-    driver = make_controller(name, None, resolved, models)
-    laser = Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None
-    graph = RosGraph("andabata")
-    try:
-        node = NavigatorNode(
-            graph,
-            resolved,
-            models.forest,
-            driver,
-            laser,
-            mountings,
-            given_site(configure),
-            console.status,
-        )
-        if target is not None:
-            node.set_goal(target)
-        with console.progress("seconds", None) as step:
-            data = node.run(pose, seconds, lambda: step(1))
-    finally:
-        graph.close()
-    text = (
-        f"{data['commands']} commands, {data['scans']} virtual scans, {data['missed_ticks']} ticks "
-        f"missed; the filter is {data['health']}\n{mountings_in_words(data['frames'])}"
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
+    console = output.console()
+    data = run_navigator(
+        name,
+        sensors.configure,
+        with_parts(SimulatedRobotConfig, "utm-30lx", robot),
+        models.load(),
+        console,
+        cloud=sensors.cloud,
+        mountings=sensors.mountings(),
+        start=None if start is None else numbers(start, 3, "--start"),
+        goal=None if goal is None else numbers(goal, 2, "--goal"),
+        seconds=seconds,
     )
-    console.result(data, "\n".join([text, *(f"remark: {r}" for r in data["remark_texts"])]))
+    console.result(data, navigation_text(data))
 
 
 @app.command()
+@command
 def robot(
+    *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
     seconds: Annotated[
         float, typer.Option(min=0.1, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
-    sensor: Sensor = "utm-30lx",
-    body: Annotated[
-        str, typer.Option("--robot", help="Body: andabata (the paper's), husky or jackal.")
-    ] = "andabata",
+    body: RobotOptions,
+    settings: SettingsOptions,
     seed: EvaluationSeed = 0,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Be a simulated robot: publish its senses in real time, obey /wheel_speed_cmd."""
-    import numpy as np
+    """Run a simulated robot: publish its sensors in real time, obey /wheel_speed_cmd.
 
-    from andabata.app.console import Console
-    from andabata.app.settings import resolve, with_parts
+    Examples:
+        andabata ros robot
+        andabata ros robot --world hill --seed 3 --seconds 120
+        andabata ros robot --robot husky --set plant=kinematic
+    """
+    from andabata.app.live import run_robot
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
-    from andabata.ros.graph import RosGraph
-    from andabata.ros.nodes import RobotNode
-    from andabata.tasks.episode_monitor import TerminationConfig
-    from worlds.scenes import SceneShelf
-    from worlds.splits import evaluation_world
 
-    console = Console(quiet, as_json)
-    resolved = resolve(
-        SimulatedRobotConfig, config, settings or (), with_parts(SimulatedRobotConfig, sensor, body)
-    )
-    scene = SceneShelf(1).get(world, evaluation_world(seed, 0))
-    graph = RosGraph("andabata_robot")
-    try:
-        node = RobotNode(graph, scene, resolved)
-        rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
-        with console.progress("seconds", None) as step:
-            data = node.run(
-                scene.world.tasks[0], np.random.default_rng([seed, 0, 1]), rules, lambda: step(1)
-            )
-    finally:
-        graph.close()
+    config, console = settings.resolve(SimulatedRobotConfig, body.base()), output.console()
+    data = run_robot(world, seed, config, seconds, console)
     console.result(data, f"{', '.join(data['outcomes'])} after {data['simulated_s']:.1f} s")

@@ -1,30 +1,25 @@
-"""``andabata train``: learn to steer."""
+"""``andabata train``: training of a policy."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
+from andabata.app.command import command
 from andabata.app.options import (
-    ConfigFile,
-    ForestFile,
-    GroundClassifierFile,
-    Json,
-    Quiet,
-    Robot,
+    ClassifierOptions,
+    ConsoleOptions,
+    RobotOptions,
     Seed,
-    Sensor,
-    Set,
+    SettingsOptions,
     Workers,
 )
 
-if TYPE_CHECKING:
-    from andabata.training.plans import TrainingPlan
-    from rl.curriculum import TrainingIteration
 
-
+@command
 def train(
-    out: Annotated[Path, typer.Option(help="The run's folder.")] = Path("data/runs/train"),
+    *,
+    out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("data/runs/train"),
     stages: Annotated[str, typer.Option(help="Stages to run, as 1 or 1-3.")] = "1-3",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     algorithm: Annotated[
@@ -34,88 +29,49 @@ def train(
         bool, typer.Option("--changed", help="Resume even with other code or classifier.")
     ] = False,
     seeds: Annotated[
-        int, typer.Option(min=1, help="Runs, from --seed on, each in a folder of its own in --out.")
+        int,
+        typer.Option(
+            min=1, help="Number of runs, from --seed on, each in a folder of its own in --out."
+        ),
     ] = 1,
-    sensor: Sensor = "utm-30lx",
-    robot: Robot = "andabata",
-    forest: ForestFile = None,
-    ground_classifier: GroundClassifierFile = None,
+    robot: RobotOptions,
+    settings: SettingsOptions,
+    models: ClassifierOptions,
     seed: Seed = 0,
     workers: Workers = 2,
-    config: ConfigFile = None,
-    settings: Set = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    output: ConsoleOptions,
 ) -> None:
-    """Run the curriculum: maze in 2D, maze in 3D, natural worlds."""
-    from andabata.app.console import Console
-    from andabata.app.settings import resolve
-    from andabata.models import Models
+    """Run the curriculum: maze in 2D, maze in 3D, natural worlds.
+
+    Examples:
+        andabata train --workers 4
+        andabata train --stages 1 --out data/runs/maze
+        andabata train --resume
+        andabata train --seeds 3 --out data/runs/three
+        andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
+    """
+    from andabata.app.tables import training_text
+    from andabata.app.training_runs import runs_summary, train_seeds
+    from andabata.app.usage import span
     from andabata.training.plans import TrainingPlan, load_plan
-    from andabata.training.run import CHECKPOINT, learn
 
-    console = Console(quiet, as_json)
-    chosen = _stages(stages)
-    plan = load_plan(algorithm, sensor, robot)
-    resolved = resolve(TrainingPlan, config, settings or (), plan)
-    models = Models.load(forest, ground_classifier)
-    runs = []
-    for number in range(seed, seed + seeds):
-        folder = out if seeds == 1 else out / f"seed-{number}"
-        with console.progress(f"episodes, seed {number}", _budget(resolved, chosen)) as step:
-            result = learn(
-                folder,
-                resolved,
-                chosen,
-                number,
-                workers,
-                models=models,
-                # Of several runs the first may be over and the last not begun.
-                resume=resume and (seeds == 1 or (folder / CHECKPOINT).exists()),
-                changed=changed,
-                on_iteration=lambda generation: step(generation.played, _told(generation)),
-            )
-        runs.append(result)
-        console.status(_ended(result))
-    if seeds == 1:
-        text = f"{_ended(runs[0])}\npolicy: {out / 'policy.safetensors'}"
-        console.result(runs[0], text)
-        return
-    last = runs[-1]["stage"]
-    rates = [run["validation"][last].get(last, run["success_rate"]) for run in runs]
-    data = {"runs": runs, "stage": last, "rates": rates, "worst": min(rates)}
-    console.result(data, f"{last}: goals reached where nothing was learnt, by seed: {rates}")
-
-
-def _budget(plan: "TrainingPlan", chosen: range) -> int:
-    """Return the most episodes of a run."""
-    return sum(list(plan.stages.values())[k].episodes for k in chosen)
-
-
-def _ended(result: dict[str, Any]) -> str:
-    """Return a run in a few words."""
-    tried = result["validation"].get(result["stage"], {})
-    unseen = ", ".join(f"{name} {rate:.0%}" for name, rate in tried.items())
-    return (
-        f"{result['stage']}: {result['success_rate']:.0%} of the last goals reached while "
-        f"exploring{f'; in unseen worlds: {unseen}' if unseen else ''}; {result['steps']} steps "
-        f"in {result['wall_s']:.0f} s"
+    chosen = span(stages, 3, "--stages")
+    plan = settings.resolve(TrainingPlan, load_plan(algorithm, robot.sensor, robot.robot))
+    console, numbers = output.console(), range(seed, seed + seeds)
+    runs = train_seeds(
+        out,
+        plan,
+        chosen,
+        numbers,
+        workers,
+        models.load(),
+        console,
+        resume=resume,
+        changed=changed,
     )
-
-
-def _told(generation: "TrainingIteration") -> str:
-    """Return a generation in a few words."""
-    level = "" if generation.difficulty is None else f" at {generation.difficulty:.1f}"
-    circling = f", {generation.circling:.0%} circle" if generation.circling else ""
-    return f"{generation.name}{level}: {generation.recent_success:.0%} of the last goals{circling}"
-
-
-def _stages(text: str) -> range:
-    """Return the indices of stages named as ``1`` or ``1-3``."""
-    from andabata.app.usage import UsageError
-
-    first, _, last = text.partition("-")
-    last = last or first
-    if not (first in ("1", "2", "3") and last in ("1", "2", "3") and first <= last):
-        raise UsageError(f"--stages: expected 1, 2, 3 or a span as 1-3, got {text!r}")
-    return range(int(first) - 1, int(last))
+    if seeds == 1:
+        console.result(runs[0], f"{training_text(runs[0])}\npolicy: {out / 'policy.safetensors'}")
+    else:
+        data = runs_summary(runs)
+        text = f"{data['stage']}: share of goals in unseen worlds, by seed: {data['rates']}"
+        console.result(data, text)

@@ -1,1 +1,1 @@
-"""Files of recordings, read to the byte without knowing the types: ``opening.open_container``."""
+"""Formats of recordings, read without their types; ``opening.open_container`` comes first."""

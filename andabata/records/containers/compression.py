@@ -1,72 +1,78 @@
-"""Compressed stretches of recordings, unpacked whole or as far as they are whole."""
+"""Compression of chunks and messages; damaged data are decompressed up to their first damage."""
 
 import bz2
 from typing import Any
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""First bytes of data compressed by zstd."""
+
 LARGEST = 1 << 31
-"""Size of the largest stretch that is unpacked [bytes]: a greater one is damage or an attack."""
+"""Largest size of decompressed data [bytes]: a greater one is damage or an attack."""
+
+_PIECE = 1 << 14
+"""Size of the pieces in which data are decompressed [bytes]."""
 
 
-def unpack(compression: str, data: bytes | memoryview, size: int) -> bytes | memoryview:
-    """Return what a stretch holds.
+def decompress(compression: str, data: bytes | memoryview, size: int) -> bytes | memoryview:
+    """Return decompressed data.
 
     Args:
-        compression: ``none`` or empty, ``bz2``, ``lz4`` or ``zstd``.
-        data: The stretch.
-        size: Number of unpacked bytes.
+        compression: Name of the compression: ``none`` or empty, ``bz2``, ``lz4`` or ``zstd``.
+        data: Compressed data.
+        size: Number of decompressed bytes.
 
     Raises:
-        ValueError: If the compression is unknown, or the stretch is damaged.
+        ValueError: If the compression is unknown, or the data are damaged.
     """
     if compression in ("", "none"):
         return data
     if size > LARGEST:
-        raise ValueError(f"expected at most {LARGEST:,} unpacked bytes, got {size:,}")
-    unpacked, ended = _unpack(compression, data, size)
-    if len(unpacked) != size or not ended:
-        got = f"{len(unpacked):,}" + ("" if ended else " and no end")
-        raise ValueError(f"expected {size:,} bytes unpacked by {compression}, got {got}")
-    return unpacked
+        raise ValueError(f"expected at most {LARGEST:,} decompressed bytes, got {size:,}")
+    decompressed, ended = _decompress(compression, data, size)
+    if len(decompressed) != size or not ended:
+        got = f"{len(decompressed):,}" + ("" if ended else " and no end")
+        raise ValueError(f"expected {size:,} bytes decompressed by {compression}, got {got}")
+    return decompressed
 
 
-def unpack_prefix(compression: str, data: bytes | memoryview, limit: int = LARGEST) -> bytes:
-    """Return what a stretch holds up to its first damage.
+def decompress_prefix(compression: str, data: bytes | memoryview, limit: int = LARGEST) -> bytes:
+    """Return decompressed data up to their first damage.
 
     Args:
-        compression: ``bz2``, ``lz4`` or ``zstd``.
-        data: The stretch, which may be cut short.
-        limit: Largest number of unpacked bytes.
+        compression: Name of the compression: ``bz2``, ``lz4`` or ``zstd``.
+        data: Compressed data, which may be cut short.
+        limit: Largest number of decompressed bytes.
 
     Raises:
         ValueError: If the compression is unknown.
     """
-    return _unpack(compression, data, limit)[0]
+    return _decompress(compression, data, limit)[0]
 
 
-def _unpack(compression: str, data: bytes | memoryview, limit: int) -> tuple[bytes, bool]:
-    """Return what a stretch holds up to its first damage, and whether its end was met."""
+def _decompress(compression: str, data: bytes | memoryview, limit: int) -> tuple[bytes, bool]:
+    """Return decompressed data up to their first damage, and True if their end was reached."""
     parts: list[bytes] = []
-    unpacker, room = _unpacker(compression), limit
+    decompressor, rest = _decompressor(compression), limit
     view = memoryview(data)
     try:
-        # Small pieces, so that what was unpacked before the damage is kept.
-        for place in range(0, len(view), _PIECE):
-            parts.append(unpacker.decompress(bytes(view[place : place + _PIECE])))
-            room -= len(parts[-1])
-            if room < 0 or unpacker.eof:
+        # In small pieces, so that the data before the damage are kept.
+        for offset in range(0, len(view), _PIECE):
+            parts.append(decompressor.decompress(bytes(view[offset : offset + _PIECE])))
+            rest -= len(parts[-1])
+            if rest < 0 or decompressor.eof:
                 break
-    except Exception as error:  # Each library has its own error, some of them private.
+    except Exception as error:  # Each library has errors of its own, some of them private.
         if isinstance(error, MemoryError):
             raise
-    return b"".join(parts), bool(unpacker.eof)
+    return b"".join(parts), bool(decompressor.eof)
 
 
-_PIECE = 1 << 14
+def _decompressor(compression: str) -> Any:  # noqa: ANN401 - three libraries, one method in common.
+    """Return an object that decompresses piece by piece.
 
-
-def _unpacker(compression: str) -> Any:  # noqa: ANN401 - three libraries, one method in common.
-    """Return an object that unpacks piece by piece."""
+    Raises:
+        ValueError: If the compression is unknown.
+    """
     if compression == "bz2":
         return bz2.BZ2Decompressor()
     if compression == "lz4":
@@ -80,20 +86,20 @@ def _unpacker(compression: str) -> Any:  # noqa: ANN401 - three libraries, one m
     raise ValueError(f"expected a compression of none, bz2, lz4 or zstd, got {compression!r}")
 
 
-def pack(compression: str, data: bytes) -> bytes:
-    """Return a compressed stretch.
+def compress(compression: str, data: bytes) -> bytes:
+    """Return compressed data.
 
     Args:
-        compression: ``none`` or empty, ``bz2``, ``lz4`` or ``zstd``.
-        data: What it holds.
+        compression: Name of the compression: ``none`` or empty, ``bz2``, ``lz4`` or ``zstd``.
+        data: Data to compress.
     """
     if compression == "bz2":
         return bz2.compress(data)
     if compression == "lz4":
         import lz4.frame
 
-        packed: bytes = lz4.frame.compress(data)
-        return packed
+        compressed: bytes = lz4.frame.compress(data)
+        return compressed
     if compression == "zstd":
         import zstandard
 

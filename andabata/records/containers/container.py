@@ -1,4 +1,4 @@
-"""Connections, raw messages and damage of a recording's file, the same for every format."""
+"""Connections, raw messages and damage of a recording, independent of its format."""
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -12,19 +12,19 @@ class BagError(ValueError):
 
 @dataclass(frozen=True)
 class Connection:
-    """One publisher's stream of messages: a ROS 1 connection, an MCAP channel, a ROS 2 topic.
+    """Stream of messages of one publisher: a ROS 1 connection, an MCAP channel, a ROS 2 topic.
 
     Attributes:
-        topic: Topic's name.
-        kind: Message type, as ``package/msg/Name`` where it is one of ROS.
+        topic: Name of the topic.
+        kind: Message type, as ``package/msg/Name`` if it is one of ROS.
         encoding: Encoding of the messages: ``ros1``, ``cdr`` or another.
-        definition: Definition of the type; empty where the recording holds none.
-        definition_format: ``ros1msg``, ``ros2msg``, ``ros2idl`` or another; ``standard`` where
-            the format of the recording has no place for definitions.
-        publisher: Name of the publishing node; empty where the recording doesn't tell.
-        latching: Whether the publisher repeats its last message to who comes later.
-        qos: Quality of service of ROS 2 publishers, as the recording holds it.
-        digest: Checksum of ROS 1 of the type; empty where the recording doesn't tell.
+        definition: Definition of the type; empty if the recording holds none.
+        definition_format: Format of the definition: ``ros1msg``, ``ros2msg``, ``ros2idl`` or
+            another; ``standard`` if the recording's format has no field for definitions.
+        publisher: Name of the publishing node; empty if it is not recorded.
+        latching: True if the publisher sends its last message to later subscribers.
+        qos: Quality of service of ROS 2 publishers, as recorded.
+        digest: Checksum (MD5) of a ROS 1 type; empty if it is not recorded.
     """
 
     topic: str
@@ -40,16 +40,16 @@ class Connection:
 
 @dataclass(frozen=True)
 class Damage:
-    """One stretch of a file that cannot be read.
+    """Unreadable part of a file.
 
     Attributes:
-        place: Offset of its first byte.
+        offset: Offset of its first byte.
         size: Number of bytes.
-        reason: What was expected and what came.
-        messages: Number of messages that it held, as far as the file tells; None if it doesn't.
+        reason: Sentence with what was expected and what was found.
+        messages: Number of messages that it held; None if it is unknown.
     """
 
-    place: int
+    offset: int
     size: int
     reason: str
     messages: int | None = None
@@ -57,12 +57,12 @@ class Damage:
 
 @dataclass(frozen=True)
 class RawMessage:
-    """One message as it is stored.
+    """Serialised message.
 
     Attributes:
         connection: Index of its connection.
-        stamp_ns: When it was recorded [ns].
-        data: Serialised message.
+        stamp_ns: Time of recording [ns].
+        data: Bytes of the message.
     """
 
     connection: int
@@ -71,14 +71,14 @@ class RawMessage:
 
 
 class Container(Protocol):
-    """A file or folder of messages, scanned from begin to end.
+    """File or folder of messages, scanned from begin to end.
 
     Attributes:
-        connections: All connections.
+        connections: Connections of the recording.
         counts: Number of whole messages of each connection.
-        damage: What cannot be read.
-        lost: Number of messages that the file once held and holds no more; None if not known.
-        notes: What a user should know although no message is missing.
+        damage: Parts that cannot be read.
+        lost: Number of messages that the file once held and no longer holds; None if unknown.
+        notes: Facts that a user should know although no message is missing.
     """
 
     connections: list[Connection]
@@ -88,31 +88,31 @@ class Container(Protocol):
     notes: list[str]
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
-        """Yield the messages of some connections by the time at which they were recorded."""
+        """Yield the messages of some connections in the order of their times of recording."""
 
     def close(self) -> None:
         """Close the files."""
 
 
 def ros_type_name(name: str) -> str:
-    """Return a type's name as ``package/msg/Name``, whatever ROS wrote it."""
+    """Return a type's name as ``package/msg/Name``, from the form of ROS 1 or ROS 2."""
     return name.replace("/", "/msg/", 1) if name.count("/") == 1 else name
 
 
 def is_latched(qos: str) -> bool:
-    """Return whether ROS 2's quality of service keeps the last message for who comes later."""
+    """Return True if a quality of service of ROS 2 sends the last message to later subscribers."""
     return "transient_local" in qos or re.search(r"durability: 1\b", qos) is not None
 
 
 def count_mismatches(
     connections: Sequence[Connection], counts: Sequence[int], stated: Mapping[int, int]
 ) -> list[str]:
-    """Return a sentence for each topic of which the index tells another number of messages.
+    """Return a sentence for each topic whose number of messages in the index is wrong.
 
     Args:
-        connections: All connections.
+        connections: Connections of the recording.
         counts: Number of messages found of each connection.
-        stated: Number of messages that the index tells, by connection.
+        stated: Number of messages by the index of a connection, as the file's index has it.
     """
     topics: dict[str, list[int]] = {}
     for number, connection in enumerate(connections):
@@ -120,7 +120,7 @@ def count_mismatches(
         found[0] += counts[number]
         found[1] += stated.get(number, 0)
     return [
-        f"{topic}: the index tells of {told} messages, the file holds {held}"
-        for topic, (held, told) in sorted(topics.items())
-        if held != told
+        f"{topic}: the index counts {indexed} messages, the file holds {held}"
+        for topic, (held, indexed) in sorted(topics.items())
+        if held != indexed
     ]

@@ -1,4 +1,4 @@
-"""An MCAP file copied record by record, with a new summary."""
+"""Copy of an MCAP file, record by record, with a new summary."""
 
 import struct
 import zlib
@@ -6,35 +6,36 @@ from collections.abc import Iterable, Iterator
 from typing import IO, TYPE_CHECKING
 
 from andabata.records.containers import mcap_records as records
-from andabata.records.containers.compression import pack
+from andabata.records.containers.compression import compress
 from andabata.records.containers.container import Damage
 from andabata.records.containers.mcap_file import Block, McapFile
-from andabata.records.containers.mcap_records import Buffer, ChunkHead, Record
+from andabata.records.containers.mcap_records import Buffer, ChunkHeader, Record
 
 _CHUNK_BYTES = 1 << 20
+"""Size from which messages outside of chunks are written as a chunk [bytes]."""
 
 if TYPE_CHECKING:
     from mcap.records import AttachmentIndex, ChunkIndex, McapRecord, MetadataIndex
 
 
 def copy_mcap(source: McapFile, out: IO[bytes]) -> tuple[int, list[Damage]]:
-    """Write what is whole of an MCAP file; whole records are copied to the byte.
+    """Write the whole records of an MCAP file to a new one, each byte by byte.
 
     Profile, library, numbers, channel metadata, compression, metadata records, attachments and
     records of applications are kept.
 
     Args:
-        source: The file.
-        out: A file to write.
+        source: Open file.
+        out: File to write to.
 
     Returns:
         Number of messages written, and the attachments that are damaged.
     """
-    return _Copy(source, out).run()
+    return _McapCopy(source, out).run()
 
 
-class _Copy:
-    """One file on its way."""
+class _McapCopy:
+    """Copy of one file in progress."""
 
     def __init__(self, source: McapFile, out: IO[bytes]) -> None:
         self._source, self._out = source, out
@@ -47,11 +48,12 @@ class _Copy:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._damage: list[Damage] = []
-        self._chunked: ChunkHead | None = None
-        self._loose = bytearray()
+        # Header of a chunk for messages outside of chunks; None in files without chunks.
+        self._chunked: ChunkHeader | None = None
+        self._unchunked = bytearray()
 
     def run(self) -> tuple[int, list[Damage]]:
-        """Copy the records and write the summary."""
+        """Copy the records and write the summary; return number of messages and new damage."""
         from mcap.records import DataEnd, Header
 
         self._write(records.MAGIC)
@@ -59,16 +61,16 @@ class _Copy:
         if not top or top[0].operation != records.HEADER:
             self._write(_encoded([Header("", "andabata salvage")]))
         blocks = {each.record: each for each in self._source.blocks if each.record is not None}
-        heads = [each.head for each in blocks.values() if each.head is not None]
-        # Readers take messages outside of chunks for none where there are chunks.
-        self._chunked = heads[0] if heads else None
-        for place, record in enumerate(top):
-            if record.operation == records.HEADER and place:
+        headers = [each.header for each in blocks.values() if each.header is not None]
+        # In a file with chunks readers ignore messages outside of them: these go into chunks.
+        self._chunked = headers[0] if headers else None
+        for k, record in enumerate(top):
+            if record.operation == records.HEADER and k:
                 continue  # A second one is damage.
-            if record.operation != records.MESSAGE or len(self._loose) >= _CHUNK_BYTES:
+            if record.operation != records.MESSAGE or len(self._unchunked) >= _CHUNK_BYTES:
                 self._flush()
             self._copy(record, blocks.get(record))
-            if not place:
+            if k == 0:
                 self._write(_encoded(self._source.lost_schemas))
         self._flush()
         self._write(_encoded([DataEnd(self._crc)]))
@@ -76,7 +78,7 @@ class _Copy:
         return sum(self._counts.values()), self._damage
 
     def _write(self, data: bytes) -> None:
-        """Write bytes of the data section."""
+        """Write bytes of the data section and update its checksum."""
         self._crc = zlib.crc32(data, self._crc)
         self._out.write(data)
 
@@ -87,25 +89,25 @@ class _Copy:
             self._copy_chunk(record, block)
             return
         if record.operation in (records.MESSAGE_INDEX, records.CHUNK):
-            return  # Indexes are made anew; a chunk without a block is damaged.
+            return  # Indexes are computed anew; a chunk without a block is damaged.
         if record.operation == records.MESSAGE:
-            head = records.message_head(data, record)
-            if head.channel not in self._source.channels:
+            header = records.message_header(data, record)
+            if header.channel not in self._source.channels:
                 return
             if self._chunked is not None:
-                self._loose += data[record.place : record.end]
+                self._unchunked += data[record.offset : record.end]
                 return
-            self._define([head.channel], frozenset())
-            self._count(head.channel, head.log_time)
-        self._note(data, record)
+            self._define([header.channel], frozenset())
+            self._count(header.channel, header.log_time)
+        self._note_definition(data, record)
         if record.operation == records.ATTACHMENT and not self._index_attachment(record):
             return
         if record.operation == records.METADATA:
             self._index_metadata(record)
-        self._write(bytes(data[record.place : record.end]))
+        self._write(bytes(data[record.offset : record.end]))
 
-    def _note(self, data: Buffer, record: Record) -> None:
-        """Remember which schemas and channels the new file defines."""
+    def _note_definition(self, data: Buffer, record: Record) -> None:
+        """Note that the new file defines a schema or a channel."""
         if record.operation in (records.SCHEMA, records.CHANNEL):
             number = int.from_bytes(data[record.start : record.start + 2], "little")
             (self._schemas if record.operation == records.SCHEMA else self._channels).add(number)
@@ -117,7 +119,12 @@ class _Copy:
         self._span = min(first, stamp), max(last, stamp)
 
     def _define(self, used: Iterable[int], own: frozenset[int]) -> None:
-        """Write the channels whose records were lost, and which the summary tells."""
+        """Write the used channels whose records were lost; the summary has copies of them.
+
+        Args:
+            used: Numbers of the channels of the messages that follow.
+            own: Numbers of the channels that the next chunk defines itself.
+        """
         for number in used:
             if number in self._channels or number in own:
                 continue
@@ -130,75 +137,96 @@ class _Copy:
             self._channels.add(number)
 
     def _copy_chunk(self, record: Record, block: Block) -> None:
-        """Copy a chunk and index it; one with messages of unknown channels is packed anew."""
-        head = block.head
-        if head is None:
+        """Copy a chunk and index it; one with messages of unknown channels is compressed anew."""
+        header = block.header
+        if header is None:
             return
-        content = records.chunk_content(self._source.data, head)
+        content = records.chunk_content(self._source.data, header)
         inner = list(_inner(content))
         used = {
-            records.message_head(content, each).channel
+            records.message_header(content, each).channel
             for each in inner
             if each.operation == records.MESSAGE
         }
-        raw = bytes(self._source.data[record.place : record.end])
+        raw = bytes(self._source.data[record.offset : record.end])
+        # Readers fail at messages without a channel: write the chunk without them.
         unknown = used - self._source.channels.keys()
         if unknown:
             content = _without(content, inner, unknown)
             inner, used = list(_inner(content)), used - unknown
-            raw, head = _packed(content, head)
+            raw, header = _chunk_record(content, header)
         self._define(sorted(used), block.channels)
-        self._write_chunk(raw, head, content, inner)
+        self._write_chunk(raw, header, content, inner)
 
     def _flush(self) -> None:
-        """Write the messages that lay outside of chunks as a chunk."""
-        if self._chunked is None or not self._loose:
+        """Write the collected messages outside of chunks as a chunk."""
+        if self._chunked is None or not self._unchunked:
             return
-        content = bytes(self._loose)
-        self._loose.clear()
+        content = bytes(self._unchunked)
+        self._unchunked.clear()
         inner = list(_inner(content))
-        heads = [records.message_head(content, each) for each in inner]
-        self._define(sorted({head.channel for head in heads}), frozenset())
-        stamps = [head.log_time for head in heads]
-        about = self._chunked._replace(begin_time=min(stamps), end_time=max(stamps))
-        raw, about = _packed(content, about)
-        self._write_chunk(raw, about, content, inner)
+        headers = [records.message_header(content, each) for each in inner]
+        self._define(sorted({header.channel for header in headers}), frozenset())
+        stamps = [header.log_time for header in headers]
+        span = self._chunked._replace(begin_time=min(stamps), end_time=max(stamps))
+        raw, header = _chunk_record(content, span)
+        self._write_chunk(raw, header, content, inner)
 
     def _write_chunk(
-        self, raw: bytes, head: ChunkHead, content: Buffer, inner: list[Record]
+        self, raw: bytes, header: ChunkHeader, content: Buffer, inner: list[Record]
     ) -> None:
-        """Write a chunk's record and its index."""
-        from mcap.records import ChunkIndex, MessageIndex
+        """Write a chunk's record and its index.
+
+        Args:
+            raw: Record of the chunk.
+            header: Header of the chunk.
+            content: Decompressed records of the chunk.
+            inner: Places of these records.
+        """
+        from mcap.records import ChunkIndex
 
         entries: dict[int, list[tuple[int, int]]] = {}
         for each in inner:
-            self._note(content, each)
+            self._note_definition(content, each)
             if each.operation == records.MESSAGE:
-                about = records.message_head(content, each)
-                self._count(about.channel, about.log_time)
-                entries.setdefault(about.channel, []).append((about.log_time, each.place))
+                message = records.message_header(content, each)
+                self._count(message.channel, message.log_time)
+                entry = (message.log_time, each.offset)
+                entries.setdefault(message.channel, []).append(entry)
         start = self._out.tell()
         self._write(raw)
-        offsets, behind = {}, self._out.tell()
-        for channel, places in entries.items():
-            offsets[channel] = self._out.tell()
-            self._write(_encoded([MessageIndex(channel, sorted(places))]))
+        end = self._out.tell()
+        index_offsets = self._write_message_indexes(entries)
         self._chunks.append(
             ChunkIndex(
-                chunk_length=behind - start,
+                chunk_length=end - start,
                 chunk_start_offset=start,
-                compression=head.compression,
-                compressed_size=head.end - head.start,
-                message_end_time=head.end_time,
-                message_index_length=self._out.tell() - behind,
-                message_index_offsets=offsets,
-                message_start_time=head.begin_time,
-                uncompressed_size=head.size,
+                compression=header.compression,
+                compressed_size=header.end - header.start,
+                message_end_time=header.end_time,
+                message_index_length=self._out.tell() - end,
+                message_index_offsets=index_offsets,
+                message_start_time=header.begin_time,
+                uncompressed_size=header.size,
             )
         )
 
+    def _write_message_indexes(self, entries: dict[int, list[tuple[int, int]]]) -> dict[int, int]:
+        """Write an index for each channel of a chunk; return their offsets in the file.
+
+        Args:
+            entries: Times [ns] and offsets in the chunk of the messages, by channel.
+        """
+        from mcap.records import MessageIndex
+
+        offsets = {}
+        for channel, messages in entries.items():
+            offsets[channel] = self._out.tell()
+            self._write(_encoded([MessageIndex(channel, sorted(messages))]))
+        return offsets
+
     def _index_attachment(self, record: Record) -> bool:
-        """Index an attachment; return whether its checksum fits."""
+        """Index an attachment; return True if its checksum is right."""
         from mcap.records import Attachment, AttachmentIndex
 
         data = self._source.data
@@ -206,12 +234,12 @@ class _Copy:
         crc = int.from_bytes(data[record.end - 4 : record.end], "little")
         if crc and zlib.crc32(data[record.start : record.end - 4]) != crc:
             reason = f"expected the attachment {about.name!r} with its checksum, got another one"
-            self._damage.append(Damage(record.place, record.end - record.place, reason, 0))
+            self._damage.append(Damage(record.offset, record.end - record.offset, reason, 0))
             return False
         self._attachments.append(
             AttachmentIndex(
                 offset=self._out.tell(),
-                length=record.end - record.place,
+                length=record.end - record.offset,
                 log_time=about.log_time,
                 create_time=about.create_time,
                 data_size=len(about.data),
@@ -222,17 +250,17 @@ class _Copy:
         return True
 
     def _index_metadata(self, record: Record) -> None:
-        """Index a metadata record."""
+        """Add a metadata record to the index."""
         from mcap.records import Metadata, MetadataIndex
 
         about = records.parse(Metadata, self._source.data, record)
-        length = record.end - record.place
+        length = record.end - record.offset
         self._metadata.append(
             MetadataIndex(offset=self._out.tell(), length=length, name=about.name)
         )
 
     def _write_summary(self) -> None:
-        """Write the summary, where each group of it lies, and the end of the file."""
+        """Write the summary, the offsets of its groups, and the end of the file."""
         from mcap.records import Footer, SummaryOffset
 
         start = self._out.tell()
@@ -240,18 +268,18 @@ class _Copy:
         for group in self._summary_groups():
             if group:
                 encoded = _encoded(group)
-                place = start + len(summary)
-                offsets.append(SummaryOffset(encoded[0], place, len(encoded)))
+                offset = start + len(summary)
+                offsets.append(SummaryOffset(encoded[0], offset, len(encoded)))
                 summary += encoded
         offset_start = start + len(summary)
         summary += _encoded(offsets)
         # The checksum covers the footer up to itself.
-        head = struct.pack("<BQQQ", records.FOOTER, 20, start, offset_start)
-        crc = zlib.crc32(head, zlib.crc32(summary))
+        header = struct.pack("<BQQQ", records.FOOTER, 20, start, offset_start)
+        crc = zlib.crc32(header, zlib.crc32(summary))
         self._out.write(summary + _encoded([Footer(start, offset_start, crc)]) + records.MAGIC)
 
     def _summary_groups(self) -> "Iterator[list[McapRecord]]":
-        """Yield the groups of the summary."""
+        """Yield the groups of the summary's records."""
         from mcap.records import Statistics
 
         first, last = self._span or (0, 0)
@@ -276,44 +304,44 @@ class _Copy:
 
 
 def _inner(content: Buffer) -> Iterator[Record]:
-    """Yield a chunk's records."""
-    place = 0
-    while place < len(content):
-        record = records.record_at(content, place)
+    """Yield the places of a chunk's records."""
+    offset = 0
+    while offset < len(content):
+        record = records.record_at(content, offset)
         yield record
-        place = record.end
+        offset = record.end
 
 
 def _without(content: Buffer, inner: list[Record], unknown: set[int]) -> bytes:
     """Return a chunk's records without the messages of some channels."""
     return b"".join(
-        bytes(content[each.place : each.end])
+        bytes(content[each.offset : each.end])
         for each in inner
         if each.operation != records.MESSAGE
-        or records.message_head(content, each).channel not in unknown
+        or records.message_header(content, each).channel not in unknown
     )
 
 
-def _packed(content: Buffer, head: ChunkHead) -> tuple[bytes, ChunkHead]:
-    """Return a chunk's record with other contents, and what stands before them."""
+def _chunk_record(content: Buffer, header: ChunkHeader) -> tuple[bytes, ChunkHeader]:
+    """Return a chunk's record with other contents, and its header."""
     from mcap.records import Chunk
 
-    data = pack(head.compression, bytes(content))
+    data = compress(header.compression, bytes(content))
     crc = zlib.crc32(content)
     chunk = Chunk(
-        compression=head.compression,
+        compression=header.compression,
         data=data,
-        message_end_time=head.end_time,
-        message_start_time=head.begin_time,
+        message_end_time=header.end_time,
+        message_start_time=header.begin_time,
         uncompressed_crc=crc,
         uncompressed_size=len(content),
     )
-    about = head._replace(size=len(content), crc=crc, start=0, end=len(data))
+    about = header._replace(size=len(content), crc=crc, start=0, end=len(data))
     return _encoded([chunk]), about
 
 
 def _encoded(found: "Iterable[McapRecord]") -> bytes:
-    """Return records as they stand in a file."""
+    """Return encoded records."""
     from mcap.data_stream import RecordBuilder
 
     builder = RecordBuilder()

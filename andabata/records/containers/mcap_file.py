@@ -1,4 +1,4 @@
-"""An MCAP file, scanned record by record: its summary may be missing and its chunks damaged."""
+"""Reader of MCAP files, record by record: the summary may be missing, chunks may be damaged."""
 
 import mmap
 from collections import Counter
@@ -18,7 +18,7 @@ from andabata.records.containers.container import (
     is_latched,
     ros_type_name,
 )
-from andabata.records.containers.mcap_records import Buffer, ChunkHead, DamagedRecordError, Record
+from andabata.records.containers.mcap_records import Buffer, ChunkHeader, DamagedRecordError, Record
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Schema, Statistics
@@ -26,43 +26,44 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Block:
-    """One chunk, or a run of records outside of chunks.
+    """Chunk, or run of messages outside of chunks.
 
     Attributes:
-        record: Chunk's record; None for a run of messages outside of chunks.
-        head: What stands before the chunk's records.
+        record: Record of the chunk; None for a run of messages outside of chunks.
+        header: Header of the chunk; None for a run of messages outside of chunks.
         channels: Numbers of the channels whose records the chunk holds.
     """
 
     record: Record | None
-    head: ChunkHead | None
+    header: ChunkHeader | None
     channels: frozenset[int] = frozenset()
 
 
 class McapFile:
-    """An ``.mcap`` file.
+    """Reader of an ``.mcap`` file.
 
     Attributes:
-        connections: All channels.
+        connections: Channels, as connections.
         counts: Number of whole messages of each channel.
-        damage: What cannot be read.
-        lost: Number of messages that the summary or the chunks' indexes tell and the file no
-            longer holds; None where there is damage and neither tells.
-        notes: What a user should know although no message is missing.
+        damage: Parts that cannot be read.
+        lost: Number of messages that the summary or the chunks' indexes count and the file no
+            longer holds; None if there is damage and neither is there.
+        notes: Facts that a user should know although no message is missing.
         blocks: Chunks and runs of messages, in the file's order.
         top: Records outside of chunks up to the end of the data, in the file's order.
-        table: All messages, by the channel's number in the file.
+        table: Messages by the channel's number in the file.
         channels: Channels by their number in the file.
         schemas: Schemas by their number in the file.
-        numbers: Each connection's number in the file.
-        lost_schemas: What stands for the schemas that the file lacks.
+        numbers: Number in the file of each connection.
+        lost_schemas: Placeholders of the schemas that the file lacks.
+        data: Bytes of the file, mapped into memory.
     """
 
     def __init__(self, path: Path) -> None:
         """Open and scan a file.
 
         Raises:
-            BagError: If it is no MCAP file.
+            BagError: If the file is no MCAP file.
         """
         self.path = path
         self._file = path.open("rb")
@@ -77,7 +78,7 @@ class McapFile:
             raise
 
     def _scan(self) -> None:
-        """Walk through the file once."""
+        """Read all records of the file once."""
         self.blocks: list[Block] = []
         self.top: list[Record] = []
         self.table = MessageTable()
@@ -86,50 +87,51 @@ class McapFile:
         self.schemas: dict[int, Schema] = {}
         self._statistics: Statistics | None = None
         self._indexed: Counter[int] = Counter()
-        self._loose: int | None = None
+        self._unchunked: int | None = None
         self._ended, finished, data_end = False, False, len(self.data)
         for record in self._records():
             try:
-                self._take(record)
+                self._add(record)
             except ValueError as error:
-                self.damage.append(Damage(record.place, record.end - record.place, str(error)))
+                self.damage.append(Damage(record.offset, record.end - record.offset, str(error)))
                 continue
             if record.operation == records.DATA_END:
                 self._ended, data_end = True, record.end
             elif record.operation in (records.CHUNK, records.MESSAGE):
-                self._ended = False  # Damage looked like the end of the data.
+                self._ended = False  # Damaged bytes looked like the end of the data.
             if record.operation == records.FOOTER:
                 finished = True
                 break
             if not self._ended:
                 self.top.append(record)
-        beyond = [each for each in self.damage if self._ended and each.place >= data_end]
+        # The summary repeats what the data section holds: damage in it loses no message.
+        beyond = [each for each in self.damage if self._ended and each.offset >= data_end]
         self.damage = [each for each in self.damage if each not in beyond]
-        self._conclude(finished and not beyond)
+        self._finish(finished and not beyond)
 
     def _records(self) -> Iterator[Record]:
         """Yield the records of the file's top level, going on behind damage."""
-        place, end = len(records.MAGIC), len(self.data)
-        while place < end:
+        offset, end = len(records.MAGIC), len(self.data)
+        while offset < end:
             try:
-                record = records.record_at(self.data, place)
+                record = records.record_at(self.data, offset)
             except DamagedRecordError as error:
-                behind = self._behind(place + 1)
-                self.damage.append(Damage(place, behind - place, str(error)))
-                place = behind
+                behind = self._behind(offset + 1)
+                self.damage.append(Damage(offset, behind - offset, str(error)))
+                offset = behind
                 continue
-            behind = record.end if self._follows(record) else self._behind(place + 1)
+            behind = record.end if self._follows(record) else self._behind(offset + 1)
             if behind < record.end:
-                # The length is damaged: it leads behind records that are whole.
+                # The length is damaged: it skips records that are whole.
                 reason = "expected a record behind this one, got other bytes"
-                self.damage.append(Damage(place, behind - place, reason))
-                place = behind
+                self.damage.append(Damage(offset, behind - offset, reason))
+                offset = behind
                 continue
             yield record
-            place = record.end
+            offset = record.end
 
     def _follows(self, record: Record) -> bool:
-        """Return whether a record, or the end of the file, follows another."""
+        """Return True if a record, or the end of the file, follows a record."""
         if record.operation == records.FOOTER or record.end == len(self.data):
             return True
         try:
@@ -139,20 +141,20 @@ class McapFile:
         return True
 
     def _is_whole_chunk(self, record: Record) -> bool:
-        """Return whether a record is a chunk with its checksum."""
+        """Return True if a record is a chunk with the right checksum."""
         try:
-            records.chunk_content(self.data, records.chunk_head(self.data, record))
+            records.chunk_content(self.data, records.chunk_header(self.data, record))
         except ValueError:
             return False
         return record.operation == records.CHUNK
 
-    def _behind(self, place: int) -> int:
-        """Return where to go on behind damage."""
-        begin = records.find_record(self.data, place)
+    def _behind(self, offset: int) -> int:
+        """Return the offset at which reading goes on behind damage."""
+        begin = records.find_record(self.data, offset)
         return len(self.data) if begin is None else begin
 
-    def _take(self, record: Record) -> None:
-        """Take a record of the top level.
+    def _add(self, record: Record) -> None:
+        """Add a record of the top level.
 
         Raises:
             ValueError: If it is damaged.
@@ -160,14 +162,14 @@ class McapFile:
         from mcap.records import Statistics
 
         if record.operation == records.MESSAGE:
-            if self._loose is None:
-                self._loose = len(self.blocks)
+            if self._unchunked is None:
+                self._unchunked = len(self.blocks)
                 self.blocks.append(Block(None, None))
-            self._take_message(self.data, record, self._loose)
+            self._add_message(self.data, record, self._unchunked)
             return
-        self._loose = None
+        self._unchunked = None
         if record.operation == records.CHUNK:
-            self._take_chunk(record)
+            self._add_chunk(record)
         elif record.operation == records.MESSAGE_INDEX and not self._ended:
             channel, count = records.index_count(self.data, record)
             self._indexed[channel] += count
@@ -176,39 +178,40 @@ class McapFile:
         elif record.operation == records.STATISTICS:
             self._statistics = records.parse(Statistics, self.data, record)
         else:
-            self._take_definition(self.data, record)
+            self._add_definition(self.data, record)
 
-    def _take_chunk(self, record: Record) -> None:
-        """Take what a chunk holds.
+    def _add_chunk(self, record: Record) -> None:
+        """Add the messages and definitions of a chunk.
 
         Raises:
-            ValueError: If it is damaged; then nothing of it is taken.
+            ValueError: If it is damaged; then nothing of it is added.
         """
-        head = records.chunk_head(self.data, record)
-        content = records.chunk_content(self.data, head)
+        header = records.chunk_header(self.data, record)
+        content = records.chunk_content(self.data, header)
+        # First all records, then the table: a damaged chunk must not be added in part.
         inner = []
-        place, end = 0, len(content)
-        while place < end:
-            found = records.record_at(content, place)
+        offset, end = 0, len(content)
+        while offset < end:
+            found = records.record_at(content, offset)
             inner.append(found)
-            place = found.end
+            offset = found.end
         block = len(self.blocks)
         channels = set()
         for found in inner:
             if found.operation == records.MESSAGE:
-                self._take_message(content, found, block)
+                self._add_message(content, found, block)
             else:
-                channels |= self._take_definition(content, found)
-        self.blocks.append(Block(record, head, frozenset(channels)))
+                channels |= self._add_definition(content, found)
+        self.blocks.append(Block(record, header, frozenset(channels)))
 
-    def _take_message(self, data: Buffer, record: Record, block: int) -> None:
-        """Take a message."""
-        head = records.message_head(data, record)
-        start = record.start + records.MESSAGE_HEAD_SIZE
-        self.table.add(block, head.channel, head.log_time, start, record.end - start)
+    def _add_message(self, data: Buffer, record: Record, block: int) -> None:
+        """Add a message to the table."""
+        header = records.message_header(data, record)
+        start = record.start + records.MESSAGE_HEADER_SIZE
+        self.table.add(block, header.channel, header.log_time, start, record.end - start)
 
-    def _take_definition(self, data: Buffer, record: Record) -> set[int]:
-        """Take a channel or a schema that is not known yet; return a channel's number."""
+    def _add_definition(self, data: Buffer, record: Record) -> set[int]:
+        """Add a channel or a schema that is not known yet; return the number of a channel."""
         from mcap.records import Channel, Schema
 
         if record.operation == records.CHANNEL:
@@ -220,33 +223,33 @@ class McapFile:
             self.schemas.setdefault(schema.id, schema)
         return set()
 
-    def _conclude(self, finished: bool) -> None:
-        """Name the channels and compare what was found with the summary."""
-        self._complete()
+    def _finish(self, finished: bool) -> None:
+        """Make connections of the channels and compare the counts with the summary."""
+        self._replace_lost_schemas()
         found = self.table.counts()
         self.numbers = sorted(self.channels)
         self.connections: list[Connection] = [
             self._connection(self.channels[n]) for n in self.numbers
         ]
         self.counts = [found.get(number, 0) for number in self.numbers]
-        nameless = {number: n for number, n in found.items() if number not in self.channels}
-        for number, n in nameless.items():
+        orphaned = {number: n for number, n in found.items() if number not in self.channels}
+        for number, n in orphaned.items():
             reason = f"expected the record of channel {number}, got none for its messages"
             self.damage.append(Damage(0, 0, reason, n))
         stated = self._statistics.channel_message_counts if self._statistics else self._indexed
         missing = sum(max(n - found.get(number, 0), 0) for number, n in stated.items())
-        missing += sum(nameless.values())
+        missing += sum(orphaned.values())
         self.lost = missing if self._statistics or not self.damage else missing or None
         self.notes: list[str] = []
         if not finished:
             why = "it is damaged" if self._ended else "the recorder did not finish"
             self.notes.append(f"no summary: {why}; read without it")
         elif self._statistics and not self.damage:
-            by_place = {place: stated.get(n, 0) for place, n in enumerate(self.numbers)}
-            self.notes += count_mismatches(self.connections, self.counts, by_place)
+            by_index = {index: stated.get(n, 0) for index, n in enumerate(self.numbers)}
+            self.notes += count_mismatches(self.connections, self.counts, by_index)
 
-    def _complete(self) -> None:
-        """Give channels whose schema is lost one without a definition, as readers expect one."""
+    def _replace_lost_schemas(self) -> None:
+        """Give channels without their schema an empty one: readers expect a schema."""
         from mcap.records import Schema
 
         self.lost_schemas: list[Schema] = []
@@ -276,16 +279,16 @@ class McapFile:
         )
 
     def content(self, block: int) -> Buffer:
-        """Return the unpacked bytes of a block."""
-        head = self.blocks[block].head
-        return self.data if head is None else records.chunk_content(self.data, head)
+        """Return the decompressed bytes of a block, by its index."""
+        header = self.blocks[block].header
+        return self.data if header is None else records.chunk_content(self.data, header)
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
-        """Yield the messages of some channels by the time at which they were recorded."""
-        places = {self.numbers[k]: k for k in wanted}
-        for message in self.table.read(places, self.content):
-            yield RawMessage(places[message.connection], message.stamp_ns, message.data)
+        """Yield the messages of some channels in the order of their times of recording."""
+        indices = {self.numbers[k]: k for k in wanted}
+        for message in self.table.read(indices, self.content):
+            yield RawMessage(indices[message.connection], message.stamp_ns, message.data)
 
     def close(self) -> None:
-        """Close the file; its memory goes when the last reader lets it go."""
+        """Close the file; its memory is freed with the last view of it."""
         self._file.close()

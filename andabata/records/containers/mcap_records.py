@@ -6,47 +6,51 @@ import zlib
 from io import BytesIO
 from typing import NamedTuple, TypeVar
 
-from andabata.records.containers.compression import unpack
+from andabata.records.containers.compression import decompress
 
 MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of an MCAP file."""
+
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 5, 6, 7
 CHUNK_INDEX, ATTACHMENT, ATTACHMENT_INDEX, STATISTICS = 8, 9, 10, 11
 METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 12, 13, 14, 15
 PRIVATE = 0x80
-"""Least operation code of records that applications add."""
+"""Smallest operation code of records of applications."""
 
-_HEAD = 9
-"""Size of operation code and length [bytes]."""
+_PREFIX_BYTES = 9
+"""Size of operation code and length, before a record's content [bytes]."""
 
-_MESSAGE_HEAD = struct.Struct("<HIQQ")
-_CHUNK_HEAD = struct.Struct("<QQQI")
+_MESSAGE_HEADER = struct.Struct("<HIQQ")
+_CHUNK_HEADER = struct.Struct("<QQQI")
 
 _CANDIDATE = re.compile(
     rb"\x06.{6}\x00\x00.{28}(?:\x00\x00\x00\x00|\x03\x00\x00\x00lz4|\x04\x00\x00\x00zstd)"
     rb"|[\x05\x07\x09\x0c\x0f].{6}\x00\x00",
     re.DOTALL,
 )
-"""What a record looks like from outside: no length reaches 2**48 bytes."""
+"""Pattern of a record's begin: operation code, length below 2**48, compression of a chunk."""
 
 Buffer = bytes | memoryview
+"""Bytes of a file or of a decompressed chunk."""
+
 Found = TypeVar("Found")
 
 
 class DamagedRecordError(ValueError):
-    """Bytes that are no record, or reach beyond the end."""
+    """Bytes that are no record, or a record that is cut short."""
 
 
 class Record(NamedTuple):
-    """One record: its operation code and where its content starts and ends."""
+    """Record: operation code, offset, and offsets of begin and end of its content."""
 
     operation: int
-    place: int
+    offset: int
     start: int
     end: int
 
 
-class MessageHead(NamedTuple):
-    """What stands before a message's bytes."""
+class MessageHeader(NamedTuple):
+    """Header of a message: channel, sequence number, times [ns]."""
 
     channel: int
     sequence: int
@@ -54,8 +58,8 @@ class MessageHead(NamedTuple):
     publish_time: int
 
 
-class ChunkHead(NamedTuple):
-    """What stands before a chunk's records, and where these lie in the file."""
+class ChunkHeader(NamedTuple):
+    """Header of a chunk: times [ns], decompressed size, checksum, and place of its records."""
 
     begin_time: int
     end_time: int
@@ -66,65 +70,67 @@ class ChunkHead(NamedTuple):
     end: int
 
 
-def record_at(data: Buffer, place: int) -> Record:
-    """Return the record at a place.
+def record_at(data: Buffer, offset: int) -> Record:
+    """Return the record at an offset.
 
     Raises:
-        DamagedRecordError: If there is none.
+        DamagedRecordError: If there is no whole record.
     """
-    start = place + _HEAD
+    start = offset + _PREFIX_BYTES
     if start > len(data):
         raise DamagedRecordError("expected a record, got the end of the file inside one")
-    operation, length = data[place], int.from_bytes(data[place + 1 : start], "little")
+    operation, length = data[offset], int.from_bytes(data[offset + 1 : start], "little")
     if not (0 < operation <= DATA_END or operation >= PRIVATE):
         raise DamagedRecordError(f"expected a known operation code, got {operation}")
     if start + length > len(data):
         raise DamagedRecordError("expected a whole record, got the end of the file inside one")
-    return Record(operation, place, start, start + length)
+    return Record(operation, offset, start, start + length)
 
 
-def message_head(data: Buffer, record: Record) -> MessageHead:
-    """Return what stands before a message's bytes.
+def message_header(data: Buffer, record: Record) -> MessageHeader:
+    """Return the header of a message.
 
     Raises:
         DamagedRecordError: If the record is too short.
     """
-    if record.end - record.start < _MESSAGE_HEAD.size:
+    if record.end - record.start < _MESSAGE_HEADER.size:
         raise DamagedRecordError("expected a message, got a shorter record")
-    return MessageHead(*_MESSAGE_HEAD.unpack_from(data, record.start))
+    return MessageHeader(*_MESSAGE_HEADER.unpack_from(data, record.start))
 
 
-MESSAGE_HEAD_SIZE = _MESSAGE_HEAD.size
+MESSAGE_HEADER_SIZE = _MESSAGE_HEADER.size
 
 
-def chunk_head(data: Buffer, record: Record) -> ChunkHead:
-    """Return what stands before a chunk's records.
+def chunk_header(data: Buffer, record: Record) -> ChunkHeader:
+    """Return the header of a chunk.
 
     Raises:
         DamagedRecordError: If the record is no chunk.
     """
-    place = record.start + _CHUNK_HEAD.size
-    if place + 12 > record.end:
+    offset = record.start + _CHUNK_HEADER.size
+    if offset + 12 > record.end:
         raise DamagedRecordError("expected a chunk, got a shorter record")
-    begin, last, size, crc = _CHUNK_HEAD.unpack_from(data, record.start)
-    length = int.from_bytes(data[place : place + 4], "little")
-    start = place + 4 + length + 8
+    begin, last, size, crc = _CHUNK_HEADER.unpack_from(data, record.start)
+    length = int.from_bytes(data[offset : offset + 4], "little")
+    start = offset + 4 + length + 8
     if start > record.end or length > 32:
         raise DamagedRecordError("expected a chunk, got a record that holds none")
-    compression = bytes(data[place + 4 : place + 4 + length]).decode(errors="replace")
+    compression = bytes(data[offset + 4 : offset + 4 + length]).decode(errors="replace")
     if start + int.from_bytes(data[start - 8 : start], "little") != record.end:
         raise DamagedRecordError("expected a chunk as long as its record, got another length")
-    return ChunkHead(begin, last, size, crc, compression, start, record.end)
+    return ChunkHeader(begin, last, size, crc, compression, start, record.end)
 
 
-def chunk_content(data: Buffer, head: ChunkHead) -> Buffer:
-    """Return a chunk's records, unpacked and with their checksum looked at.
+def chunk_content(data: Buffer, header: ChunkHeader) -> Buffer:
+    """Return the decompressed records of a chunk after a check of their checksum.
 
     Raises:
         ValueError: If they are damaged.
     """
-    content = unpack(head.compression, memoryview(data)[head.start : head.end], head.size)
-    if head.crc and zlib.crc32(content) != head.crc:
+    content = decompress(
+        header.compression, memoryview(data)[header.start : header.end], header.size
+    )
+    if header.crc and zlib.crc32(content) != header.crc:
         raise DamagedRecordError("expected a chunk with its checksum, got another checksum")
     return content
 
@@ -133,7 +139,7 @@ def index_count(data: Buffer, record: Record) -> tuple[int, int]:
     """Return channel and number of messages of a message index.
 
     Raises:
-        DamagedRecordError: If the record is none.
+        DamagedRecordError: If the record is no message index.
     """
     if record.end - record.start < 6:
         raise DamagedRecordError("expected a message index, got a shorter record")
@@ -144,12 +150,12 @@ def index_count(data: Buffer, record: Record) -> tuple[int, int]:
 
 
 def parse(kind: type[Found], data: Buffer, record: Record) -> Found:
-    """Return a record as the ``mcap`` package makes it.
+    """Return a record, parsed by the ``mcap`` package.
 
     Args:
         kind: Class of ``mcap.records`` with a method ``read``.
-        data: The file, or an unpacked chunk.
-        record: The record.
+        data: Bytes of the file, or of a decompressed chunk.
+        record: Place of the record.
 
     Raises:
         DamagedRecordError: If the record holds something else.
@@ -164,26 +170,27 @@ def parse(kind: type[Found], data: Buffer, record: Record) -> Found:
     return found
 
 
-def find_record(data: Buffer, place: int) -> int | None:
-    """Return the offset of the next record that is whole beyond doubt, or None.
+def find_record(data: Buffer, offset: int) -> int | None:
+    """Return the offset of the next record that is certainly whole; None without one.
 
     Args:
-        data: The file.
-        place: Offset from which to look.
+        data: Bytes of the file.
+        offset: Offset from which to search.
     """
-    for match in _CANDIDATE.finditer(data, place):
+    for match in _CANDIDATE.finditer(data, offset):
         if _plausible(data, match.start()):
             return match.start()
     return None
 
 
-def _plausible(data: Buffer, place: int) -> bool:
-    """Return whether a record lies here: a chunk with its checksum, or one followed by others."""
+def _plausible(data: Buffer, offset: int) -> bool:
+    """Return True if a record begins here: a chunk with its checksum, or one of several."""
     try:
-        record = record_at(data, place)
+        record = record_at(data, offset)
         if record.operation == CHUNK:
-            chunk_content(data, chunk_head(data, record))
+            chunk_content(data, chunk_header(data, record))
             return True
+        # Random bytes resemble one record now and then, but hardly several in a row.
         for _ in range(3):
             check(data, record)
             if record.operation == FOOTER or record.end == len(data):
@@ -195,15 +202,15 @@ def _plausible(data: Buffer, place: int) -> bool:
 
 
 def check(data: Buffer, record: Record) -> None:
-    """Look into a record that needs no unpacking.
+    """Check the content of a record as far as that needs no decompression.
 
     Raises:
-        DamagedRecordError: If it is not what it says.
+        DamagedRecordError: If the content does not fit the operation code.
     """
     from mcap.records import Attachment, Metadata
 
     if record.operation == MESSAGE:
-        message_head(data, record)
+        message_header(data, record)
     elif record.operation == MESSAGE_INDEX:
         index_count(data, record)
     elif record.operation == ATTACHMENT:
@@ -213,4 +220,4 @@ def check(data: Buffer, record: Record) -> None:
     elif record.operation == DATA_END and record.end - record.start != 4:
         raise DamagedRecordError("expected the end of the data, got a record of another length")
     elif record.operation == CHUNK:
-        chunk_head(data, record)
+        chunk_header(data, record)

@@ -1,4 +1,4 @@
-"""Recordings opened by what is in them, whatever their names."""
+"""Opening of recordings: the content decides on the format, not the name."""
 
 import tempfile
 from collections.abc import Collection, Iterator
@@ -14,11 +14,11 @@ from andabata.records.containers.sqlite_file import SqliteFile
 
 
 def open_container(path: Path) -> Container:
-    """Return a recording, scanned from begin to end.
+    """Open a recording and scan it from begin to end.
 
     Args:
-        path: A ROS 1 bag, an MCAP or sqlite3 file, one of the latter two compressed by zstd, or a
-            ROS 2 folder of such.
+        path: Path of a ROS 1 bag, of an MCAP or sqlite3 file, which may be compressed by zstd, or
+            of a ROS 2 folder of such files.
 
     Raises:
         BagError: If it is none of them.
@@ -37,16 +37,16 @@ def open_container(path: Path) -> Container:
     if begin == sqlite_file.MAGIC:
         return SqliteFile(path)
     if begin.startswith(ZSTD_MAGIC):
-        return UnpackedFile(path)
-    came = "an empty file" if not begin else f"one that begins with {begin[:8]!r}"
-    raise BagError(f"{path}: expected a .bag, .mcap or .db3 file or a ROS 2 folder, got {came}")
+        return DecompressedFile(path)
+    got = "an empty file" if not begin else f"one that begins with {begin[:8]!r}"
+    raise BagError(f"{path}: expected a .bag, .mcap or .db3 file or a ROS 2 folder, got {got}")
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a path is a recording, by what is in it and not by its name.
+    """Return True if a file looks like a recording by its first bytes, or is a folder.
 
     Args:
-        path: A file or a folder.
+        path: Path of a file or a folder.
 
     Raises:
         OSError: If it cannot be read.
@@ -59,15 +59,15 @@ def is_recording(path: Path) -> bool:
     return begin.startswith(magics)
 
 
-class UnpackedFile:
-    """A file compressed by zstd, unpacked among the system's temporary files while it is open.
+class DecompressedFile:
+    """File compressed by zstd, decompressed to a temporary file while it is open.
 
     Attributes:
-        container: The unpacked file.
+        container: Decompressed file.
     """
 
     def __init__(self, path: Path) -> None:
-        """Unpack and open a file.
+        """Decompress and open a file.
 
         Raises:
             BagError: If it is damaged, or holds no recording.
@@ -75,19 +75,19 @@ class UnpackedFile:
         import zstandard
 
         self._folder = tempfile.TemporaryDirectory(prefix="andabata-")
-        unpacked = Path(self._folder.name) / path.stem
+        decompressed = Path(self._folder.name) / path.stem
         reason = ""
         try:
-            with path.open("rb") as packed, unpacked.open("wb") as file:
+            with path.open("rb") as compressed, decompressed.open("wb") as file:
                 try:
-                    zstandard.ZstdDecompressor().copy_stream(packed, file)
+                    zstandard.ZstdDecompressor().copy_stream(compressed, file)
                 except zstandard.ZstdError as error:
                     reason = str(error)
-            self.container = open_container(unpacked)
+            self.container = open_container(decompressed)
         except BaseException as error:
             self._folder.cleanup()
             if isinstance(error, BagError):
-                raise BagError(str(error).replace(str(unpacked), str(path))) from error
+                raise BagError(str(error).replace(str(decompressed), str(path))) from error
             raise
         self.connections, self.counts = self.container.connections, self.container.counts
         self.damage, self.notes = self.container.damage, self.container.notes
@@ -96,10 +96,10 @@ class UnpackedFile:
             raise BagError(f"{path}: expected a whole zstd file, got {reason}")
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
-        """Yield messages as the unpacked file does."""
+        """Yield the messages of some connections in the order of their times of recording."""
         return self.container.read(wanted)
 
     def close(self) -> None:
-        """Close and remove the unpacked file."""
+        """Close and remove the temporary file."""
         self.container.close()
         self._folder.cleanup()

@@ -1,4 +1,4 @@
-"""The metadata.yaml of a ROS 2 recording."""
+"""File metadata.yaml of a ROS 2 recording."""
 
 from collections.abc import Mapping, Sequence
 from io import StringIO
@@ -11,11 +11,11 @@ METADATA = "metadata.yaml"
 
 _ROOT = "rosbag2_bagfile_information"
 _VERSION = 5
-"""Version that ROS 2 has read since Humble."""
+"""Version of the format that ROS 2 reads since Humble."""
 
 
 def read_metadata(path: Path) -> dict[str, Any] | None:
-    """Return what a metadata.yaml tells; None where it is damaged."""
+    """Return the contents of a metadata.yaml; None if it is damaged."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
@@ -27,7 +27,7 @@ def read_metadata(path: Path) -> dict[str, Any] | None:
 
 
 def storage_names(about: dict[str, Any] | None) -> list[str]:
-    """Return the names of the files that metadata.yaml lists."""
+    """Return the names of the files that a metadata.yaml lists."""
     listed = (about or {}).get("relative_file_paths")
     return [PurePath(str(name)).name for name in listed] if isinstance(listed, list) else []
 
@@ -40,15 +40,16 @@ def metadata_text(
     span_ns: tuple[int, int],
     compression: str,
 ) -> str:
-    """Return a metadata.yaml.
+    """Return the text of a metadata.yaml.
 
     Args:
-        about: What the recording's own tells, whose other entries are kept; None without it.
-        files: Names of the files of messages.
-        connections: All connections.
-        counts: Number of messages of each.
+        about: Contents of the source's metadata.yaml, whose other entries are kept; None without
+            one.
+        files: Names of the files with messages.
+        connections: Connections of the recording.
+        counts: Number of messages of each connection.
         span_ns: Stamps of the first and the last message [ns].
-        compression: ``FILE``, ``MESSAGE`` or empty.
+        compression: Compressed unit: ``FILE``, ``MESSAGE``, or empty for none.
     """
     from ruamel.yaml import YAML
 
@@ -67,7 +68,7 @@ def metadata_text(
         name = old.get("topic_metadata", {}).get("name")
         if name in topics:
             topics[name]["topic_metadata"] = old["topic_metadata"]
-    known.pop("files", None)  # Counts and times of each file, which may no longer hold.
+    known.pop("files", None)  # Counts and times by file, which may have changed.
     known |= {
         "storage_identifier": "mcap" if ".mcap" in files[0] else "sqlite3",
         "duration": {"nanoseconds": span_ns[1] - span_ns[0]},

@@ -1,4 +1,4 @@
-"""A ROS 1 bag, scanned record by record: its index may be missing and its chunks damaged."""
+"""Reader of ROS 1 bags, record by record: the index may be missing, chunks may be damaged."""
 
 import mmap
 from collections import Counter
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from andabata.records.containers import rosbag1_records as records
 from andabata.records.containers.blocks import MessageTable
-from andabata.records.containers.compression import unpack, unpack_prefix
+from andabata.records.containers.compression import decompress, decompress_prefix
 from andabata.records.containers.container import (
     BagError,
     Connection,
@@ -19,24 +19,25 @@ from andabata.records.containers.container import (
 )
 from andabata.records.containers.rosbag1_records import Buffer, DamagedRecordError, Record
 
+# Operation codes of the records inside and outside of chunks.
 _IN_CHUNK = (records.MESSAGE, records.CONNECTION)
 _OUTSIDE = (records.INDEX, records.CHUNK, records.CHUNK_INFO)
 
 
 @dataclass(frozen=True)
 class Block:
-    """One chunk, or a run of messages outside of chunks.
+    """Chunk, or run of messages outside of chunks.
 
     Attributes:
-        place: Offset of the chunk's record; of the file's begin for messages outside of chunks.
-        start: Offset of the bytes in the file.
-        end: Offset behind them.
-        compression: ``none``, ``bz2`` or ``lz4``.
-        size: Number of unpacked bytes; None where the chunk is cut short.
-        whole: Whether all of its records are readable.
+        offset: Offset of the chunk's record; 0 for messages outside of chunks.
+        start: Offset of the block's bytes in the file.
+        end: Offset after these bytes.
+        compression: Name of the compression: ``none``, ``bz2`` or ``lz4``.
+        size: Number of decompressed bytes; None if the chunk is cut short.
+        whole: True if all of its records are readable.
     """
 
-    place: int
+    offset: int
     start: int
     end: int
     compression: str
@@ -45,26 +46,27 @@ class Block:
 
 
 class Rosbag1File:
-    """A ``.bag`` or ``.bag.active`` file.
+    """Reader of a ``.bag`` or ``.bag.active`` file.
 
     Attributes:
-        connections: All connections.
+        connections: Connections of the bag.
         counts: Number of whole messages of each connection.
-        damage: What cannot be read.
-        lost: Number of messages that the index tells and the file no longer holds, the least
-            where a part of the index is missing; None where nothing tells it.
-        notes: What a user should know although no message is missing.
+        damage: Parts that cannot be read.
+        lost: Number of messages that the index counts and the file no longer holds, the least
+            possible one if a part of the index is missing; None if it is unknown.
+        notes: Facts that a user should know although no message is missing.
         blocks: Chunks and runs of messages, in the file's order.
-        table: All messages, by the connection's number in the file.
+        table: Messages by the connection's number in the file.
         fields: Header and data fields of each connection's record, by its number in the file.
-        numbers: Each connection's number in the file.
+        numbers: Number in the file of each connection.
+        data: Bytes of the file, mapped into memory.
     """
 
     def __init__(self, path: Path) -> None:
         """Open and scan a file.
 
         Raises:
-            BagError: If it is no ROS 1 bag of version 2.0, or is encrypted.
+            BagError: If the file is no ROS 1 bag of version 2.0, or is encrypted.
         """
         self.path = path
         self._file = path.open("rb")
@@ -83,59 +85,60 @@ class Rosbag1File:
             raise
 
     def _scan(self) -> None:
-        """Walk through the file once."""
+        """Read all records of the file once."""
         self.blocks: list[Block] = []
         self.table = MessageTable()
         self.damage: list[Damage] = []
         self.fields: dict[int, tuple[dict[bytes, bytes], dict[bytes, bytes]]] = {}
-        self._index_place, self._chunk_count = 0, 0
+        self._index_offset, self._chunk_count = 0, 0
         self._chunk_stated: dict[int, Counter[int]] = {}
         self._indexed: dict[int, Counter[int]] = {}
-        self._loose: int | None = None
+        self._unchunked: int | None = None
         chunk = -1
         for record in self._records():
             if record.operation in (records.MESSAGE, records.CONNECTION):
-                self._take_loose(record)
+                self._add_unchunked(record)
                 continue
-            self._loose = None
+            self._unchunked = None
             if record.operation == records.BAG_HEADER:
-                self._take_header(record)
+                self._add_header(record)
             elif record.operation == records.CHUNK:
-                chunk = record.place
-                self._take_chunk(record)
+                chunk = record.offset
+                self._add_chunk(record)
             elif record.operation == records.CHUNK_INFO:
                 stated = Counter(dict(records.index_counts(record, self.data)))
                 self._chunk_stated[record.number(b"chunk_pos")] = stated
             elif record.operation == records.INDEX:
-                # Where a chunk is destroyed, its index follows the chunk before: so they add up.
+                # The index of a destroyed chunk follows the one of the chunk before: add them up.
                 indexed = self._indexed.setdefault(chunk, Counter())
                 indexed.update(dict(records.index_counts(record, self.data)))
-        self._conclude()
+        self._finish()
 
     def _records(self) -> Iterator[Record]:
         """Yield the records of the file's top level, going on behind damage."""
-        place, end = len(records.MAGIC), len(self.data)
-        while place < end:
+        offset, end = len(records.MAGIC), len(self.data)
+        while offset < end:
             try:
-                record = records.record_at(self.data, place)
+                record = records.record_at(self.data, offset)
             except DamagedRecordError as error:
-                record_cut = self._cut_chunk(place)
-                if record_cut is not None:
-                    yield record_cut
-                    place = record_cut.end
+                cut_chunk = self._cut_chunk(offset)
+                if cut_chunk is not None:  # Its first messages can still be read.
+                    yield cut_chunk
+                    offset = cut_chunk.end
                     continue
-                begin = records.find_record(self.data, place + 1, _OUTSIDE + _IN_CHUNK, end)
+                # Skip to the next bytes that look like a record.
+                begin = records.find_record(self.data, offset + 1, _OUTSIDE + _IN_CHUNK, end)
                 behind = end if begin is None else begin
-                self.damage.append(Damage(place, behind - place, str(error)))
-                place = behind
+                self.damage.append(Damage(offset, behind - offset, str(error)))
+                offset = behind
                 continue
             yield record
-            place = record.end
+            offset = record.end
 
-    def _cut_chunk(self, place: int) -> Record | None:
-        """Return the chunk that begins here and is not whole, or None."""
+    def _cut_chunk(self, offset: int) -> Record | None:
+        """Return the chunk that begins here and is cut short; None without one."""
         try:
-            record = records.record_at(self.data, place, cut=True)
+            record = records.record_at(self.data, offset, cut=True)
         except DamagedRecordError:
             return None
         if record.operation != records.CHUNK:
@@ -143,151 +146,166 @@ class Rosbag1File:
         end = records.find_record(self.data, record.start, _OUTSIDE, len(self.data))
         reason = "expected a whole chunk, got one cut short"
         behind = len(self.data) if end is None else end
-        self.damage.append(Damage(place, behind - place, reason))
-        return Record(record.operation, record.fields, place, record.start, behind)
+        self.damage.append(Damage(offset, behind - offset, reason))
+        return Record(record.operation, record.fields, offset, record.start, behind)
 
-    def _take_header(self, record: Record) -> None:
-        """Look at the file's header."""
+    def _add_header(self, record: Record) -> None:
+        """Add the file's first record, which points to the index.
+
+        Raises:
+            BagError: If the bag is encrypted.
+        """
         if record.fields.get(b"encryptor", b"rosbag/NoEncryptor") != b"rosbag/NoEncryptor":
             raise BagError(
-                f"{self.path}: expected a bag that anybody may read, got an encrypted one; "
+                f"{self.path}: expected a bag without encryption, got an encrypted one; "
                 "decrypt it with ROS first"
             )
-        self._index_place = record.number(b"index_pos")
+        self._index_offset = record.number(b"index_pos")
         self._chunk_count = int.from_bytes(record.fields.get(b"chunk_count", b""), "little")
 
-    def _take_loose(self, record: Record) -> None:
-        """Take a record that lies outside of chunks: an index's, or a killed recorder's."""
+    def _add_unchunked(self, record: Record) -> None:
+        """Add a record outside of chunks: one of the index, or of a recorder that was killed."""
         if record.operation == records.CONNECTION:
-            self._take_connection(record, self.data)
+            self._add_connection(record, self.data)
             return
-        if self._loose is None:
-            self._loose = len(self.blocks)
+        if self._unchunked is None:
+            self._unchunked = len(self.blocks)
             self.blocks.append(Block(0, 0, len(self.data), "none", len(self.data), False))
-        self._take_message(record, self._loose)
+        self._add_message(record, self._unchunked)
 
-    def _take_chunk(self, record: Record) -> None:
-        """Take what a chunk holds."""
+    def _add_chunk(self, record: Record) -> None:
+        """Add the messages and connections of a chunk."""
         compression = record.fields[b"compression"].decode(errors="replace")
         body = self.data[record.start : record.end]
+        # Damage was noted already where the chunk is cut short.
         size: int | None = record.number(b"size")
         end = record.end
-        damaged = bool(self.damage) and self.damage[-1].place == record.place
+        damaged = bool(self.damage) and self.damage[-1].offset == record.offset
         if not size and not body and compression != "none":
-            # A killed recorder had not come to write how long its last chunk is.
+            # A recorder that was killed leaves the length of its last chunk at zero.
             end, damaged = len(self.data), True
             body.release()
             body = self.data[record.start : end]
             self.damage.append(
-                Damage(record.place, len(body), "expected a whole chunk, got an unfinished one")
+                Damage(record.offset, len(body), "expected a whole chunk, got an unfinished one")
             )
         try:
-            content = unpack(compression, body, size or 0) if not damaged else None
+            content = decompress(compression, body, size or 0) if not damaged else None
         except ValueError as error:
             content, damaged = None, True
-            self.damage.append(Damage(record.place, record.end - record.place, str(error)))
+            self.damage.append(Damage(record.offset, record.end - record.offset, str(error)))
         if content is None:
+            # Read what precedes the damage; None makes ``content`` do the same later.
             size = None
             content = _prefix(compression, body)
         known = len(self.damage)
         block = len(self.blocks)
-        self._walk(content, block, record.place)
+        self._scan_chunk(content, block, record.offset)
         whole = not damaged and len(self.damage) == known
-        self.blocks.append(Block(record.place, record.start, end, compression, size, whole))
+        self.blocks.append(Block(record.offset, record.start, end, compression, size, whole))
+        # Views of the mapped file would keep it open.
         del content
         body.release()
 
-    def _walk(self, content: Buffer, block: int, chunk: int) -> None:
-        """Take the records of an unpacked chunk, going on behind damage."""
-        place, end = 0, len(content)
-        while place < end:
+    def _scan_chunk(self, content: Buffer, block: int, chunk: int) -> None:
+        """Add the records of a decompressed chunk, going on behind damage.
+
+        Args:
+            content: Bytes of the decompressed chunk.
+            block: Index of its block.
+            chunk: Offset of its record in the file.
+        """
+        offset, end = 0, len(content)
+        while offset < end:
             try:
-                record = records.record_at(content, place)
+                record = records.record_at(content, offset)
                 if record.operation not in _IN_CHUNK:
                     raise DamagedRecordError("expected a message, got another record in a chunk")
             except DamagedRecordError as error:
-                begin = records.find_record(content, place + 1, _IN_CHUNK, end)
+                begin = records.find_record(content, offset + 1, _IN_CHUNK, end)
                 behind = end if begin is None else begin
-                if not (self.damage and self.damage[-1].place == chunk):
-                    self.damage.append(Damage(chunk, behind - place, str(error)))
-                place = behind
+                if not (self.damage and self.damage[-1].offset == chunk):
+                    self.damage.append(Damage(chunk, behind - offset, str(error)))
+                offset = behind
                 continue
             if record.operation == records.CONNECTION:
-                self._take_connection(record, content)
+                self._add_connection(record, content)
             else:
-                self._take_message(record, block)
-            place = record.end
+                self._add_message(record, block)
+            offset = record.end
 
-    def _take_message(self, record: Record, block: int) -> None:
-        """Take a message."""
+    def _add_message(self, record: Record, block: int) -> None:
+        """Add a message to the table."""
         number, stamp = record.number(b"conn"), record.stamp_ns()
         self.table.add(block, number, stamp, record.start, record.end - record.start)
 
-    def _take_connection(self, record: Record, data: Buffer) -> None:
-        """Take a connection that is not known yet."""
+    def _add_connection(self, record: Record, data: Buffer) -> None:
+        """Add a connection that is not known yet, or was known incompletely."""
         try:
             about = records.header_fields(bytes(data[record.start : record.end]))
         except DamagedRecordError as error:
-            self.damage.append(Damage(record.place, record.end - record.place, str(error)))
+            self.damage.append(Damage(record.offset, record.end - record.offset, str(error)))
             return
         known = self.fields.get(record.number(b"conn"))
-        # A chunk and the index hold a copy each: one may be damaged.
-        if known is None or (_lacking(known[1]) and not _lacking(about)):
+        # A chunk and the index hold a copy each, and one may be damaged.
+        if known is None or (_missing_fields(known[1]) and not _missing_fields(about)):
             self.fields[record.number(b"conn")] = (dict(record.fields), about)
 
-    def _conclude(self) -> None:
-        """Name the connections and compare what was found with the index."""
+    def _finish(self) -> None:
+        """Make connections of the records and compare the counts with the index."""
         self.notes: list[str] = []
-        self._excuse_index()
+        self._ignore_index_damage()
         found = self.table.counts()
         self.numbers = sorted(self.fields)
         for number in self.numbers:
-            self._complete(number)
+            self._fill_fields(number)
         self.connections = [_connection(*self.fields[number]) for number in self.numbers]
         self.counts = [found.get(number, 0) for number in self.numbers]
-        nameless = {number: n for number, n in found.items() if number not in self.fields}
-        for number, n in nameless.items():
+        orphaned = {number: n for number, n in found.items() if number not in self.fields}
+        for number, n in orphaned.items():
             reason = f"expected the record of connection {number}, got none for its messages"
             self.damage.append(Damage(0, 0, reason, n))
         stated = self._stated()
         missing = sum(max(n - found.get(number, 0), 0) for number, n in stated.items())
-        missing += sum(nameless.values())
+        missing += sum(orphaned.values())
         complete = self._index_is_whole()
         self.lost = missing if complete or not self.damage else missing or None
-        if not self._index_place:
+        if not self._index_offset:
             self.notes.append("no index: the recorder did not finish; read without it")
         elif not self.damage:
-            by_place = {place: stated.get(n, 0) for place, n in enumerate(self.numbers)}
-            self.notes += count_mismatches(self.connections, self.counts, by_place)
+            by_index = {index: stated.get(n, 0) for index, n in enumerate(self.numbers)}
+            self.notes += count_mismatches(self.connections, self.counts, by_index)
 
-    def _complete(self, number: int) -> None:
-        """Give a damaged connection the fields that every reader expects."""
+    def _fill_fields(self, number: int) -> None:
+        """Give a damaged connection placeholders of the fields that readers expect."""
         fields, about = self.fields[number]
-        lacking = _lacking(about)
+        lacking = _missing_fields(about)
         if lacking:
             names = ", ".join(name.decode() for name in lacking)
             self.damage.append(Damage(0, 0, f"expected a connection with {names}, got none", 0))
             self.fields[number] = fields, {**about, **lacking}
 
-    def _excuse_index(self) -> None:
-        """Turn damage of the index, which is not needed, into notes."""
-        if not self._index_place:
+    def _ignore_index_damage(self) -> None:
+        """Replace damage of the index, which is not needed, by a note."""
+        if not self._index_offset:
             return
-        beyond = [each for each in self.damage if each.place >= self._index_place]
-        self.damage = [each for each in self.damage if each.place < self._index_place]
-        if beyond or self._index_place >= len(self.data):
+        # The chunks hold all that the index holds: damage in it loses no message.
+        beyond = [each for each in self.damage if each.offset >= self._index_offset]
+        self.damage = [each for each in self.damage if each.offset < self._index_offset]
+        if beyond or self._index_offset >= len(self.data):
             self.notes.append("the index is damaged or cut off: read without it")
-        missing = self._index_place - len(self.data)
+        # A file that ends before its index, between two records, looks whole otherwise.
+        missing = self._index_offset - len(self.data)
         if missing > 0 and not self.damage:
             reason = "expected messages up to the index, got the end of the file"
             self.damage.append(Damage(len(self.data), missing, reason))
 
     def _index_is_whole(self) -> bool:
-        """Return whether the index at the file's end tells of every chunk."""
-        return bool(self._index_place) and len(self._chunk_stated) >= self._chunk_count > 0
+        """Return True if the index at the file's end has an entry for every chunk."""
+        return bool(self._index_offset) and len(self._chunk_stated) >= self._chunk_count > 0
 
     def _stated(self) -> dict[int, int]:
-        """Return the number of messages by connection, as the index and its parts tell."""
+        """Return the number of messages by connection, as the index counts them."""
         total: Counter[int] = Counter()
         whole = self._index_is_whole() or not self._indexed
         for counts in (self._chunk_stated if whole else self._indexed).values():
@@ -295,30 +313,30 @@ class Rosbag1File:
         return total
 
     def content(self, block: int) -> Buffer:
-        """Return the unpacked bytes of a block."""
+        """Return the decompressed bytes of a block, by its index."""
         about = self.blocks[block]
         body = self.data[about.start : about.end]
         if about.size is None:
             return _prefix(about.compression, body)
-        return unpack(about.compression, body, about.size)
+        return decompress(about.compression, body, about.size)
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
         """Yield the messages of some connections by the time at which they were recorded."""
-        places = {self.numbers[k]: k for k in wanted}
-        for message in self.table.read(places, self.content):
-            yield RawMessage(places[message.connection], message.stamp_ns, message.data)
+        indices = {self.numbers[k]: k for k in wanted}
+        for message in self.table.read(indices, self.content):
+            yield RawMessage(indices[message.connection], message.stamp_ns, message.data)
 
     def close(self) -> None:
-        """Close the file; its memory goes when the last reader lets it go."""
+        """Close the file; its memory is freed with the last view of it."""
         self._file.close()
 
 
 def _prefix(compression: str, body: memoryview) -> Buffer:
-    """Return what a damaged chunk holds up to its first damage."""
+    """Return the decompressed bytes of a chunk up to its first damage."""
     if compression == "none":
         return body
     try:
-        return unpack_prefix(compression, body)
+        return decompress_prefix(compression, body)
     except ValueError:
         return b""
 
@@ -328,16 +346,16 @@ _EXPECTED = {
     b"md5sum": b"*",
     b"message_definition": b"",
 }
-"""Fields of a connection that no reader goes without, and what stands for unknown."""
+"""Fields of a connection that readers need, and their placeholders."""
 
 
-def _lacking(about: dict[bytes, bytes]) -> dict[bytes, bytes]:
-    """Return what a connection's record lacks, with what stands for unknown."""
+def _missing_fields(about: dict[bytes, bytes]) -> dict[bytes, bytes]:
+    """Return the fields that a connection's record lacks, with their placeholders."""
     return {name: value for name, value in _EXPECTED.items() if name not in about}
 
 
 def _connection(fields: dict[bytes, bytes], about: dict[bytes, bytes]) -> Connection:
-    """Return a connection by the fields of its record."""
+    """Return a connection from the fields of its record."""
 
     def text(name: bytes) -> str:
         return about.get(name, b"").decode(errors="replace")

@@ -1,4 +1,4 @@
-"""A ROS 2 recording's sqlite3 file copied row by row."""
+"""Copy of a ROS 2 recording's sqlite3 file, row by row."""
 
 import sqlite3
 from pathlib import Path
@@ -7,11 +7,11 @@ from andabata.records.containers.sqlite_file import SqliteFile
 
 
 def copy_sqlite(source: SqliteFile, target: Path) -> int:
-    """Write what is whole of a recording to a new file with the same tables.
+    """Write the readable rows of a recording to a new file with the same tables.
 
     Args:
-        source: The recording.
-        target: A file that is not there yet.
+        source: Open recording.
+        target: Path of a file that does not exist yet.
 
     Returns:
         Number of messages written.
@@ -38,7 +38,7 @@ def copy_sqlite(source: SqliteFile, target: Path) -> int:
 
 
 def _copy_rows(source: sqlite3.Connection, target: sqlite3.Connection, table: str) -> None:
-    """Copy a small table."""
+    """Copy all rows of a small table."""
     rows = source.execute(f'SELECT * FROM "{table}"').fetchall()
     for row in rows:
         marks = ",".join("?" * len(row))
@@ -46,7 +46,7 @@ def _copy_rows(source: sqlite3.Connection, target: sqlite3.Connection, table: st
 
 
 def _copy_messages(source: SqliteFile, target: sqlite3.Connection) -> int:
-    """Copy the messages that are readable; return their number."""
+    """Copy the readable messages and return their number."""
     query = "SELECT * FROM messages WHERE rowid = ?"
     width = len(source.database.execute("SELECT * FROM messages LIMIT 0").description)
     insert = f"INSERT INTO messages VALUES({','.join('?' * width)})"

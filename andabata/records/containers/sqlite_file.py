@@ -1,4 +1,4 @@
-"""A ROS 2 recording's sqlite3 file, any version of its tables."""
+"""Reader of a ROS 2 recording's sqlite3 file, with any version of its tables."""
 
 import sqlite3
 from collections.abc import Collection, Iterator
@@ -15,27 +15,29 @@ from andabata.records.containers.container import (
 )
 
 MAGIC = b"SQLite format 3\0"
+"""First bytes of a file of sqlite3."""
 
 _STEP = 256
-"""Rows that are skipped at once where a page is damaged, before each is tried."""
+"""Number of rows read at once; where one of their pages is damaged, rows are read singly."""
 
 
 class SqliteFile:
-    """A ``.db3`` file.
+    """Reader of a ``.db3`` file.
 
     Attributes:
-        connections: All topics.
+        connections: Topics, as connections.
         counts: Number of whole messages of each topic.
-        damage: What cannot be read.
-        lost: Number of messages in damaged pages; None where it is not known.
-        notes: What a user should know although no message is missing.
+        damage: Parts that cannot be read.
+        lost: Number of messages in damaged pages; None if it is unknown.
+        notes: Facts that a user should know although no message is missing.
+        database: Open database.
     """
 
     def __init__(self, path: Path) -> None:
         """Open and scan a file.
 
         Raises:
-            BagError: If it is no recording.
+            BagError: If the file is no recording.
         """
         self.path = path
         self.damage: list[Damage] = []
@@ -79,14 +81,14 @@ class SqliteFile:
         except sqlite3.DatabaseError as error:
             found = self._count_whole(str(error))
         self.counts = [int(found.get(number, 0)) for number in self._ids]
-        nameless = sum(found.values()) - sum(self.counts)
-        if nameless:
+        orphaned = sum(found.values()) - sum(self.counts)
+        if orphaned:
             reason = "expected a topic of each message, got none for some"
-            self.damage.append(Damage(0, 0, reason, nameless))
-            self.lost = None if self.lost is None else self.lost + nameless
+            self.damage.append(Damage(0, 0, reason, orphaned))
+            self.lost = None if self.lost is None else self.lost + orphaned
 
     def _definitions(self) -> dict[str, tuple[str, str]]:
-        """Return definition and its format by type."""
+        """Return definition and format of it by message type."""
         query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
         return {kind: (str(text), str(form)) for kind, form, text in self.database.execute(query)}
 
@@ -102,14 +104,14 @@ class SqliteFile:
         return found
 
     def rows(self, columns: str) -> Iterator[tuple[Any, ...]]:
-        """Yield rowid and columns of the messages that are readable, by their rowid.
+        """Yield rowid and columns of the readable messages, in the order of their rowids.
 
         Args:
-            columns: Names of columns with commas between.
+            columns: Names of columns, separated by commas.
         """
         self._skipped = 0
         last = self._last_row()
-        # The last byte of each message is asked for, so that all of its pages are read.
+        # The query for the last byte of each message makes sqlite3 read all of its pages.
         query = f"SELECT rowid, {columns}, length(substr(data, -1)) FROM messages WHERE rowid "
         begin = 1
         while begin <= last:
@@ -127,7 +129,11 @@ class SqliteFile:
             begin = end
 
     def _last_row(self) -> int:
-        """Return the greatest rowid."""
+        """Return the greatest rowid, or the number of rows where the greatest cannot be read.
+
+        Raises:
+            BagError: If neither can be read.
+        """
         for query in ("SELECT max(rowid) FROM messages", "SELECT count(*) FROM messages"):
             try:
                 return int(self.database.execute(query).fetchone()[0] or 0)
@@ -139,21 +145,21 @@ class SqliteFile:
         )
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
-        """Yield the messages of some topics by the time at which they were recorded."""
-        places = {self._ids[k]: k for k in wanted}
-        marks = ",".join("?" * len(places))
+        """Yield the messages of some topics in the order of their times of recording."""
+        indices = {self._ids[k]: k for k in wanted}
+        marks = ",".join("?" * len(indices))
         query = (
             "SELECT topic_id, timestamp, data FROM messages "
             f"WHERE topic_id IN ({marks}) ORDER BY timestamp, rowid"
         )
         if self._whole:
-            for number, stamp, data in self.database.execute(query, tuple(places)):
-                yield RawMessage(places[number], int(stamp), bytes(data))
+            for number, stamp, data in self.database.execute(query, tuple(indices)):
+                yield RawMessage(indices[number], int(stamp), bytes(data))
             return
-        found = [row for row in self.rows("topic_id, timestamp") if row[1] in places]
+        found = [row for row in self.rows("topic_id, timestamp") if row[1] in indices]
         for rowid, number, stamp, _ in sorted(found, key=lambda row: (row[2], row[0])):
             data = self.database.execute("SELECT data FROM messages WHERE rowid = ?", (rowid,))
-            yield RawMessage(places[number], int(stamp), bytes(data.fetchone()[0]))
+            yield RawMessage(indices[number], int(stamp), bytes(data.fetchone()[0]))
 
     def close(self) -> None:
         """Close the file."""
@@ -161,9 +167,10 @@ class SqliteFile:
 
 
 def open_database(path: Path) -> sqlite3.Connection:
-    """Return a database opened to read.
+    """Open a database read-only.
 
-    What a killed recorder left in a journal beside the file is taken where the folder allows it.
+    The rows that a killed recorder left in a journal beside the file are read, too, if the folder
+    is writable: sqlite3 needs a shared-memory file there. Otherwise the file alone is read.
     """
     uri = path.resolve().as_uri()
     for mode in ("mode=ro", "mode=ro&immutable=1"):
@@ -184,7 +191,7 @@ def _connection(
 ) -> Connection:
     """Return a topic as a connection."""
     kind = str(topic["type"])
-    # Older recorders write no definitions: their types are those of the distribution.
+    # Recorders before Iron write no definitions: types are those of the distribution.
     text, form = (definitions or {}).get(kind, ("", "standard"))
     encoding = str(topic.get("serialization_format", "cdr"))
     qos = str(topic.get("offered_qos_profiles", ""))

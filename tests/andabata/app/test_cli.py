@@ -6,8 +6,9 @@ import sys
 
 import numpy as np
 import pytest
+import typer
 
-from andabata.app.cli import main
+from andabata.app.cli import FLOW, app, main
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 
@@ -30,6 +31,7 @@ def cloud_file(tmp_path):
 
 
 def test_help_is_a_tour_and_imports_nothing_heavy():
+    """The help lists the verbs in their order, without importing a heavy library."""
     code = (
         "import sys; from andabata.app.cli import main; main(['--help']);"
         "heavy = {'torch', 'open3d', 'sklearn', 'pybullet', 'numba', 'scipy', 'matplotlib'};"
@@ -37,21 +39,20 @@ def test_help_is_a_tour_and_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    for verb in [
-        "doctor",
-        "world",
-        "clouds",
-        "classifier",
-        "scan",
-        "train",
-        "policy",
-        "drive",
-        "evaluate",
-    ]:
-        assert verb in done.stdout
+    lines = [line.split() for line in done.stdout.splitlines()]
+    listed = [words[1] for words in lines if len(words) > 2 and words[1] in FLOW]
+    assert listed == list(FLOW)
+
+
+def test_every_verb_has_its_place_in_the_flow():
+    """The flow names all verbs, and no other."""
+    group = typer.main.get_command(app)
+    assert set(group.commands) == set(FLOW)
+    assert group.list_commands(None) == list(FLOW)
 
 
 def test_worlds_are_listed_and_shown(capsys):
+    """``world`` lists all presets and gives a world's size."""
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
     known = "forest hill hollow lake maze natural natural-far natural-test park plain stony"
@@ -61,6 +62,7 @@ def test_worlds_are_listed_and_shown(capsys):
 
 
 def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
+    """``scan`` gives 32 ranges, 32 x 10 cells and a PNG file."""
     picture = tmp_path / "scan.png"
     code, out, _ = run(capsys, "scan", str(cloud_file), "--picture", str(picture), "--json")
     data = json.loads(out)
@@ -78,7 +80,7 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
     [
         (["world", "show", "moon"], 2, "expected one of forest, hill, hollow, lake, maze"),
         (["evaluate", "--world", "moon"], 2, "--world: expected one of forest"),
-        (["evaluate", "--controllers", "learned,psychic"], 2, "got 'psychic'"),
+        (["evaluate", "--controllers", "policy,psychic"], 2, "got 'psychic'"),
         (["evaluate", "--seed", "10000"], 2, "Invalid value for '--seed'"),
         (["evaluate", "--set", "seed=10000"], 2, "seed: input should be less than 10000"),
         (["evaluate", "--trials", "10001"], 2, "Invalid value for '--trials'"),
@@ -106,6 +108,7 @@ def test_scan_gives_ranges_cells_and_a_picture(capsys, cloud_file, tmp_path):
 def test_errors_take_one_line_and_leave_nothing(
     capsys, tmp_path, monkeypatch, words, code, message
 ):
+    """An error is one line on stderr with its exit code, and no file is left."""
     monkeypatch.chdir(tmp_path)
     found, out, err = run(capsys, *words)
     assert found == code
@@ -121,6 +124,7 @@ def test_errors_take_one_line_and_leave_nothing(
     "content", [b"", b"PK\x03\x04 nonsense", b"\x00" * 100], ids=["empty", "truncated", "zeros"]
 )
 def test_a_damaged_cloud_is_named(capsys, tmp_path, monkeypatch, content):
+    """A damaged cloud gives an error with its name."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.npz").write_bytes(content)
     code, _, err = run(capsys, "scan", "bad.npz")
@@ -129,7 +133,8 @@ def test_a_damaged_cloud_is_named(capsys, tmp_path, monkeypatch, content):
     assert [entry.name for entry in tmp_path.iterdir()] == ["bad.npz"]
 
 
-def test_a_cloud_of_nan_is_named(capsys, tmp_path, monkeypatch):
+def test_a_cloud_of_nan_is_refused(capsys, tmp_path, monkeypatch):
+    """A cloud without a finite point is refused."""
     monkeypatch.chdir(tmp_path)
     points = np.full((50, 3), np.nan, dtype=np.float32)
     (tmp_path / "nan.npz").write_bytes(cloud_to_bytes(PointCloud(points)))
@@ -138,11 +143,14 @@ def test_a_cloud_of_nan_is_named(capsys, tmp_path, monkeypatch):
 
 
 def test_debug_shows_the_traceback(capsys):
+    """``--debug`` shows the traceback of an error."""
     assert main(["world", "show", "moon", "--debug"]) == 2
     assert "Traceback" in capsys.readouterr().err
 
 
 def test_ctrl_c_ends_with_130(capsys, monkeypatch):
+    """An interrupt gives exit code 130 and one word."""
+
     def interrupt(*_):
         raise KeyboardInterrupt
 
@@ -152,5 +160,6 @@ def test_ctrl_c_ends_with_130(capsys, monkeypatch):
 
 
 def test_doctor_finds_everything(capsys):
+    """``doctor`` finds no broken package here."""
     code, out, _ = run(capsys, "doctor", "--json")
     assert (code, json.loads(out)["ok"]) == (0, True)

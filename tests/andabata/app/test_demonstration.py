@@ -1,4 +1,4 @@
-"""The demo runs from nothing to its report."""
+"""Demonstration: the whole chain, small."""
 
 import json
 
@@ -8,6 +8,7 @@ SMALL = {"train": 4, "validation": 2, "trees": 4, "episodes": 2, "trials": 1, "t
 
 
 def test_the_demo_runs_from_nothing_to_its_report(capsys, tmp_path):
+    """All parts run, and their figures are in the result, the page and the file."""
     words = [word for name, value in SMALL.items() for word in ("--set", f"{name}={value}")]
     code = main(["demo", "--out", str(tmp_path / "demo"), "--workers", "1", "--json", *words])
     captured = capsys.readouterr()

@@ -1,4 +1,4 @@
-"""Clouds that nobody here made: set ANDABATA_REAL_DATA to a folder that has them."""
+"""Real clouds of other laboratories, from the folder that ANDABATA_REAL_DATA names."""
 
 import json
 import os
@@ -34,6 +34,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_real_cloud_gives_sensible_ranges(capsys, tmp_path, name):
+    """Most sectors of a real cloud are known, with free and blocked cells."""
     picture = tmp_path / "scan.png"
     path = str(Path(ROOT) / name)
     code = main(["scan", path, *FILES[name], "--picture", str(picture), "--json"])
@@ -48,7 +49,7 @@ def test_a_real_cloud_gives_sensible_ranges(capsys, tmp_path, name):
 
 
 def test_the_street_is_free_and_its_wall_is_not(capsys, tmp_path):
-    """By eye in the first cloud: a wall ahead to the left, open ground behind and to the right."""
+    """A wall ahead to the left, open ground behind and to the right, as the picture shows."""
     path = str(Path(ROOT) / "libpointmatcher/cloud.00000.vtk")
     main(["scan", path, "--sensor-height", "0.95", "--json", "--picture", str(tmp_path / "s.png")])
     ranges = np.array([r or 10.0 for r in json.loads(capsys.readouterr().out)["ranges"]])
@@ -63,15 +64,17 @@ def test_the_street_is_free_and_its_wall_is_not(capsys, tmp_path):
     ("name", "height"),
     [("libpointmatcher/cloud.00000.vtk", 0.95), ("monoforce_marv/1727353472_601360559.npz", 0.48)],
 )
-def test_the_ground_tells_the_height_of_the_sensor(capsys, tmp_path, name, height):
+def test_the_ground_gives_the_height_of_the_sensor(capsys, tmp_path, name, height):
+    """The note on a wrong sensor height names the true one."""
     options = ["--sensor-height", "1.5", "--json", "--picture", str(tmp_path / "s.png")]
     main(["scan", str(Path(ROOT) / name), *options])
     notes = " ".join(json.loads(capsys.readouterr().out)["notes"])
-    told = float(notes.split("--sensor-height should be about ")[1].split()[0])
-    assert told == pytest.approx(height, abs=0.07)
+    height_noted = float(notes.split("--sensor-height should be about ")[1].split()[0])
+    assert height_noted == pytest.approx(height, abs=0.07)
 
 
-def test_a_robot_around_its_own_laser_is_told(capsys, tmp_path):
+def test_the_robots_own_body_is_noted(capsys, tmp_path):
+    """Returns of the robot's own body lead to a note."""
     name = "monoforce_marv/1727353472_601360559.npz"
     words = ["scan", str(Path(ROOT) / name), *FILES[name], "--picture", str(tmp_path / "s.png")]
     main([*words, "--json"])
@@ -81,6 +84,7 @@ def test_a_robot_around_its_own_laser_is_told(capsys, tmp_path):
 
 
 def test_an_ousters_times_are_seconds():
+    """Stamps of an Ouster's cloud span one turn of 0.1 s."""
     cloud = read_cloud(Path(ROOT) / "monoforce_marv/1727353472_601360559.npz")
     assert cloud.stamps is not None
     assert 0.09 < np.ptp(cloud.stamps) < 0.11
@@ -88,7 +92,7 @@ def test_an_ousters_times_are_seconds():
 
 @pytest.mark.parametrize("name", FILES)
 def test_ranges_are_stable_under_noise_and_thinning(name):
-    """At most one ring of change in nearly all sectors; the figures are in the benchmarks."""
+    """Noise and thinning change nearly all sectors by one ring at most."""
     options = dict(zip(FILES[name][::2], FILES[name][1::2], strict=True))
     x, y, roll, pitch, yaw = map(float, options.get("--mounting", "0,0,0,0,0").split(","))
     height = float(options["--sensor-height"])

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from andabata.app.cli import main
 from andabata.records import topics
 from andabata.records.bags import open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from tests.edited_bags import transforms
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
@@ -30,6 +30,7 @@ def sensor_cloud(pitch_deg=0.0, seed=0):
 
 
 def scan(capsys, tmp_path, points, *options, **columns):
+    """Return the exit code and the JSON result of a scan of points."""
     path = tmp_path / "cloud.npz"
     path.write_bytes(cloud_to_bytes(PointCloud(points, "sensor", **columns)))
     code = main(["scan", str(path), "--picture", str(tmp_path / "s.png"), "--json", *options])
@@ -38,11 +39,13 @@ def scan(capsys, tmp_path, points, *options, **columns):
 
 
 def ahead(data):
+    """Return the range straight ahead."""
     n = len(data["ranges"])
     return data["ranges"][n // 2]
 
 
 def test_the_wall_ends_the_sectors_ahead(capsys, tmp_path):
+    """Sectors towards a wall end at it; level ground leads to no note."""
     code, data = scan(capsys, tmp_path, sensor_cloud())
     assert code == 0
     assert 2.0 < ahead(data) < 4.0
@@ -52,6 +55,7 @@ def test_the_wall_ends_the_sectors_ahead(capsys, tmp_path):
 
 
 def test_the_robots_own_mast_is_left_out_when_asked(capsys, tmp_path):
+    """``--own-body`` removes the sensor's near returns and nothing else."""
     behind = 4  # The sector of bearing -129 degrees.
     _, seen = scan(capsys, tmp_path, sensor_cloud())
     _, spared = scan(capsys, tmp_path, sensor_cloud(), "--own-body", "1.6")
@@ -61,6 +65,7 @@ def test_the_robots_own_mast_is_left_out_when_asked(capsys, tmp_path):
 
 
 def test_a_pitched_sensor_is_noticed_and_can_be_levelled(capsys, tmp_path):
+    """A tilt is noted; ``--level`` and ``--mounting`` undo it."""
     pitched = sensor_cloud(16.0)
     _, crooked = scan(capsys, tmp_path, pitched)
     assert "tilts 16 degrees" in " ".join(crooked["notes"])
@@ -74,12 +79,14 @@ def test_a_pitched_sensor_is_noticed_and_can_be_levelled(capsys, tmp_path):
 
 @pytest.mark.parametrize("sectors", [64, 128])
 def test_more_ranges(capsys, tmp_path, sectors):
+    """``--sectors`` sets the number of ranges."""
     _, data = scan(capsys, tmp_path, sensor_cloud(), "--sectors", str(sectors))
     assert len(data["ranges"]) == len(data["cell_states"]) == sectors
     assert 2.0 < ahead(data) < 4.0
 
 
 def test_a_labelled_cloud_is_scored(capsys, tmp_path):
+    """A labelled cloud is scored against its labels."""
     points = sensor_cloud()
     bad = points[:, 2] > -0.6
     _, data = scan(capsys, tmp_path, points, nontraversable=bad)
@@ -88,9 +95,10 @@ def test_a_labelled_cloud_is_scored(capsys, tmp_path):
 
 
 def test_one_place_and_far_points_are_unknown_and_never_free(capsys, tmp_path):
+    """Without ground all ranges are unknown, and the exit code is 1."""
     for points in (np.full((200, 3), 2.0), np.full((200, 3), 1e30)):
         code, data = scan(capsys, tmp_path, points.astype(np.float32))
-        assert code == 1  # No cell could be judged.
+        assert code == 1  # No cell could be classified.
         assert sum(r is None for r in data["ranges"]) == 32
         assert (data["unknown_share"], data["nearest_obstacle_m"]) == (1.0, None)
         assert len(data["notes"]) == 1
@@ -100,19 +108,21 @@ def test_one_place_and_far_points_are_unknown_and_never_free(capsys, tmp_path):
     "options", [("--own-body", "9"), ("--sectors", "3"), ("--own-body", "4.9", "--level")]
 )
 def test_options_out_of_bounds_are_errors(capsys, tmp_path, options):
+    """Options out of bounds are errors."""
     near = sensor_cloud()
     near = near[np.linalg.norm(near, axis=1) < 4.0]
     code, _ = scan(capsys, tmp_path, near, *options)
     assert code in (1, 2)
 
 
-def test_an_empty_scan_says_what_is_the_matter(capsys, tmp_path):
+def test_an_empty_scan_has_a_note_on_its_cause(capsys, tmp_path):
+    """Without a classified cell a note gives the cause."""
     seen = sensor_cloud()
     for points, words in (
         (seen * 1000, "are the coordinates millimetres?"),
         (seen + np.float32([300, 5000, 0]), "--sensor-at X,Y,Z"),
         (seen + np.float32([25, 0, 0]), "expected points within 10 m, got the nearest"),
-        (seen + np.float32([0, 0, 20]), "above what the robot can meet, 1.2 m over the ground"),
+        (seen + np.float32([0, 0, 20]), "above the robot's height, up to 1.2 m over the ground"),
         (seen / 50, "nearer than the first ring"),
         (seen[::2500], "no cell holds 5 points"),
     ):
@@ -122,7 +132,8 @@ def test_an_empty_scan_says_what_is_the_matter(capsys, tmp_path):
         assert data["cells"]["green"] == data["cells"]["red"] == 0
 
 
-def test_a_cloud_of_a_map_is_scanned_from_where_the_sensor_was(capsys, tmp_path):
+def test_a_cloud_of_a_map_is_scanned_from_the_sensors_position(capsys, tmp_path):
+    """``--sensor-at`` makes the sensor the origin of a map's cloud."""
     here = np.array([701_362.5, 4_485_513.25, 312.0])
     path = tmp_path / "map.npz"
     np.savez(path, sensor_cloud().astype(np.float64) + here)
@@ -135,7 +146,8 @@ def test_a_cloud_of_a_map_is_scanned_from_where_the_sensor_was(capsys, tmp_path)
     assert np.mean(np.array(data["cell_states"]) != np.array(plain["cell_states"])) < 0.01
 
 
-def test_the_ground_tells_a_wrong_height_and_an_upside_down_sensor(capsys, tmp_path):
+def test_the_ground_shows_a_wrong_height_and_an_upside_down_sensor(capsys, tmp_path):
+    """A wrong height and an upside-down sensor are noted with the option."""
     _, low = scan(capsys, tmp_path, sensor_cloud(), "--sensor-height", "1.7")
     assert "--sensor-height should be about 0.7" in " ".join(low["notes"])
     assert low["ground_height_m"] == pytest.approx(0.98, abs=0.03)
@@ -146,7 +158,8 @@ def test_the_ground_tells_a_wrong_height_and_an_upside_down_sensor(capsys, tmp_p
     assert right["notes"] == []
 
 
-def test_a_body_that_shortens_sectors_is_told_with_the_radius_to_leave_out(capsys, tmp_path):
+def test_a_body_that_shortens_sectors_is_noted_with_its_radius(capsys, tmp_path):
+    """A note on the robot's own body names the radius to leave out."""
     rng = np.random.default_rng(1)
     post = np.column_stack(
         [rng.uniform(-0.8, -0.7, (300, 2)) * [1, 0.2], rng.uniform(-0.5, 0.3, 300)]
@@ -160,6 +173,7 @@ def test_a_body_that_shortens_sectors_is_told_with_the_radius_to_leave_out(capsy
 
 
 def test_unknown_sectors_are_counted_and_nothing_near_is_no_obstacle(capsys, tmp_path):
+    """Half a cloud leaves half of the ranges unknown."""
     points = sensor_cloud()
     half = points[points[:, 0] < 0]
     half = half[np.linalg.norm(half, axis=1) > 1.6]
@@ -170,7 +184,8 @@ def test_unknown_sectors_are_counted_and_nothing_near_is_no_obstacle(capsys, tmp
     assert "no obstacle seen; 50 % of the ranges unknown" in out
 
 
-def test_labels_that_cannot_be_read_cost_exit_3(capsys, tmp_path):
+def test_labels_that_cannot_be_read_give_exit_code_3(capsys, tmp_path):
+    """Unreadable labels are noted, and the exit code is 3."""
     path = tmp_path / "cloud.npz"
     table = dict(zip("xyz", sensor_cloud().T, strict=True))
     np.savez(path, **table, label=np.linspace(0, 1, len(table["x"])))
@@ -181,7 +196,8 @@ def test_labels_that_cannot_be_read_cost_exit_3(capsys, tmp_path):
     assert "field label" in data["notes"][0]
 
 
-def test_a_file_that_cannot_be_read_costs_itself_alone(capsys, tmp_path, monkeypatch):
+def test_a_file_that_cannot_be_read_leaves_the_others(capsys, tmp_path, monkeypatch):
+    """One damaged file among several leaves the others scanned."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.npz").write_bytes(b"PK")
     (tmp_path / "good.npz").write_bytes(cloud_to_bytes(PointCloud(sensor_cloud(), "sensor")))
@@ -191,7 +207,8 @@ def test_a_file_that_cannot_be_read_costs_itself_alone(capsys, tmp_path, monkeyp
     assert scans[1]["cells"]["green"] > 0
 
 
-def test_five_columns_are_told_and_may_be_asked_for(capsys, tmp_path):
+def test_five_columns_are_inferred_or_given(capsys, tmp_path):
+    """Five columns of a bin file are inferred with a note, or given without."""
     points = sensor_cloud()
     ring = np.arange(len(points)) % 32
     rows = np.column_stack([points, ring * 3, ring]).astype("<f4")
@@ -211,6 +228,7 @@ def test_five_columns_are_told_and_may_be_asked_for(capsys, tmp_path):
 
 
 def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):
+    """``--report`` puts the pictures of all clouds on one page."""
     monkeypatch.chdir(tmp_path)
     for name, pitch in (("level", 0.0), ("pitched", 16.0)):
         (tmp_path / f"{name}.npz").write_bytes(
@@ -229,17 +247,18 @@ def test_several_clouds_make_one_report(capsys, tmp_path, monkeypatch):
 def bag_with(tmp_path, points, frame, *static):
     """Return a recording with one cloud, and transforms to its frame."""
     path = tmp_path / "cloud.bag"
-    writer, compose = open_writer(path), Composer(1)
+    writer, builder = open_writer(path), MessageBuilder(1)
     for each in static:
-        message = transforms(compose, "tf2_msgs/msg/TFMessage", each)
-        writer.write(topics.TF_STATIC, compose.stamp_ns(2.0), message)  # After the cloud.
-    message = compose.cloud(1.0, PointCloud(points, frame))
-    writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+        message = transforms(builder, "tf2_msgs/msg/TFMessage", each)
+        writer.write(topics.TF_STATIC, builder.stamp_ns(2.0), message)  # After the cloud.
+    message = builder.cloud(1.0, PointCloud(points, frame))
+    writer.write(topics.CLOUD, builder.stamp_ns(1.0), message)
     writer.close()
     return path
 
 
 def scan_bag(capsys, path, *options):
+    """Return the JSON result of a scan of a recording."""
     words = ["scan", str(path), "--picture", str(path.with_suffix(".png")), "--json", *options]
     assert main(words) == 0
     return json.loads(capsys.readouterr().out)
@@ -249,6 +268,7 @@ def scan_bag(capsys, path, *options):
     "frame", ["base_link", "/base_footprint", "husky1/base_footprint", "base_link/"]
 )
 def test_a_recorded_cloud_in_the_bodys_frame_is_not_lifted(capsys, tmp_path, frame):
+    """A cloud in the robot's own frame takes no mounting but `laser=`."""
     points = sensor_cloud() + np.array([0, 0, 0.72], dtype=np.float32)
     path = bag_with(tmp_path, points, frame)
     data = scan_bag(capsys, path)
@@ -265,8 +285,9 @@ def test_a_recorded_cloud_in_the_bodys_frame_is_not_lifted(capsys, tmp_path, fra
 
 
 def test_a_recorded_cloud_is_mounted_by_transforms_names_and_options(capsys, tmp_path):
+    """A recorded cloud is placed by transforms, then frame names, then options."""
     straight = scan_bag(capsys, bag_with(tmp_path, sensor_cloud(), "velodyne"))
-    assert "nothing tells where frame velodyne is" in " ".join(straight["notes"])
+    assert "the pose of frame velodyne is unknown" in " ".join(straight["notes"])
     (tmp_path / "cloud.bag").unlink()
     backwards = sensor_cloud() * np.array([-1, -1, 1], dtype=np.float32)
     static = ("base_link", "laser", (0, 0, 0.72), (0, 0, 180))
@@ -279,14 +300,15 @@ def test_a_recorded_cloud_is_mounted_by_transforms_names_and_options(capsys, tmp
     data = scan_bag(capsys, path)
     assert data["ranges"] == straight["ranges"]
     assert "as its name says" in " ".join(data["notes"])
-    told = scan_bag(capsys, path, "--mounting", "0,0,0,0,180")
-    assert told["ranges"] == straight["ranges"]
-    told = scan_bag(capsys, path, "--mounting", "0,0,0.72,0,0,180", "--sensor-height", "0.3")
-    assert told["ranges"] == straight["ranges"]
+    given = scan_bag(capsys, path, "--mounting", "0,0,0,0,180")
+    assert given["ranges"] == straight["ranges"]
+    given = scan_bag(capsys, path, "--mounting", "0,0,0.72,0,0,180", "--sensor-height", "0.3")
+    assert given["ranges"] == straight["ranges"]
 
 
 @pytest.mark.parametrize("option", ["1,2,3", "imu=0,0,0,0,0", "0,0,0,0,x"])
-def test_a_mounting_that_is_none_is_a_usage_error(capsys, tmp_path, option):
+def test_a_wrong_mounting_is_a_usage_error(capsys, tmp_path, option):
+    """A text that is not a mounting is a usage error."""
     path = tmp_path / "cloud.npz"
     path.write_bytes(cloud_to_bytes(PointCloud(sensor_cloud(), "sensor")))
     assert main(["scan", str(path), "--mounting", option]) == 2

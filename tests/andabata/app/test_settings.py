@@ -7,12 +7,16 @@ from andabata.app.settings import SettingsError, resolve
 
 
 class Inner(BaseModel):
+    """Group of fields."""
+
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     radius: float = Field(default=1.0, gt=0)
 
 
 class Outer(BaseModel):
+    """Configuration with a group."""
+
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     inner: Inner = Field(default_factory=Inner)
@@ -21,6 +25,7 @@ class Outer(BaseModel):
 
 
 def test_overrides_win_over_the_file_and_the_file_over_the_defaults(tmp_path):
+    """Overrides come over the file, and the file over the defaults."""
     file = tmp_path / "c.toml"
     file.write_text('name = "b"\n[inner]\nradius = 2.0\n')
     found = resolve(Outer, file, ["inner.radius=3", "presets=['y', 'z']"])
@@ -28,6 +33,7 @@ def test_overrides_win_over_the_file_and_the_file_over_the_defaults(tmp_path):
 
 
 def test_a_plain_word_is_a_text():
+    """A value that is not TOML is taken as text."""
     assert resolve(Outer, overrides=["name=kinematic"]).name == "kinematic"
 
 
@@ -41,12 +47,14 @@ def test_a_plain_word_is_a_text():
     ],
 )
 def test_errors_name_the_field_and_the_value(override, message):
+    """An error names the field, the expectation and the value."""
     with pytest.raises(SettingsError, match=message):
         resolve(Outer, overrides=["name=b", override])
 
 
 @pytest.mark.parametrize("text", ["name = ", "name = 1 = 2", "\x00"])
-def test_a_file_that_is_no_toml_is_named(tmp_path, text):
+def test_a_file_that_is_not_toml_is_named(tmp_path, text):
+    """A file that is not TOML is an error with its name."""
     file = tmp_path / "c.toml"
     file.write_text(text)
     with pytest.raises(SettingsError, match=r"c\.toml: expected TOML"):
@@ -54,5 +62,6 @@ def test_a_file_that_is_no_toml_is_named(tmp_path, text):
 
 
 def test_a_missing_file_is_named(tmp_path):
+    """A missing file is an error with its name."""
     with pytest.raises(SettingsError, match="missing"):
         resolve(Outer, tmp_path / "missing.toml")

@@ -1,4 +1,4 @@
-"""The report of training runs: real runs, driven and drawn, and runs that it refuses."""
+"""Report of training runs: figures, test drives, and runs that it refuses."""
 
 import json
 
@@ -11,6 +11,7 @@ from andabata.training.run import HISTORY, learn, read_history
 
 
 def plan(*more):
+    """Return a plan of two tiny stages."""
     overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.batch=2", *more]
     overrides += ["stages.Maze2D.episodes=4", "stages.Maze3D.episodes=2"]
     for name, limit in (("Maze2D", 8.0), ("Maze3D", 6.0)):
@@ -23,6 +24,7 @@ def plan(*more):
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
+    """Return a folder with two runs, of two stages and of one."""
     folder = tmp_path_factory.mktemp("runs")
     learn(folder / "five", plan(), range(2), 5, 1)
     learn(folder / "six", plan(), range(1), 6, 1)
@@ -30,12 +32,14 @@ def runs(tmp_path_factory):
 
 
 def report(capsys, *words):
+    """Return the exit code, and the result or the error text."""
     code = main(["report", *map(str, words), "--json", "--quiet"])
-    told = capsys.readouterr()
-    return code, json.loads(told.out) if code == 0 else told.err
+    printed = capsys.readouterr()
+    return code, json.loads(printed.out) if code == 0 else printed.err
 
 
 def test_two_runs_are_driven_and_drawn(capsys, runs, tmp_path):
+    """Two runs of a plan give figures, test drives and the same page again."""
     words = [runs / "five", runs / "six", "--tests", "2", "--out", tmp_path / "page.html"]
     code, data = report(capsys, *words)
     assert code == 0
@@ -49,7 +53,7 @@ def test_two_runs_are_driven_and_drawn(capsys, runs, tmp_path):
     history = [row for row in read_history(runs / "five" / HISTORY) if row["name"] == "Maze2D"]
     (row, _) = data["stages"]
     assert row["goal_last_40"] == sum(g["outcomes"].get("goal", 0) for g in history)
-    steps = history[-1]["steps"]  # Nothing is rehearsed in stage 1.
+    steps = history[-1]["steps"]  # Stage 1 has no episodes of earlier stages.
     assert row["mean_time_s"] == pytest.approx(0.1 * steps / 4)
     drives = data["tests"]
     assert [(row["run"], row["test"]) for row in drives] == [
@@ -59,7 +63,7 @@ def test_two_runs_are_driven_and_drawn(capsys, runs, tmp_path):
         ("seed 6", 2),
     ]
     assert all(row["shortest_m"] > 5 for row in drives)
-    # Nobody crosses a maze in eight seconds, at 0.3 m/s.
+    # Eight seconds at 0.3 m/s are too few to cross a maze.
     assert all(row["distance_m"] < 0.35 * 8 for row in drives)
     assert all(row["outcome"] != "goal" and row["time_s"] <= 8 for row in drives)
     again = [*words[:-1], tmp_path / "again.html", "--workers", "1"]
@@ -67,7 +71,8 @@ def test_two_runs_are_driven_and_drawn(capsys, runs, tmp_path):
     assert (tmp_path / "again.html").read_bytes() == page
 
 
-def test_a_run_is_reported_beside_itself(capsys, runs):
+def test_the_page_of_one_run_is_in_its_folder(capsys, runs):
+    """The page of one run is written into its folder."""
     code, data = report(capsys, runs / "five", "--tests", "1", "--workers", "1")
     assert code == 0
     assert [row["stage"] for row in data["tests"]] == ["Maze2D", "Maze3D"]
@@ -75,32 +80,34 @@ def test_a_run_is_reported_beside_itself(capsys, runs):
 
 
 def test_runs_that_do_not_belong_together_are_refused(capsys, runs, tmp_path):
+    """Runs of different plans, or with one seed twice, are refused."""
     learn(tmp_path / "other", plan("learner.hold=4"), range(1), 7, 1)
-    code, told = report(capsys, runs / "five", tmp_path / "other")
+    code, error = report(capsys, runs / "five", tmp_path / "other")
     assert code == 1
-    assert "expected the settings of" in told
-    code, told = report(capsys, runs / "five", runs / "five")
+    assert "expected the settings of" in error
+    code, error = report(capsys, runs / "five", runs / "five")
     assert code == 1
-    assert "expected another seed in each, got [5, 5]" in told
+    assert "expected another seed in each, got [5, 5]" in error
 
 
-def test_what_is_no_finished_run_is_refused(capsys, runs, tmp_path):
-    code, told = report(capsys, tmp_path)
+def test_a_folder_without_a_finished_run_is_refused(capsys, runs, tmp_path):
+    """Folders of no run, another verb, or an unfinished stage are refused."""
+    code, error = report(capsys, tmp_path)
     assert code == 1
-    assert "run.json: No such file" in told
+    assert "run.json: No such file" in error
     about = json.loads((runs / "six/run.json").read_text())
     (tmp_path / "run.json").write_text(json.dumps(about | {"verb": "drive"}))
-    code, told = report(capsys, tmp_path)
+    code, error = report(capsys, tmp_path)
     assert code == 1
-    assert "expected a run of train, got one of drive" in told
+    assert "expected a run of train, got one of drive" in error
     (tmp_path / "run.json").write_text(json.dumps(about))
     rows = read_history(runs / "six" / HISTORY)
     (tmp_path / HISTORY).write_text(json.dumps(rows[0]) + "\n")
-    code, told = report(capsys, tmp_path)
+    code, error = report(capsys, tmp_path)
     assert code == 1
-    assert "expected a stage that is over, got none; train --resume" in told
+    assert "expected a stage that is over, got none; train --resume" in error
     (tmp_path / HISTORY).write_text(json.dumps(rows[-1]) + "\n")
     (tmp_path / "run.json").write_text(json.dumps(about | {"forest": "0" * 64}))
-    code, told = report(capsys, tmp_path)
+    code, error = report(capsys, tmp_path)
     assert code == 1
-    assert f"expected the forest that it learnt with, {'0' * 12}, got " in told
+    assert f"expected the forest of the run, {'0' * 12}, got " in error

@@ -44,9 +44,9 @@ def make_robot(make_scene):
 
 
 @pytest.mark.parametrize("name", ["natural-test", "park", "maze"])
-def test_a_short_sighted_robot_drives_the_same(shelf, name):
+def test_a_short_sighted_robot_drives_the_same(scenes, name):
     """Returns beyond what clouds are made of change neither clouds nor scans nor commands."""
-    scene, config = shelf.get(name, 7), SimulatedRobotConfig(plant="kinematic")
+    scene, config = scenes.get(name, 7), SimulatedRobotConfig(plant="kinematic")
     clouds, steps = [], []
     for far_sighted in (False, True):
         steering = Steering(ReactiveController(config.robot, config.grid))
@@ -72,9 +72,9 @@ def test_a_short_sighted_robot_drives_the_same(shelf, name):
 
 
 @pytest.mark.parametrize("name", ["policy+planner", "reactive"])
-def test_cells_are_classified_when_a_decision_is_due_and_observers_change_nothing(shelf, name):
+def test_cells_are_classified_when_a_decision_is_due_and_observers_change_nothing(scenes, name):
     """With observers the scan is made at each step; the drive is the same to the bit."""
-    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
+    scene, config = scenes.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
     drives, scans = [], []
     for watched in (False, True):
         steering = make_steering(name, None, config)
@@ -102,9 +102,9 @@ def test_cells_are_classified_when_a_decision_is_due_and_observers_change_nothin
     assert scans[0] == -(-scans[1] // steering.action_repeat)
 
 
-def test_rays_of_limited_range_hit_what_endless_ones_hit(shelf):
+def test_rays_of_limited_range_hit_what_endless_ones_hit(scenes):
     """Within the limit ranges and classes are equal; beyond it there is no hit."""
-    scene, rng = shelf.get("natural-test", 7), np.random.default_rng(0)
+    scene, rng = scenes.get("natural-test", 7), np.random.default_rng(0)
     rays, ground = scene.rays, scene.world.ground
     for _ in range(20):
         x, y = rng.uniform(-45, 45, 2)

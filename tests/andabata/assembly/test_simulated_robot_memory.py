@@ -16,9 +16,9 @@ CLOUD = 40_000 * 12
 
 
 @pytest.fixture
-def drive(shelf):
+def drive(scenes):
     """Return a function that drives some steps, after the first clouds and all compilation."""
-    scene, config = shelf.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
+    scene, config = scenes.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
     steering = Steering(ReactiveController(config.robot, config.grid))
     robot = SimulatedRobot(scene, config, Models(), steering)
     task = scene.world.tasks[0]

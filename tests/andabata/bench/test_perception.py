@@ -1,4 +1,4 @@
-"""Peers label points; the bench scores everybody on the same clouds."""
+"""Peers label points; all subjects are scored on the same clouds and hazards."""
 
 import json
 
@@ -6,10 +6,20 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.perception_peers import PEERS
+from andabata.bench.perception import (
+    OURS,
+    hazard_scores,
+    hazard_table,
+    score_rows,
+    score_table,
+    tune_peers,
+    world_table,
+)
+from andabata.bench.perception_peers import PEERS, Peer
 from andabata.datasets.hazard_suite import hazard_cases, hazard_cloud
 from traversability.grid import PolarGrid
 from traversability.height_rule import quantile_rule
+from traversability.labels import CellState, nontraversable
 
 GRID = PolarGrid()
 
@@ -23,6 +33,7 @@ def flat_with_post():
 
 
 def test_the_rule_finds_what_stands_on_its_cell():
+    """A post on flat ground is labelled, and nothing else."""
     points, post = flat_with_post()
     flags = quantile_rule(0.15, 0.25, GRID)(points)
     np.testing.assert_array_equal(flags, post)
@@ -30,6 +41,7 @@ def test_the_rule_finds_what_stands_on_its_cell():
 
 @pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
 def test_each_peer_finds_a_post_on_flat_ground(peer, capfd):
+    """Every combination of settings is listed once, and nothing is printed."""
     points, post = flat_with_post()
     settings = list(peer.settings())
     assert len(settings) == np.prod([len(values) for values in peer.choices.values()])
@@ -44,6 +56,7 @@ def test_each_peer_finds_a_post_on_flat_ground(peer, capfd):
 
 
 def test_the_suite_is_fixed_and_covers_every_distance():
+    """Cases and their clouds repeat; another seed gives another cloud."""
     first, second = list(hazard_cases()), list(hazard_cases())
     assert first == second
     assert len({case.number for case in first}) == len(first)
@@ -53,7 +66,8 @@ def test_the_suite_is_fixed_and_covers_every_distance():
     assert len(hazard_cloud(case, 1)) != len(hazard_cloud(case))
 
 
-def test_the_bench_gives_a_row_for_each_figure(tmp_path, capsys):
+def test_the_bench_gives_a_row_for_each_score(tmp_path, capsys):
+    """The verb's JSON has rows for the shipped classifier, a peer and the point classifier."""
     clouds = str(tmp_path / "clouds")
     small = ["--set", "patch_size=40", "--workers", "1", "--json"]
     counts = ["--train", "2", "--validation", "2"]
@@ -67,3 +81,94 @@ def test_the_bench_gives_a_row_for_each_figure(tmp_path, capsys):
     assert {"name", "subject", "value", "unit", "ratio_to_ours", "runs"} == set(data["rows"][0])
     assert ("quantile rule", "f1_red") in rows
     assert ("point classifier", "f1_points") in rows
+
+
+EMPTY, FREE, BLOCKED = CellState.EMPTY, CellState.TRAVERSABLE, CellState.NON_TRAVERSABLE
+
+
+def hazard(*sectors):
+    """Return cells of one cloud, free but for the first sectors' first rings."""
+    cells = np.full((1, GRID.n_sectors, GRID.n_rings), FREE, dtype=np.uint8)
+    for number, states in enumerate(sectors):
+        cells[0, number, : len(states)] = states
+    return cells
+
+
+def test_hazards_are_scored_by_cells_and_by_sectors():
+    """Recall counts blocked cells, ``stopped`` sectors whose range is at most a ring too long."""
+    truth = hazard([FREE, BLOCKED], [BLOCKED, BLOCKED], [BLOCKED], [EMPTY])
+    called = hazard([FREE, FREE, BLOCKED], [BLOCKED, FREE], [FREE, FREE, BLOCKED], [EMPTY])
+    clear = np.zeros(truth.shape, dtype=bool)
+    clear[0, 1, 0] = True
+    scores = hazard_scores(truth, called, clear, GRID)
+    near = int(np.searchsorted(GRID.ring_edges, 4.0))
+    free = GRID.n_sectors * near - 5
+    assert scores == {
+        "clouds": 1,
+        "red_cells": 4,
+        "recall": 0.25,
+        "recall_clear": 1.0,
+        "stopped": pytest.approx(2 / 3),
+        "false_alarms": pytest.approx(2 / free),
+    }
+
+
+def test_cells_of_hazards_beyond_4_m_do_not_count():
+    """A far hazard has no recall, and false alarms there are none."""
+    near = int(np.searchsorted(GRID.ring_edges, 4.0))
+    far = hazard([FREE] * near + [BLOCKED])
+    scores = hazard_scores(far, hazard(), np.ones(far.shape, dtype=bool), GRID)
+    assert scores["red_cells"] == 0
+    assert scores["recall"] is None
+    assert scores["stopped"] is None
+    assert hazard_scores(hazard(), far, far == BLOCKED, GRID)["false_alarms"] == 0.0
+
+
+def subject(value, ms, **more):
+    """Return scores of a subject."""
+    scores = {"balanced_accuracy": value, "f1_red": value / 2, "recall": value / 4, "ms": ms}
+    confusion = {"tp": 1, "tn": 2, "fp": 3, "fn": 4}
+    return scores | {"confusion": confusion, "worlds": {"maze": 0.5, "hill": 0.25}} | more
+
+
+def test_ratios_are_of_our_scores_where_we_have_one():
+    """A peer's points have no ratio, since the cell classifier labels none."""
+    rows = score_rows({OURS: subject(0.8, 2.0), "peer": subject(0.4, 8.0, f1_points=0.3)})
+    found = {(row["subject"], row["name"]): row for row in rows}
+    assert found["peer", "ms"]["ratio_to_ours"] == 4.0
+    assert found["peer", "ms"]["unit"] == "ms"
+    assert found["peer", "f1_red"]["ratio_to_ours"] == 0.5
+    assert found["peer", "f1_points"]["ratio_to_ours"] is None
+    assert (OURS, "f1_points") not in found
+    assert {row["runs"] for row in rows} == {10}
+
+
+def test_tables_have_a_line_for_each_subject():
+    """Worlds are columns in the order of their names; what a subject lacks is None."""
+    scores = {OURS: subject(0.8, 2.0), "peer": subject(0.4, 8.0, f1_points=0.3)}
+    assert [row["F1 of points"] for row in score_table(scores)] == [None, 0.3]
+    assert score_table(scores)[1]["bal. accuracy"] == 0.4
+    assert world_table(scores)[0] == {"subject": OURS, "hill": 0.25, "maze": 0.5}
+    scores = hazard_scores(hazard([BLOCKED]), hazard(), np.zeros((1, 32, 10), dtype=bool), GRID)
+    (row,) = hazard_table([{"hazard": "ditch"} | scores])
+    assert row["blocked cells"] == 1
+    assert row["recall"] == 0.0
+
+
+def test_missing_peers_are_named_and_left_out(monkeypatch):
+    """The others have the settings with the best F1."""
+
+    def missing(grid):
+        raise ModuleNotFoundError("no module", name="csf")
+
+    cloud = hazard_cloud(next(case for case in hazard_cases() if case.hazard == "rock_field"))
+
+    def rule(good, grid):
+        return lambda points: nontraversable(cloud) == good
+
+    peers = (Peer("absent", missing, {}), Peer("rule", rule, {"good": (False, True)}))
+    monkeypatch.setattr("andabata.bench.perception.PEERS", peers)
+    messages = []
+    tuned = tune_peers([cloud], GRID, messages.append)
+    assert tuned == (("rule", (("good", True),)),)
+    assert messages[0] == "absent: left out, csf is not installed (extra `peers`)"

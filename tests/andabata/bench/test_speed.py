@@ -1,4 +1,4 @@
-"""The speed table: everyone in turns, those who are missing named, ours the measure."""
+"""Speed: contenders in turns, missing peers named, ratios relative to ours."""
 
 import json
 
@@ -6,40 +6,44 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench import speed
-from andabata.bench.speed import Case, Contender, race
+from andabata.bench.speed import Case, Contender, run_case, speed_table
 
 
 def test_rows_hold_medians_and_ratios_and_the_missing_are_named():
-    def missing():
-        raise ModuleNotFoundError("no module", name="nobody")
+    """A call that returns a duration is not timed; ratios are of speeds."""
 
-    said = []
+    def missing():
+        raise ModuleNotFoundError("no module", name="absent")
+
+    messages = []
     contenders = (
         Contender("ours", 10, lambda: lambda: 0.5),  # Half a second by its own clock.
         Contender("theirs", 10, lambda: lambda: 2.0),
         Contender("absent", 10, missing),
     )
-    rows = race(Case("work", "units/s", contenders), 3, 0.0, said.append)
+    rows = run_case(Case("work", "units/s", contenders), 3, 0.0, messages.append)
     assert [row["subject"] for row in rows] == ["ours", "theirs"]
     assert [row["value"] for row in rows] == [20.0, 5.0]
     assert [row["ratio_to_ours"] for row in rows] == [1.0, 0.25]
     assert rows[0]["runs"] == 3
-    assert said == ["absent: left out, nobody is not installed (extra `peers`)"]
+    assert messages == ["absent: left out, absent is not installed (extra `peers`)"]
 
 
 def test_work_without_a_clock_of_its_own_is_timed(monkeypatch):
+    """A turn repeats the call until its time is over."""
     now = [0.0]
 
     def work():
         now[0] += 0.25
 
     monkeypatch.setattr(speed.time, "perf_counter", lambda: now[0])
-    (row,) = race(Case("work", "units/s", (Contender("ours", 1, lambda: work),)), 1, 1.0, print)
+    (row,) = run_case(Case("work", "units/s", (Contender("ours", 1, lambda: work),)), 1, 1.0, print)
     assert row["value"] == 4.0
 
 
 @pytest.mark.parametrize("only", ["filter of 18 numbers", "maze in 2D"])
 def test_the_verb_prints_rows_and_draws_them(capsys, tmp_path, only):
+    """Only the chosen case runs; ours has the ratio one."""
     picture = tmp_path / "speed.png"
     words = ["--only", only, "--runs", "1", "--seconds", "0", "--out", str(picture)]
     assert main(["bench", *words, "--json", "--quiet"]) == 0
@@ -52,6 +56,20 @@ def test_the_verb_prints_rows_and_draws_them(capsys, tmp_path, only):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_work_that_nobody_does_is_named(capsys):
+def test_an_unknown_case_is_an_error_that_lists_the_known_ones(capsys):
+    """Nothing is timed."""
     assert main(["bench", "--only", "flying", "--runs", "1", "--quiet"]) == 1
     assert "only: expected part of one of laser, maze in 2D" in capsys.readouterr().err
+
+
+def test_the_table_shows_speeds_with_their_unit():
+    """Each row has its spread."""
+    row = {"name": "work", "subject": "ours", "value": 20.0, "unit": "units/s", "runs": 3}
+    (shown,) = speed_table([row | {"ratio_to_ours": 0.25, "low": 19.0, "high": 21.0}])
+    assert shown == {
+        "work": "work",
+        "subject": "ours",
+        "speed": "20 units/s",
+        "ratio to ours": "0.25",
+        "least to most": "19 to 21",
+    }

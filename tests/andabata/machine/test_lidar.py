@@ -122,9 +122,9 @@ def test_the_cloud_travels_with_the_robot(make_scene):
     assert cloud.frame == "base_footprint"
 
 
-def test_a_cloud_has_about_as_many_points_as_the_papers_when_near_beams_are_thinned(shelf):
+def test_a_cloud_has_about_as_many_points_as_the_papers_when_near_beams_are_thinned(scenes):
     """Thinning leaves out two near beams in three and no far one."""
-    scene = shelf.get("natural", 3)
+    scene = scenes.get("natural", 3)
     ground = scene.world.ground
     start = scene.world.tasks[0].start
     height = float(ground.height_at(start.x, start.y))

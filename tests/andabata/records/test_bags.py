@@ -1,22 +1,24 @@
-"""One definition or one message that can't be read costs itself alone, and is said."""
+"""Unreadable definitions and messages are skipped one by one and reported."""
 
 import pytest
 from rosbags.rosbag1 import Writer
 
-from andabata.records.bags import Bag, BagError
-from andabata.records.topics import message_types
+from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.messages import MessageBuilder
+from andabata.records.topics import TWIST, message_types
 from tests.recordings import STRING, note, stamp, write_bag
 
 DEFINITIONS = {
     "an empty one": "",
-    "of it": "other_msgs/Part part\n",
+    "without it": "other_msgs/Part part\n",
     "parsed": "int8 ! no (definition\n",
     "parsed: ": "\0\xff",
 }
 
 
 @pytest.mark.parametrize("reason", DEFINITIONS)
-def test_a_definition_that_cannot_be_used_costs_its_topic_alone(tmp_path, reason):
+def test_an_unusable_definition_skips_its_topic_only(tmp_path, reason):
+    """An unusable definition makes its topic unreadable, with a reason, and no other."""
     path = tmp_path / "x.bag"
     with Writer(path) as writer:
         good = writer.add_connection("/good", STRING, typestore=message_types(1))
@@ -36,6 +38,7 @@ def test_a_definition_that_cannot_be_used_costs_its_topic_alone(tmp_path, reason
 
 
 def test_types_without_fields_are_read(tmp_path):
+    """A type without fields is read, with or without a definition."""
     path = tmp_path / "x.bag"
     with Writer(path) as writer:
         own = writer.add_connection("/go", "std_msgs/msg/Empty", typestore=message_types(1))
@@ -49,6 +52,7 @@ def test_types_without_fields_are_read(tmp_path):
 
 
 def test_one_topic_with_two_definitions_is_read_by_each(tmp_path):
+    """Each connection of a topic is read by its own definition."""
     path = tmp_path / "x.bag"
     with Writer(path) as writer:
         old = writer.add_connection("/x", "my_msgs/msg/X", msgdef="int8 a\n", md5sum="1" * 32)
@@ -63,7 +67,8 @@ def test_one_topic_with_two_definitions_is_read_by_each(tmp_path):
     assert (second.a, second.b) == (2, 3)
 
 
-def test_messages_that_cannot_be_deserialised_are_counted_once_a_reading(tmp_path):
+def test_undeserialisable_messages_are_counted_once_per_pass(tmp_path):
+    """A second pass over the messages does not count unreadable ones twice."""
     path = tmp_path / "x.bag"
     with Writer(path) as writer:
         own = writer.add_connection("/notes", STRING, typestore=message_types(1))
@@ -78,8 +83,24 @@ def test_messages_that_cannot_be_deserialised_are_counted_once_a_reading(tmp_pat
         assert bag.topics["/notes"][1] == 5
 
 
-def test_a_bag_that_is_not_open_or_not_there_is_said(tmp_path):
+def test_a_missing_or_closed_bag_is_an_error(tmp_path):
+    """A missing file, and reading before opening, raise a BagError with the next step."""
     with pytest.raises(BagError, match="got nothing"):
         Bag(tmp_path / "none.bag")
     with pytest.raises(BagError, match="with statement"):
         list(Bag(write_bag(tmp_path / "x.bag")).messages())
+
+
+def test_mcap_files_are_read_by_the_reference_reader(tmp_path):
+    """The mcap package reads our files with their checksums."""
+    from mcap.reader import make_reader
+
+    path = tmp_path / "x.mcap"
+    writer, builder = open_writer(path), MessageBuilder(2)
+    for k in range(20):
+        writer.write(TWIST, builder.stamp_ns(k / 10), builder.twist(0.3, 0.1))
+    writer.close()
+    with path.open("rb") as file:
+        found = list(make_reader(file, validate_crcs=True).iter_messages())
+    assert len(found) == 20
+    assert found[0][0].name == "geometry_msgs/msg/Twist"

@@ -1,4 +1,4 @@
-"""What is exported is all that was recorded, and nothing is written by halves."""
+"""An export holds all that was recorded, and is written completely or not at all."""
 
 import base64
 import csv
@@ -12,13 +12,13 @@ from andabata.app.cli import main
 from andabata.records.bags import BagError
 from andabata.records.csv_table import LONGEST_ARRAY, LONGEST_BYTES, LONGEST_LIST
 from andabata.records.export import export_bag, file_names, read_bag_cloud
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import stamp, write_bag
 from traversability.cloud import PointCloud
 from traversability.formats import ply
 
-COMPOSE, TYPES = Composer(1), message_types(1)
+BUILDER, TYPES = MessageBuilder(1), message_types(1)
 
 
 def write(path, rows):
@@ -36,21 +36,24 @@ def write(path, rows):
 
 
 def rows_of(path):
+    """Return the rows of a CSV file."""
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
 
 def transforms(*children):
+    """Return topic, type and message of transforms to some child frames."""
     kind = "tf2_msgs/msg/TFMessage"
     parts = []
     for k, child in enumerate(children):
-        (one,) = COMPOSE.transform(k, np.array([k, 0.5, 0, 0, 0, 0, 1.0]), kind).transforms
+        (one,) = BUILDER.transform(k, np.array([k, 0.5, 0, 0, 0, 0, 1.0]), kind).transforms
         one.child_frame_id = child
         parts.append(one)
-    return ("/tf", kind, COMPOSE.new(kind, transforms=parts))
+    return ("/tf", kind, BUILDER.new(kind, transforms=parts))
 
 
 def test_arrays_that_grow_keep_all_their_columns(tmp_path):
+    """A longer array adds columns; shorter ones leave them empty."""
     path = write(tmp_path / "x.bag", [transforms("a"), transforms("a", "b", "c"), transforms()])
     export_bag(path, tmp_path / "out")
     rows = rows_of(tmp_path / "out" / "tf.csv")
@@ -62,9 +65,10 @@ def test_arrays_that_grow_keep_all_their_columns(tmp_path):
     assert names.index("transforms.1.child_frame_id") > names.index("transforms.0.child_frame_id")
 
 
-def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
-    imu = COMPOSE.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
-    count = COMPOSE.new("std_msgs/msg/UInt64", data=2**64 - 1)
+def test_integers_and_special_floats_are_kept(tmp_path):
+    """64-bit integers, NaN and infinities are written exactly."""
+    imu = BUILDER.imu(np.array([0, np.nan, np.inf, -np.inf, 0, 0, 9.81]))
+    count = BUILDER.new("std_msgs/msg/UInt64", data=2**64 - 1)
     rows = [("/imu", "sensor_msgs/msg/Imu", imu), ("/count", "std_msgs/msg/UInt64", count)]
     export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "imu.csv")
@@ -74,20 +78,22 @@ def test_integers_stay_whole_and_what_is_no_number_stays(tmp_path):
     assert row == {"recorded_ns": str(stamp(1)), "data": str(2**64 - 1)}
 
 
-def test_words_with_commas_quotes_and_lines_come_back(tmp_path):
+def test_strings_with_commas_quotes_and_lines_come_back(tmp_path):
+    """Strings survive the quoting of CSV."""
     text = 'a, "b"\nc\r\nß'
     kind = "std_msgs/msg/String"
-    rows = [("/notes", kind, COMPOSE.new(kind, data=text))]
+    rows = [("/notes", kind, BUILDER.new(kind, data=text))]
     export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "notes.csv")
     assert row["data"] == text
 
 
-def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
+def test_images_long_arrays_and_long_lists_get_one_column_each(tmp_path):
+    """Long arrays are one column of base64 or JSON, and a note names it."""
     pixels = np.arange(LONGEST_BYTES + 1, dtype=np.uint8)
-    image = COMPOSE.new(
+    image = BUILDER.new(
         "sensor_msgs/msg/Image",
-        header=COMPOSE.header(0, "camera"),
+        header=BUILDER.header(0, "camera"),
         height=1,
         width=len(pixels),
         encoding="mono8",
@@ -95,13 +101,13 @@ def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
         step=len(pixels),
         data=pixels,
     )
-    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    layout = BUILDER.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     kind = "std_msgs/msg/Float32MultiArray"
     long = np.linspace(0, 1, LONGEST_ARRAY + 1, dtype=np.float32)
     children = [f"frame_{k}" for k in range(LONGEST_LIST + 1)]
     rows = [
         ("/image", "sensor_msgs/msg/Image", image),
-        ("/long", kind, COMPOSE.new(kind, layout=layout, data=long)),
+        ("/long", kind, BUILDER.new(kind, layout=layout, data=long)),
         transforms(*children),
     ]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
@@ -121,15 +127,17 @@ def test_pictures_long_arrays_and_long_lists_get_one_column_each(tmp_path):
 
 
 def test_short_arrays_of_bytes_get_a_column_each(tmp_path):
-    layout = COMPOSE.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    """The longest short array of bytes still has a column per byte."""
+    layout = BUILDER.new("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     kind = "std_msgs/msg/UInt8MultiArray"
-    message = COMPOSE.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
+    message = BUILDER.new(kind, layout=layout, data=np.arange(LONGEST_BYTES, dtype=np.uint8))
     export_bag(write(tmp_path / "x.bag", [("/b", kind, message)]), tmp_path / "out")
     (row,) = rows_of(tmp_path / "out" / "b.csv")
     assert [int(row[f"data.{k}"]) for k in range(LONGEST_BYTES)] == list(range(LONGEST_BYTES))
 
 
 def test_no_two_topics_share_a_file():
+    """File names are unique even without regard to case, and contain no path."""
     streams = [
         ("/a/b", "x"),
         ("/a_b", "x"),
@@ -145,16 +153,18 @@ def test_no_two_topics_share_a_file():
 
 
 def test_topics_whose_names_collide_are_both_written(tmp_path):
+    """Two topics with the same file name both get a file."""
     kind = "std_msgs/msg/String"
-    rows = [(topic, kind, COMPOSE.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
+    rows = [(topic, kind, BUILDER.new(kind, data=topic)) for topic in ("/a/b", "/a_b")]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     assert {rows_of(path)[0]["data"] for path in found.files} == {"/a/b", "/a_b"}
 
 
 def test_two_types_of_one_topic_have_files_of_their_own(tmp_path):
+    """Each message type of a topic has its own file."""
     rows = [
-        ("/x", "std_msgs/msg/String", COMPOSE.new("std_msgs/msg/String", data="a")),
-        ("/x", "std_msgs/msg/Int8", COMPOSE.new("std_msgs/msg/Int8", data=3)),
+        ("/x", "std_msgs/msg/String", BUILDER.new("std_msgs/msg/String", data="a")),
+        ("/x", "std_msgs/msg/Int8", BUILDER.new("std_msgs/msg/Int8", data=3)),
     ]
     found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
     assert sorted(rows_of(path)[0]["data"] for path in found.files) == ["3", "a"]
@@ -180,13 +190,13 @@ def cloud(big=False, count=5, bad=False):
         data[:, offset : offset + dtype.itemsize] = values.view(np.uint8).reshape(
             count, dtype.itemsize
         )
-    return columns, COMPOSE.new(
+    return columns, BUILDER.new(
         POINT_CLOUD,
-        header=COMPOSE.header(0, "velodyne"),
+        header=BUILDER.header(0, "velodyne"),
         height=1,
         width=count + 3 * bad,
         fields=[
-            COMPOSE.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=k, count=1)
+            BUILDER.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=k, count=1)
             for n, k, o in fields
         ],
         is_bigendian=big,
@@ -199,6 +209,7 @@ def cloud(big=False, count=5, bad=False):
 
 @pytest.mark.parametrize("big", [False, True])
 def test_clouds_keep_every_field_of_every_point(tmp_path, big):
+    """A PLY file holds all fields of all points, from either byte order."""
     columns, message = cloud(big)
     (path,) = export_bag(
         write(tmp_path / "x.bag", [("/points", POINT_CLOUD, message)]), tmp_path / "out"
@@ -212,6 +223,7 @@ def test_clouds_keep_every_field_of_every_point(tmp_path, big):
 
 
 def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):
+    """An empty cloud gives a file; a damaged one is counted as left out."""
     rows = [
         ("/points", POINT_CLOUD, cloud(count=0)[1]),
         ("/points", POINT_CLOUD, cloud(bad=True)[1]),
@@ -228,7 +240,7 @@ def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):
 def unreadable(path):
     """A topic without definition and one message that is cut short, beside whole ones."""
     kind = "std_msgs/msg/String"
-    data = bytes(TYPES.serialize_ros1(COMPOSE.new(kind, data="hello"), kind))
+    data = bytes(TYPES.serialize_ros1(BUILDER.new(kind, data="hello"), kind))
     with Writer(path) as writer:
         good = writer.add_connection("/good", kind, typestore=TYPES)
         bad = writer.add_connection("/bad", "my_msgs/msg/X", msgdef="", md5sum="0" * 32)
@@ -238,7 +250,8 @@ def unreadable(path):
     return path
 
 
-def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path, capsys):
+def test_unreadable_messages_are_reported_and_the_rest_is_written(tmp_path, capsys):
+    """Exit code 3 and counts by topic report unreadable messages; readable ones are exported."""
     path = unreadable(tmp_path / "x.bag")
     words = ["bag", "export", str(path), "--out", str(tmp_path / "out")]
     assert main(words) == 3
@@ -249,12 +262,13 @@ def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path, capsys):
     data = json.loads(capsys.readouterr().out)
     assert {row["topic"]: row["messages"] for row in data["left_out"]} == {"/bad": 4, "/good": 1}
     assert len(rows_of(tmp_path / "out" / "good.csv")) == 3
-    # What nobody asked for is not missed.
+    # Unreadable topics that were not chosen are not reported.
     assert main([*words, "--topic", "/bad"]) == 3
     assert main(["bag", "export", str(write_bag(tmp_path / "y.bag")), "--out", str(tmp_path)]) == 0
 
 
 def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
+    """An interrupted export changes nothing in the folder."""
     path = write_bag(tmp_path / "x.bag")
     out = tmp_path / "out"
     out.mkdir()
@@ -276,9 +290,10 @@ def test_a_failure_leaves_the_old_files_and_no_others(tmp_path):
 
 
 def test_clouds_are_counted_from_both_ends(tmp_path):
+    """Numbers from 0 and from -1 count readable clouds; others are an error."""
     rows = []
     for k in range(4):
-        message = COMPOSE.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))
+        message = BUILDER.cloud(k, PointCloud(np.full((3, 3), k, np.float32), "base_link"))
         if k == 2:  # Its bytes end too early.
             message = bytes(TYPES.serialize_ros1(message, POINT_CLOUD))[:-5]
         rows.append(("/points", POINT_CLOUD, message))

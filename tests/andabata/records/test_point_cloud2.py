@@ -1,14 +1,26 @@
-"""PointCloud2 of any driver: points, times and what is to be said of them."""
+"""Points of PointCloud2 messages of any driver, with their times and remarks."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from andabata.records.messages import Composer
-from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2
+from andabata.records.messages import MessageBuilder
+from andabata.records.point_cloud2 import (
+    PointCloudError,
+    as_point_cloud2,
+    cloud_of,
+    decode_point_cloud2,
+    point_columns,
+)
 from andabata.records.topics import POINT_CLOUD
+from andabata.records.unusable_message import UnusableMessageError
+from tests import made_bag
+from tests.made_bag import new
+from tests.made_messages import header
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
-COMPOSE = Composer(2)
+COMPOSE = MessageBuilder(2)
 SECONDS = COMPOSE.epoch_ns / 1e9
 
 
@@ -51,6 +63,7 @@ POINTS = np.array([[1.0, 2, 3], [0, 0, 0], [np.nan, 1, 1], [4, 5, 6], [np.inf, 0
 
 
 def test_no_returns_of_a_sensor_are_left_out_with_their_times_and_counted():
+    """Points at the origin or not finite are left out with their times."""
     times = np.array([0.01, 0.0, 0.02, 0.09, 0.0])
     stamps = SECONDS + times
     stamps[1] = 0.0  # Drivers fill a slot without a return with zeros.
@@ -62,6 +75,7 @@ def test_no_returns_of_a_sensor_are_left_out_with_their_times_and_counted():
 
 
 def test_the_origin_of_the_base_may_be_a_point():
+    """Only in a sensor frame is the origin no return."""
     decoded = decode_point_cloud2(message(xyz(POINTS), "base_footprint"))
     assert (decoded.no_returns, len(decoded.cloud)) == (2, 3)
 
@@ -76,12 +90,14 @@ def test_the_origin_of_the_base_may_be_a_point():
     ],
 )
 def test_times_are_the_same_whichever_driver_wrote_them(name, values):
+    """Absolute and relative times, in ns, us or s, give equal stamps."""
     columns = xyz([[1, 1, 1], [2, 2, 2]]) | {name: values}
     decoded = decode_point_cloud2(message(columns), None, 3.0)
     np.testing.assert_allclose(decoded.cloud.stamps, [3.0, 3.05], atol=1e-6)
 
 
-def test_times_that_cannot_be_are_named_and_the_headers_taken():
+def test_impossible_times_are_replaced_by_the_headers():
+    """Times out of reach are remarked on and the header used."""
     columns = xyz([[1, 1, 1], [2, 2, 2]]) | {"time": np.array([0, 5e6], dtype="f4")}
     decoded = decode_point_cloud2(message(columns), None, 3.0)
     np.testing.assert_array_equal(decoded.cloud.stamps, [3.0, 3.0])
@@ -92,12 +108,14 @@ def test_times_that_cannot_be_are_named_and_the_headers_taken():
 
 
 def test_far_coordinates_in_doubles_are_kept():
+    """Coordinates beyond float32 keep their precision."""
     far = np.array([[701_362.561, 4_485_513.722, 312.345], [701_363.0, 4_485_514.0, 313.0]])
     cloud = decode_point_cloud2(message(dict(zip("xyz", far.T, strict=True)))).cloud
     np.testing.assert_allclose(cloud.coordinates(), far, atol=1e-6)
 
 
-def test_whole_numbers_are_metres_and_that_is_said():
+def test_whole_numbers_are_metres():
+    """Integers are metres, with a remark."""
     columns = {name: np.array([1, 2], dtype="i2") for name in "xyz"}
     decoded = decode_point_cloud2(message(columns))
     np.testing.assert_array_equal(decoded.cloud.points, [[1, 1, 1], [2, 2, 2]])
@@ -105,14 +123,95 @@ def test_whole_numbers_are_metres_and_that_is_said():
 
 
 def test_a_row_that_is_the_only_one_needs_no_length():
+    """The row length of a single row is ignored."""
     for row_step in (0, 3, 10_000):
         assert len(decode_point_cloud2(message(xyz(POINTS), row_step=row_step)).cloud) == 2
 
 
 def test_contradictions_are_errors():
+    """Counts and sizes that contradict each other are errors."""
     with pytest.raises(PointCloudError, match="field x: expected one number a point, got 3"):
         decode_point_cloud2(message(xyz(POINTS), counts={"x": 3}))
     with pytest.raises(PointCloudError, match="expected points, got"):
         decode_point_cloud2(message(xyz(POINTS), width=2**31, height=2**31))
     with pytest.raises(PointCloudError, match="rows of"):
         decode_point_cloud2(message(xyz(POINTS), width=6))
+    with pytest.raises(PointCloudError, match="expected points, got 0 times 1"):
+        decode_point_cloud2(message(xyz(np.zeros((0, 3)))))
+
+
+def test_rows_are_read_by_their_own_length():
+    """Bytes between two rows are skipped, and rows follow each other."""
+    rows = np.arange(12, dtype="f4").reshape(4, 3)
+    padding = b"\xff" * 5
+    padded = rows[:2].tobytes() + padding + rows[2:].tobytes() + padding
+    cloud = decode_point_cloud2(
+        message(xyz(rows), height=2, width=2, row_step=29, data=np.frombuffer(padded, np.uint8)),
+        "base_link",
+    ).cloud
+    np.testing.assert_array_equal(cloud.points, rows)
+
+
+def test_all_fields_of_all_points_become_columns():
+    """Types are kept, several numbers are numbered, and points without a return stay."""
+    columns = point_columns(message(xyz(POINTS) | {"ring": np.arange(5, dtype="u2")}))
+    assert {name: column.dtype.str for name, column in columns.items()} == {
+        "x": "<f4", "y": "<f4", "z": "<f4", "ring": "<u2",
+    }  # fmt: skip
+    np.testing.assert_array_equal(columns["ring"], np.arange(5))
+    np.testing.assert_array_equal(columns["x"], POINTS[:, 0].astype("f4"))
+    pairs = message({"x": np.array([1, 2], "f4"), "y": np.array([3, 4], "f4")}, counts={"x": 2})
+    columns = point_columns(pairs)
+    assert {name: column.tolist() for name, column in columns.items()} == {
+        "x_0": [1, 2], "x_1": [3, 4], "y": [3, 4],
+    }  # fmt: skip
+    empty = point_columns(message(xyz(np.zeros((0, 3)))))
+    assert [len(column) for column in empty.values()] == [0, 0, 0]
+
+
+def test_columns_are_in_the_byte_order_of_the_machine():
+    """Big-endian numbers keep their values."""
+    swapped = {name: column.astype(">f4") for name, column in xyz(POINTS[3:4]).items()}
+    columns = point_columns(message(swapped, is_bigendian=True))
+    assert [columns[name].tolist() for name in "xyz"] == [[4], [5], [6]]
+    assert columns["x"].dtype.isnative
+
+
+def test_names_of_columns_differ():
+    """Spaces are replaced and repeated names numbered."""
+    fields = message(xyz(POINTS[:1])).fields
+    named = [
+        replace(field, name=name) for field, name in zip(fields, ("a b", "a_b", ""), strict=True)
+    ]
+    columns = point_columns(message(xyz(POINTS[:1]), fields=named))
+    assert list(columns) == ["a_b", "a_b_2", "field"]
+
+
+def test_a_field_outside_of_its_point_is_an_error():
+    """The last byte of a field must lie inside the point."""
+    fields = message(xyz(POINTS)).fields
+    for changes in ({"offset": 9}, {"count": 2}, {"datatype": 9}):
+        wrong = [*fields[:2], replace(fields[2], **changes)]
+        with pytest.raises(PointCloudError, match="field z: expected numbers inside 12 bytes"):
+            point_columns(message(xyz(POINTS), fields=wrong))
+    with pytest.raises(PointCloudError, match="expected x, y and z, got none"):
+        point_columns(message(xyz(POINTS), fields=[]))
+
+
+def test_the_older_point_cloud_keeps_points_and_channels():
+    """PointCloud keeps its points, and its channels as fields."""
+    point, channel = (
+        made_bag.TYPES.types[f"{kind}"]
+        for kind in ("geometry_msgs/msg/Point32", "sensor_msgs/msg/ChannelFloat32")
+    )
+    message = new(
+        "sensor_msgs/msg/PointCloud",
+        header=header(),
+        points=[point(x=float(k), y=2.0, z=-1.0) for k in range(4)],
+        channels=[channel(name="time", values=np.arange(4, dtype=np.float32) / 100)],
+    )
+    cloud = cloud_of(as_point_cloud2(message), None, 5.0)
+    np.testing.assert_array_equal(cloud.points, [[k, 2, -1] for k in range(4)])
+    np.testing.assert_allclose(cloud.stamps, 5.0 + np.arange(4) / 100, atol=1e-7)
+    with pytest.raises(UnusableMessageError, match="channel"):
+        as_point_cloud2(replace(message, points=message.points[:2]))

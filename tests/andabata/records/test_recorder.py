@@ -1,4 +1,4 @@
-"""Recordings hold the drive to the bit, in every format, and survive kills and damage."""
+"""Recordings hold the drive exactly, in every format, and survive kills and damage."""
 
 import json
 import struct
@@ -9,15 +9,18 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.records import topics
-from andabata.records.bag_reader import Setup, read_setup
 from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer, fix_of
+from andabata.records.messages import MessageBuilder, header_ns
 from andabata.records.point_cloud2 import PointCloudError, cloud_of
+from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import TOPICS
+from tests.played_graph import MemoryWriter
 from traversability.cloud import PointCloud
-from worlds.scenes import SceneShelf
+from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
@@ -37,6 +40,7 @@ def recorded(tmp_path_factory):
 
 
 def run(capsys, *words):
+    """Run a command; return the exit code and its JSON."""
     capsys.readouterr()
     code = main([*words, "--json"])
     out = capsys.readouterr().out
@@ -45,6 +49,7 @@ def run(capsys, *words):
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
 def test_every_topic_is_there_at_its_rate(capsys, recorded, suffix):
+    """A recording has all topics with their types and rates."""
     code, data = run(capsys, "bag", "info", str(recorded[suffix]))
     assert code == 0
     ros = 1 if suffix == "bag" else 2
@@ -60,6 +65,7 @@ def test_every_topic_is_there_at_its_rate(capsys, recorded, suffix):
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
 def test_a_replay_makes_the_same_scans_and_commands(capsys, recorded, suffix):
+    """A replay reproduces all recorded virtual scans and commands."""
     code, data = run(capsys, "bag", "replay", str(recorded[suffix]))
     assert code == 0
     assert data["periods"] > 100
@@ -69,27 +75,30 @@ def test_a_replay_makes_the_same_scans_and_commands(capsys, recorded, suffix):
     assert data["same_models"] is True
 
 
-def test_a_drive_with_a_map_replays_within_its_fence(capsys, tmp_path):
+def test_a_drive_with_a_map_replays_within_its_geofence(capsys, tmp_path):
+    """The geofence is recorded, and a replay with the planner gives the same commands."""
     path = tmp_path / "drive.mcap"
     words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "learned"]
     limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence
-    assert geofence == SceneShelf(1).get("natural-test", evaluation_world(3, 0)).geofence
+    assert geofence == SceneCache(1).get("natural-test", evaluation_world(3, 0)).geofence
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0
 
 
 @pytest.mark.parametrize("geofence", ["here", [0.0, 1.0], [None, 0.0, 1.0, 1.0]])
-def test_a_fence_that_is_none_is_refused(geofence):
+def test_an_invalid_geofence_is_refused(geofence):
+    """A recorded geofence that is not four numbers raises a BagError."""
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     with pytest.raises(BagError, match="geofence: expected x_min, y_min, x_max, y_max"):
-        _ = Setup(pose, 0, {"geofence": geofence}).geofence
+        _ = DriveSetup(pose, 0, {"geofence": geofence}).geofence
 
 
 def test_another_controller_gives_other_commands_from_the_same_scans(capsys, recorded):
+    """Another controller changes the commands only; one that needs the truth is refused."""
     path = str(recorded["mcap"])
     code, data = run(capsys, "bag", "replay", path, "--controller", "straight")
     assert code == 0
@@ -98,7 +107,8 @@ def test_another_controller_gives_other_commands_from_the_same_scans(capsys, rec
     assert main(["bag", "replay", path, "--controller", "oracle"]) == 1
 
 
-def test_a_recorded_cloud_can_be_judged(capsys, recorded, tmp_path):
+def test_a_recorded_cloud_can_be_classified(capsys, recorded, tmp_path):
+    """A cloud of a recording gives cells; a topic without clouds is an error."""
     picture = str(tmp_path / "scan.png")
     words = ["--topic", "/points_relative", "--number", "-1", "--picture", picture]
     code, data = run(capsys, "scan", str(recorded["mcap"]), *words)
@@ -109,6 +119,7 @@ def test_a_recorded_cloud_can_be_judged(capsys, recorded, tmp_path):
 
 
 def test_export_gives_clouds_and_tables(capsys, recorded, tmp_path):
+    """Clouds are exported as PLY, other topics as CSV; an unknown topic is an error."""
     words = ["--out", str(tmp_path / "x"), "--topic", "/points", "--topic", "/imu/data"]
     code, data = run(capsys, "bag", "export", str(recorded["mcap"]), *words)
     assert code == 0
@@ -123,6 +134,7 @@ def test_export_gives_clouds_and_tables(capsys, recorded, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap"])
 def test_most_of_a_killed_recording_is_salvaged(capsys, recorded, tmp_path, suffix):
+    """Of nine tenths of a file more than three quarters of the messages are salvaged."""
     data = recorded[suffix].read_bytes()
     cut = tmp_path / f"cut.{suffix}"
     cut.write_bytes(data[: int(len(data) * 0.9)])
@@ -145,6 +157,7 @@ def test_most_of_a_killed_recording_is_salvaged(capsys, recorded, tmp_path, suff
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap"])
 def test_a_whole_recording_is_salvaged_whole(capsys, recorded, tmp_path, suffix):
+    """Salvage of an undamaged recording loses no message."""
     out = tmp_path / f"same.{suffix}"
     code, found = run(capsys, "bag", "salvage", str(recorded[suffix]), "--out", str(out))
     assert code == 0
@@ -154,6 +167,7 @@ def test_a_whole_recording_is_salvaged_whole(capsys, recorded, tmp_path, suffix)
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap"])
 def test_damage_is_one_clear_error(capsys, recorded, tmp_path, suffix):
+    """Flipped bits and cut files give an error message, never a traceback."""
     rng, data = np.random.default_rng(0), recorded[suffix].read_bytes()
     path = tmp_path / f"bad.{suffix}"
     for _ in range(12):
@@ -170,7 +184,8 @@ def test_damage_is_one_clear_error(capsys, recorded, tmp_path, suffix):
         assert "expected" in capsys.readouterr().err
 
 
-def test_the_manifest_tells_a_flipped_bit(recorded):
+def test_the_manifest_holds_the_checksum(recorded):
+    """The manifest beside a recording holds the SHA-256 of its file."""
     import hashlib
 
     about = json.loads(recorded["mcap"].with_name("drive.mcap.json").read_text())
@@ -178,16 +193,17 @@ def test_the_manifest_tells_a_flipped_bit(recorded):
     assert about["sha256"]["drive.mcap"] == hashlib.sha256(data).hexdigest()
 
 
-def test_a_recording_without_our_topics_says_what_is_missing(capsys, tmp_path):
+def test_missing_topics_and_wrong_paths_are_named(capsys, tmp_path):
+    """A replay names missing and found topics; a writer refuses existing and odd paths."""
     path = tmp_path / "other.bag"
-    writer, compose = open_writer(path), Composer(1)
-    writer.write(topics.TWIST, compose.stamp_ns(0.0), compose.twist(0.3, 0.1))
+    writer, builder = open_writer(path), MessageBuilder(1)
+    writer.write(topics.TWIST, builder.stamp_ns(0.0), builder.twist(0.3, 0.1))
     writer.close()
     assert main(["bag", "replay", str(path)]) == 1
     error = capsys.readouterr().err
     assert "/2D_scan" in error
     assert "/cmd_vel" in error
-    with pytest.raises(BagError, match="one that is there"):
+    with pytest.raises(BagError, match="an existing one"):
         open_writer(path)
     with pytest.raises(BagError, match=r"\.bag, \.mcap or \.db3"):
         open_writer(tmp_path / "x.txt")
@@ -195,7 +211,7 @@ def test_a_recording_without_our_topics_says_what_is_missing(capsys, tmp_path):
 
 def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
     """Return a PointCloud2 with its own layout."""
-    compose, order = Composer(2), ">" if big else "<"
+    builder, order = MessageBuilder(2), ">" if big else "<"
     number = {"f4": 7, "f8": 8, "i2": 3}[dtype]
     width = len(points) // rows
     data = bytearray()
@@ -208,12 +224,12 @@ def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
         if (k + 1) % width == 0:
             data += b"\xee" * pad
     fields = [
-        compose.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
+        builder.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
         for n, o in zip("xyz", offsets, strict=True)
     ]
-    return compose.new(
+    return builder.new(
         "sensor_msgs/msg/PointCloud2",
-        header=compose.header(0.0, "velodyne"),
+        header=builder.header(0.0, "velodyne"),
         height=rows,
         width=width,
         fields=fields,
@@ -236,19 +252,22 @@ def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
     ],
 )
 def test_any_layout_of_points_is_read(dtype, offsets, step, rows, pad, big):
+    """Points are read from any offsets, types, padding and byte order."""
     points = np.arange(24).reshape(8, 3) - 5
     cloud = cloud_of(foreign(points, dtype, offsets, step, big, rows, pad))
     np.testing.assert_array_equal(cloud.points, points)
     assert cloud.frame == "sensor"
 
 
-def test_points_that_are_none_are_left_out():
+def test_points_that_are_not_finite_are_left_out():
+    """Points with NaN or infinite coordinates are dropped."""
     points = np.array([[1.0, 2, 3], [np.nan, 0, 0], [0, np.inf, 0], [4, 5, 6]])
     cloud = cloud_of(foreign(points, "f4", (0, 4, 8), 16))
     np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
 
 
-def test_a_cloud_that_lies_about_itself_is_an_error():
+def test_an_inconsistent_cloud_is_an_error():
+    """Wrong sizes, offsets and missing fields raise a PointCloudError."""
     message = foreign(np.ones((4, 3)), "f4", (0, 4, 8), 12)
     with pytest.raises(PointCloudError, match="rows of"):
         cloud_of(replace(message, width=5, row_step=60))
@@ -258,42 +277,44 @@ def test_a_cloud_that_lies_about_itself_is_an_error():
         cloud_of(replace(message, fields=message.fields[:2]))
 
 
-def test_a_cloud_goes_there_and_back(tmp_path):
+def test_a_cloud_survives_writing_and_reading(tmp_path):
+    """Points and frame of a cloud come back exactly from both formats."""
     points = np.random.default_rng(0).normal(size=(500, 3)).astype(np.float32)
     for suffix, ros in (("bag", 1), ("mcap", 2)):
         path = tmp_path / f"one.{suffix}"
-        writer, compose = open_writer(path), Composer(ros)
-        message = compose.cloud(1.0, PointCloud(points, "base_footprint"))
-        writer.write(topics.CLOUD, compose.stamp_ns(1.0), message)
+        writer, builder = open_writer(path), MessageBuilder(ros)
+        message = builder.cloud(1.0, PointCloud(points, "base_footprint"))
+        writer.write(topics.CLOUD, builder.stamp_ns(1.0), message)
         writer.close()
         cloud = read_bag_cloud(path, None)
         np.testing.assert_array_equal(cloud.points, points)
         assert cloud.frame == "base_footprint"
 
 
-def test_a_receiver_without_a_fix_says_so_there_and_back():
-    row = np.array([3.0, np.nan, np.nan, np.nan, np.inf])
-    message = Composer(1).fix(row)
-    assert message.status.status == -1
-    np.testing.assert_array_equal(fix_of(message), row[1:])
-    known = np.array([3.0, 36.7, -4.4, 60.0, 0.5])
-    np.testing.assert_allclose(fix_of(Composer(2).fix(known)), known[1:])
+def test_messages_leave_by_time_and_then_by_arrival():
+    """A queue writes its messages once, sorted by stamp; equal stamps keep their order."""
+    writer, builder = MemoryWriter(), MessageBuilder(1, 0)
+    queue = MessageQueue(writer, builder)
+    for seconds, name in ((0.2, "a"), (0.1, "b"), (0.2, "c"), (0.1, "d")):
+        queue.add(seconds, topics.TWIST, name)
+    queue.flush()
+    queue.flush()
+    assert [name for _, _, name in writer.messages] == ["b", "d", "a", "c"]
+    assert [stamp for stamp, _, _ in writer.messages] == [10**8, 10**8, 2 * 10**8, 2 * 10**8]
 
 
-@pytest.mark.parametrize(
-    ("kind", "east", "north", "expected"),
-    [
-        (2, 1.0, 4.0, 4.0),
-        (2, 4.0, 1.0, 4.0),
-        (0, 1.0, 1.0, np.nan),
-        (2, 0.0, 0.0, np.nan),
-        (1, np.nan, np.nan, np.nan),
-        (2, np.inf, 1.0, np.nan),
-        (2, -1.0, 2.0, -1.0),
-    ],
-)
-def test_the_variance_of_a_fix_is_the_larger_one_or_unknown(kind, east, north, expected):
-    fix = Composer(1).fix(np.array([3.0, 36.7, -4.4, 60.0, 0.5]))
-    covariance = np.diag([east, north, 9.0]).ravel()
-    fix = replace(fix, position_covariance=covariance, position_covariance_type=kind)
-    np.testing.assert_array_equal(fix_of(fix), [36.7, -4.4, 60.0, expected])
+def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
+    """A sweep is recorded after its last beam, with its own stamp in the header."""
+    writer, builder = MemoryWriter(), MessageBuilder(1, 0)
+    queue = MessageQueue(writer, builder)
+    elevations = np.zeros(11, dtype=np.float32)
+    sweeps = Sweeps(np.array([1.0]), np.zeros(1), 1.0, 0.001, elevations, np.ones((1, 11), "f4"))
+    fix = np.array([[1.05, 36.7, -4.4, 60.0, 0.5]])
+    queue_readings(queue, SensorReadings(1.1, sweeps, gnss=fix))
+    queue.flush()
+    assert [(stamp, topic) for stamp, topic, _ in writer.messages] == [
+        (1_010_000_000, topics.SCAN),
+        (1_010_000_000, topics.HEAD_ANGLE),
+        (1_100_000_000, topics.FIX),
+    ]
+    assert [header_ns(m) for _, _, m in writer.messages] == [10**9, 10**9, 1_050_000_000]

@@ -1,9 +1,10 @@
-"""Remarks are counted by sense and reason, with the times of the first and the last."""
+"""Remarks are counted by subject and reason, with the first and the last time."""
 
 from andabata.records.remarks import Remarks
 
 
 def test_refusals_are_counted_by_reason_with_their_times():
+    """Equal reasons share a count, with the first and the last time."""
     remarks = Remarks()
     for stamp in (1.0, 2.5, 4.0):
         remarks.refuse("/imu", "not a number", stamp)
@@ -17,7 +18,8 @@ def test_refusals_are_counted_by_reason_with_their_times():
     assert first["refused"] is True
 
 
-def test_a_note_stands_once_and_before_what_is_counted():
+def test_a_note_is_kept_once_and_before_counted_remarks():
+    """Notes are not counted and come first."""
     remarks = Remarks()
     remarks.refuse("/imu", "too old")
     for _ in range(3):
@@ -25,7 +27,8 @@ def test_a_note_stands_once_and_before_what_is_counted():
     assert remarks.texts == ("clock: cut", "/imu: 1 left out: too old")
 
 
-def test_reasons_that_quote_numbers_do_not_fill_memory():
+def test_reasons_with_numbers_do_not_fill_memory():
+    """Beyond a dozen texts, refusals share a common reason and are all counted."""
     remarks = Remarks()
     for k in range(1000):
         remarks.refuse("/imu", f"row {k}")

@@ -1,4 +1,4 @@
-"""What is salvaged is read by the reference readers, and nothing that is whole gets lost."""
+"""Salvaged recordings are read by the reference readers and lack no whole message."""
 
 import json
 import os
@@ -19,6 +19,7 @@ DEBIAN_PYTHON = "/usr/bin/python3"
 
 
 def has_rosbag():
+    """Return True if Debian's rosbag package is installed."""
     if not Path(DEBIAN_PYTHON).exists():
         return False
     words = [DEBIAN_PYTHON, "-c", "import rosbag"]
@@ -50,6 +51,7 @@ def by_mcap(path):
 
 @pytest.mark.parametrize("compression", [None, "bz2", "lz4"])
 def test_a_whole_bag_with_two_publishers_is_the_same_to_rosbags(tmp_path, compression):
+    """Salvage of an undamaged bag keeps every message and publisher for rosbags."""
     path = write_bag(tmp_path / "two.bag", 40, compression=compression, chunk=300)
     found = salvage(path, tmp_path / "kept.bag")
     assert (found.messages, found.lost, found.lost_messages) == (40, False, 0)
@@ -59,7 +61,8 @@ def test_a_whole_bag_with_two_publishers_is_the_same_to_rosbags(tmp_path, compre
     assert {each[4].latching for each in kept} == {1}
 
 
-def test_publishers_that_tell_no_name_stay_two(tmp_path):
+def test_equal_connections_stay_separate(tmp_path):
+    """Two equal connections remain two."""
     # Bags merged by some tools hold equal connections, which rosbags refuses to write.
     path = write_bag(tmp_path / "two.bag")
     data = path.read_bytes().replace(b"callerid=/node1", b"callerid=/node0")
@@ -72,6 +75,7 @@ def test_publishers_that_tell_no_name_stay_two(tmp_path):
 
 @pytest.mark.skipif(not has_rosbag(), reason="Debian's python3-rosbag is not installed")
 def test_a_salvaged_bag_is_read_by_the_reference_rosbag(tmp_path):
+    """ROS's rosbag reads a salvaged bag with its publishers."""
     path = write_bag(tmp_path / "two.bag", 40, compression="bz2", chunk=300)
     data = bytearray(path.read_bytes())
     begin, end = bag_record(data, 5, skip=1)
@@ -95,6 +99,7 @@ def test_a_salvaged_bag_is_read_by_the_reference_rosbag(tmp_path):
 
 @pytest.mark.parametrize("compression", [None, "bz2", "lz4"])
 def test_behind_a_damaged_chunk_of_a_bag_everything_is_kept(tmp_path, compression):
+    """All chunks after a damaged one are kept, in their compression, and losses are counted."""
     path = write_bag(tmp_path / "x.bag", 400, compression=compression, chunk=3000)
     data = bytearray(path.read_bytes())
     begin, end = bag_record(data, 5, skip=1)
@@ -116,6 +121,7 @@ def test_behind_a_damaged_chunk_of_a_bag_everything_is_kept(tmp_path, compressio
 
 
 def test_a_killed_bag_gets_its_index(tmp_path):
+    """An unfinished bag is salvaged completely, with an index."""
     data = bytearray(write_bag(tmp_path / "x.bag", chunk=100).read_bytes())
     place = data.index(b"index_pos=") + 10
     data[place : place + 8] = bytes(8)
@@ -128,6 +134,7 @@ def test_a_killed_bag_gets_its_index(tmp_path):
 
 
 def test_a_connection_whose_record_is_lost_is_taken_from_the_index(tmp_path):
+    """The index replaces a connection record that a damaged chunk held."""
     data = bytearray(write_bag(tmp_path / "x.bag", 40, chunk=300).read_bytes())
     begin, end = bag_record(data, 5)
     data[begin:end] = b"\xff" * (end - begin)
@@ -142,6 +149,7 @@ def test_a_connection_whose_record_is_lost_is_taken_from_the_index(tmp_path):
 @pytest.mark.parametrize("options", [{"chunk": 200}, {"use_chunking": False}])
 @pytest.mark.parametrize("ros", [1, 2])
 def test_a_whole_mcap_file_is_the_same_to_mcap(tmp_path, compression, options, ros):
+    """Salvage of an undamaged MCAP file gives the mcap package the same contents."""
     path = write_mcap(tmp_path / "x.mcap", 40, compression=compression, ros=ros, **options)
     found = salvage(path, tmp_path / "kept.mcap")
     assert (found.messages, found.lost, found.lost_messages) == (40, False, 0)
@@ -157,6 +165,7 @@ def test_a_whole_mcap_file_is_the_same_to_mcap(tmp_path, compression, options, r
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
 def test_behind_a_damaged_chunk_of_mcap_everything_is_kept(tmp_path, compression):
+    """All chunks after a damaged one are kept; channels come from the summary."""
     path = write_mcap(tmp_path / "x.mcap", 400, compression=compression, chunk=2000)
     whole = by_mcap(path)
     data = bytearray(path.read_bytes())
@@ -167,7 +176,7 @@ def test_behind_a_damaged_chunk_of_mcap_everything_is_kept(tmp_path, compression
     assert found.lost
     assert found.lost_messages == 400 - found.messages
     assert 250 < found.messages < 400
-    # The channels' own records were in the damaged chunk; the summary tells them.
+    # The channels' own records were in the damaged chunk; the summary has copies.
     kept = by_mcap(tmp_path / "kept.mcap")
     assert kept[1].message_count == len(kept[2]) == found.messages
     assert kept[2] == whole[2][-found.messages :]
@@ -175,6 +184,7 @@ def test_behind_a_damaged_chunk_of_mcap_everything_is_kept(tmp_path, compression
 
 
 def test_records_of_applications_and_unknown_channels_do_not_stop_a_salvage(tmp_path):
+    """Private records are copied; messages of unknown channels are counted as lost."""
     path = write_mcap(tmp_path / "x.mcap", 10, repeat_channels=False, use_chunking=False)
     data = path.read_bytes()
     begin, end = [each[1:] for each in mcap_records(data) if each[0] == 4][1]
@@ -186,7 +196,8 @@ def test_records_of_applications_and_unknown_channels_do_not_stop_a_salvage(tmp_
     assert len(by_mcap(tmp_path / "kept.mcap")[2]) == 5
 
 
-def test_a_schema_that_is_lost_costs_its_channels_and_no_reader(tmp_path):
+def test_a_lost_schema_is_replaced_by_an_empty_one(tmp_path):
+    """A file without a schema record stays readable, and the loss is reported."""
     path = write_mcap(tmp_path / "x.mcap", 10, repeat_schemas=False, use_chunking=False)
     data = path.read_bytes()
     begin, end = next(each[1:] for each in mcap_records(data) if each[0] == 3)
@@ -198,6 +209,7 @@ def test_a_schema_that_is_lost_costs_its_channels_and_no_reader(tmp_path):
 
 
 def test_messages_outside_of_chunks_are_not_hidden_by_chunks(tmp_path):
+    """Messages outside of chunks are put into chunks, where readers find them."""
     # A damaged chunk's header leaves its messages bare, and readers look into chunks alone.
     path = write_mcap(tmp_path / "x.mcap", 40, compression="none", chunk=400)
     data = bytearray(path.read_bytes())
@@ -209,7 +221,8 @@ def test_messages_outside_of_chunks_are_not_hidden_by_chunks(tmp_path):
     assert len(by_mcap(tmp_path / "kept.mcap")[2]) == found.messages
 
 
-def test_a_damaged_attachment_costs_itself_alone(tmp_path):
+def test_a_damaged_attachment_is_dropped_alone(tmp_path):
+    """An attachment with a wrong checksum is dropped and named; all messages stay."""
     path = write_mcap(tmp_path / "x.mcap")
     path.write_bytes(path.read_bytes().replace(b"dragons", b"Dragons"))
     found = salvage(path, tmp_path / "kept.mcap")
@@ -220,6 +233,7 @@ def test_a_damaged_attachment_costs_itself_alone(tmp_path):
 
 @pytest.mark.parametrize("definitions", [False, True])
 def test_a_sqlite_file_is_copied_with_its_tables(tmp_path, definitions):
+    """A sqlite3 recording keeps messages and connections, and no temporary file stays."""
     path = write_db3(tmp_path / "x.db3", definitions=definitions)
     found = salvage(path, tmp_path / "kept.db3")
     assert (found.messages, found.lost) == (10, False)
@@ -235,6 +249,7 @@ def test_a_sqlite_file_is_copied_with_its_tables(tmp_path, definitions):
     [("db3", ""), ("db3", "FILE"), ("db3", "MESSAGE"), ("mcap", ""), ("mcap", "FILE")],
 )
 def test_a_folder_gets_metadata_that_rosbags_reads(tmp_path, suffix, packed):
+    """A salvaged folder has a metadata.yaml for rosbags, in every compression."""
     from rosbags.rosbag2 import Reader
 
     from tests.recordings import note
@@ -260,7 +275,8 @@ def test_a_folder_gets_metadata_that_rosbags_reads(tmp_path, suffix, packed):
     assert rows == [("/notes", "std_msgs/msg/String", stamp(k), note(2, k)) for k in range(10)]
 
 
-def test_what_fails_or_is_interrupted_leaves_nothing_behind(tmp_path, monkeypatch):
+def test_an_interrupted_salvage_leaves_no_file(tmp_path, monkeypatch):
+    """An interrupt in the middle leaves neither a target nor a temporary file."""
     sources = [
         write_bag(tmp_path / "x.bag"),
         write_mcap(tmp_path / "x.mcap"),
@@ -280,8 +296,9 @@ def test_what_fails_or_is_interrupted_leaves_nothing_behind(tmp_path, monkeypatc
 
 
 def test_names_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path):
+    """Existing, missing and mistyped paths are errors, and nothing is written."""
     path = write_bag(tmp_path / "x.bag")
-    with pytest.raises(BagError, match="one that is there"):
+    with pytest.raises(BagError, match="an existing one"):
         salvage(path, path)
     with pytest.raises(BagError, match=r"a name in \.bag"):
         salvage(path, tmp_path / "y.mcap")
@@ -292,7 +309,8 @@ def test_names_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_the_verb_says_what_was_lost(tmp_path, capsys):
+def test_the_command_reports_the_loss(tmp_path, capsys):
+    """`bag salvage` exits with 3 and reports lost messages and the damage."""
     path = write_mcap(tmp_path / "x.mcap", 40, chunk=200)
     data = bytearray(path.read_bytes())
     _, end = [each[1:] for each in mcap_records(data) if each[0] == 6][1]

@@ -1,4 +1,4 @@
-"""`bag info` tells what is in the file, in words and as JSON."""
+"""`bag info` reports the contents of a file as text and as JSON."""
 
 import json
 
@@ -12,12 +12,14 @@ from tests.recordings import STRING, bag_record, note, stamp, write_bag, write_m
 
 
 def run(capsys, *words):
+    """Run `bag info`; return exit code and output."""
     code = main(["bag", "info", *map(str, words)])
     return code, capsys.readouterr().out
 
 
 @pytest.mark.parametrize("write", [write_bag, write_mcap])
 def test_publishers_are_counted_and_named(tmp_path, capsys, write):
+    """A topic of two publishers has one row with both names, its rate and its type."""
     path = write(tmp_path / f"x.{write.__name__[6:]}")
     code, text = run(capsys, path, "--json")
     data = json.loads(text)
@@ -32,7 +34,8 @@ def test_publishers_are_counted_and_named(tmp_path, capsys, write):
     assert (data["left_out"], data["notes"]) == ([], [])
 
 
-def test_what_cannot_be_read_is_listed_with_its_count_and_reason(tmp_path, capsys):
+def test_unreadable_messages_are_listed_with_count_and_reason(tmp_path, capsys):
+    """Unreadable topics and messages are listed with number and reason."""
     path = tmp_path / "x.bag"
     with Writer(path) as writer:
         good = writer.add_connection("/good", STRING, typestore=message_types(1))
@@ -55,16 +58,17 @@ def test_what_cannot_be_read_is_listed_with_its_count_and_reason(tmp_path, capsy
     assert {each["topic"]: each["messages"] for each in data["left_out"]} == {"/bad": 4, "/good": 1}
 
 
-def test_damage_is_said_with_what_to_do(tmp_path, capsys):
+def test_damage_is_reported_with_the_next_step(tmp_path, capsys):
+    """A damaged file gives exit code 3 and names the salvage command."""
     path = write_bag(tmp_path / "x.bag", chunk=100)
     data = bytearray(path.read_bytes())
     begin, end = bag_record(data, 5, skip=1)
     data[begin:end] = b"\xff" * (end - begin)
     path.write_bytes(data)
     assert main(["bag", "info", str(path)]) == 3
-    told = capsys.readouterr()
+    shown = capsys.readouterr()
     found = summarise(path)
     lost = found.left_out[0].messages
     assert lost == 10 - found.topics[0].messages > 0
-    assert f"damage: {lost} messages left out" in told.out
-    assert "bag salvage x.bag --out NEW" in told.err
+    assert f"damage: {lost} messages left out" in shown.out
+    assert "bag salvage x.bag --out NEW" in shown.err

@@ -1,21 +1,25 @@
-"""Recordings from anywhere on Earth: the datum, the field there, and fixes that lie."""
+"""Recordings from anywhere on Earth: datum, magnetic field, and wrong fixes."""
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.assembly.simulated_robot import with_geo_reference
 from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.records import topics
 from andabata.records.bag_reader import read_setup
 from andabata.records.bags import Bag, open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM
-from tests.moved_drives import SENSES, YEAR, copied, differing, moved, place, watched
+from andabata.records.remarks import Remarks
+from andabata.replay.datum import add_fix_remarks, given_geo_reference, position_fields
+from tests.moved_drives import SENSORS, YEAR, copied, differing, moved, place, watched
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
 REPLAY = ["bag", "replay", "--controller", "reactive"]
@@ -40,7 +44,7 @@ def recorded(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def plain(recorded):
-    """Its senses, as somebody else's robot would have recorded them."""
+    """Its sensors' messages alone, as another robot would have recorded them."""
     return copied(recorded, recorded.with_name("plain.bag"))
 
 
@@ -70,6 +74,7 @@ def replay(capsys, monkeypatch):
 def test_a_drive_makes_the_same_ranges_wherever_on_earth(
     replay, recorded, plain_scans, tmp_path, name
 ):
+    """A drive that is moved to another place gives the same virtual scans."""
     there = PLACES[name]
     code, data, others = replay(moved(recorded, tmp_path / "moved.bag", there))
     assert code == 0
@@ -92,9 +97,11 @@ def edited_fixes(plain, path, edit):
     return copied(plain, path, change)
 
 
-def test_fixes_alone_moved_give_the_same_ranges_and_the_compass_is_said(
+def test_moved_fixes_alone_give_the_same_ranges_and_a_compass_remark(
     replay, plain, plain_scans, tmp_path
 ):
+    """With fixes of another place the scans stay, and the deviating field is reported."""
+
     def to_canada(_, fix):
         east = -80.54 + (fix.longitude + 4.478) * 1.105
         return replace(fix, latitude=fix.latitude + 6.755, longitude=east)
@@ -109,6 +116,7 @@ def test_fixes_alone_moved_give_the_same_ranges_and_the_compass_is_said(
 
 
 def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, plain):
+    """A given datum far from the fixes is an error that names both places."""
     code, error, _ = replay(plain, "--datum", "43.47,-80.54")
     assert code == 1
     assert "latitude 43.47000, longitude -80.54000 (given)" in error
@@ -132,6 +140,7 @@ def test_a_datum_elsewhere_is_refused_with_both_places_and_the_distance(replay, 
     ],
 )
 def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
+    """A given datum becomes the origin, by option or by settings."""
     code, data, scans = replay(plain, *words, "--set", "sensing.geo_reference.declination_deg=4")
     assert code == 0
     assert data["datum"]["source"] == "given"
@@ -142,7 +151,8 @@ def test_a_datum_that_is_given_is_the_origin(replay, plain, plain_scans, words):
     assert differing(plain_scans, scans) == 0
 
 
-def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
+def test_an_incomplete_or_invalid_datum_is_a_usage_error(replay, plain):
+    """Half a datum and invalid texts are refused."""
     code, error, _ = replay(plain, "--set", "sensing.geo_reference.latitude_deg=36.71")
     assert code == 1
     assert "longitude_deg" in error
@@ -165,20 +175,23 @@ def test_one_coordinate_or_a_datum_that_is_none_is_a_usage_error(replay, plain):
         ({"position_covariance": 1e9 * np.eye(3).ravel()}, "a standard deviation beyond 1000 m"),
     ],
 )
-def test_bad_fixes_at_the_begin_are_no_datum_and_are_said(plain, tmp_path, change, reason):
+def test_bad_fixes_at_the_begin_are_no_datum_and_are_counted(plain, tmp_path, change, reason):
+    """Implausible first fixes are refused by reason, and a later one is the datum."""
     path = edited_fixes(
         plain, tmp_path / "x.bag", lambda k, fix: replace(fix, **change) if k < 3 else fix
     )
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     assert GeoReference().distance(*place_of(setup.datum)) < 30
-    # The second of them says itself that it is none.
+    # The second of them has the status of a missing fix.
     assert [n for text, n in setup.refused.items() if reason in text] == [2]
     assert np.hypot(*setup.start.position[:2]) < 5
     assert setup.rough
 
 
 def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
+    """Messages without a fix before the first good one are skipped silently."""
+
     def late(k, fix):
         return replace(fix, status=replace(fix.status, status=-1), latitude=0.0) if k < 3 else fix
 
@@ -188,7 +201,8 @@ def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
     assert not setup.refused
 
 
-def test_a_recording_of_bad_fixes_says_why_it_has_no_start(replay, plain, tmp_path):
+def test_a_recording_of_bad_fixes_alone_is_an_error_with_reasons(replay, plain, tmp_path):
+    """Without any good fix the error names why the fixes were refused."""
     nowhere = edited_fixes(
         plain, tmp_path / "x.bag", lambda _, fix: replace(fix, latitude=0.0, longitude=0.0)
     )
@@ -206,9 +220,10 @@ def test_a_recording_of_bad_fixes_says_why_it_has_no_start(replay, plain, tmp_pa
         {"position_covariance_type": 0},
     ],
 )
-def test_what_a_receiver_does_not_know_is_assumed_and_said(
+def test_unknown_altitude_and_variance_are_assumed_and_reported(
     replay, plain, plain_scans, tmp_path, change
 ):
+    """Fixes without altitude or variance are used, and each assumption is counted."""
     path = edited_fixes(plain, tmp_path / "x.bag", lambda _, fix: replace(fix, **change))
     code, data, scans = replay(path)
     assert code == 0
@@ -220,7 +235,8 @@ def test_what_a_receiver_does_not_know_is_assumed_and_said(
     assert differing(plain_scans, scans) == 0
 
 
-def test_later_nonsense_is_refused_by_reason(replay, plain, tmp_path):
+def test_later_bad_fixes_are_refused_by_reason(replay, plain, tmp_path):
+    """Bad fixes after the start are refused, counted, and give exit code 3."""
     path = edited_fixes(
         plain,
         tmp_path / "x.bag",
@@ -232,17 +248,17 @@ def test_later_nonsense_is_refused_by_reason(replay, plain, tmp_path):
     assert data["counts"]["gnss"][2] == 2
 
 
-def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_path):
-    """Somebody's /initialpose at (100, -50): the datum is laid so that the first fix is there."""
-    path = tmp_path / "told.bag"
-    writer, compose = open_writer(path), Composer(1)
+def test_a_given_start_keeps_its_position_in_the_map(plain, recorded, tmp_path):
+    """With an /initialpose at (100, -50) the datum is laid such that the first fix is there."""
+    path = tmp_path / "given.bag"
+    writer, builder = open_writer(path), MessageBuilder(1)
     pose = Pose.from_euler(np.array([100.0, -50.0, 2.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         begin = next(bag.messages((topics.IMU.ros1,))).stamp_ns
-        told = replace(compose, epoch_ns=begin).initial(0.0, pose)
-        writer.write(topics.INITIAL, begin, told)
+        initial = replace(builder, epoch_ns=begin).initial(0.0, pose)
+        writer.write(topics.INITIAL_POSE, begin, initial)
         for message in bag.messages():
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
@@ -254,35 +270,40 @@ def test_a_start_that_is_told_keeps_its_place_in_the_map(plain, recorded, tmp_pa
 
 
 def test_a_pose_in_odom_is_no_start(plain, tmp_path):
-    """robot_localization's /odometry/filtered stands in odom, which lies anywhere."""
+    """An /odometry/filtered in ``odom``, as robot_localization's, gives no start."""
     path = tmp_path / "odom.bag"
     writer = open_writer(path)
     pose = Pose.from_euler(np.array([5e5, 4e6, 0.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         for k, message in enumerate(bag.messages()):
             if k % 200 == 0:
-                told = replace(Composer(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
-                header = replace(told.header, frame_id="odom")
-                writer.write(topics.FILTERED, message.stamp_ns, replace(told, header=header))
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+                odometry = replace(MessageBuilder(1), epoch_ns=message.stamp_ns).odometry(0.0, pose)
+                header = replace(odometry.header, frame_id="odom")
+                writer.write(
+                    topics.FILTERED_ODOMETRY, message.stamp_ns, replace(odometry, header=header)
+                )
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag, Bag(plain) as other:
         assert read_setup(bag, {}, {}).datum == read_setup(other, {}, {}).datum
 
 
 def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_path):
+    """The datum in a live navigator's diagnostics is the datum of its recording."""
     path, datum = tmp_path / "live.bag", Datum(PLACES["Hobart"], "the first good fix", "x", True)
     writer = open_writer(path)
     pose = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         for k, message in enumerate(bag.messages()):
             if k % 200 == 0:
-                compose = replace(Composer(1), epoch_ns=message.stamp_ns)
+                builder = replace(MessageBuilder(1), epoch_ns=message.stamp_ns)
                 values = {DATUM: json.dumps(datum.as_dict())} if k else {}
-                said = compose.diagnostics(0.0, 0, "ok", values)
-                writer.write(topics.DIAGNOSTICS, message.stamp_ns, said)
-                writer.write(topics.FILTERED, message.stamp_ns, compose.odometry(0.0, pose))
-            writer.write(SENSES[message.topic], message.stamp_ns, message.content)
+                diagnostics = builder.diagnostics(0.0, 0, "ok", values)
+                writer.write(topics.DIAGNOSTICS, message.stamp_ns, diagnostics)
+                writer.write(
+                    topics.FILTERED_ODOMETRY, message.stamp_ns, builder.odometry(0.0, pose)
+                )
+            writer.write(SENSORS[message.topic], message.stamp_ns, message.content)
     writer.close()
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
@@ -290,7 +311,8 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
     assert not setup.rough
 
 
-def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):
+def test_our_own_recording_keeps_the_datum_of_its_settings(replay, recorded):
+    """A recording of ours replays with the datum of its settings."""
     code, data, _ = replay(recorded)
     assert code == 0
     assert data["datum"] == {
@@ -304,4 +326,36 @@ def test_our_own_recording_keeps_the_site_of_its_settings(replay, recorded):
 
 
 def place_of(datum):
+    """Return latitude and longitude of a datum [deg]."""
     return datum.reference.latitude_deg, datum.reference.longitude_deg
+
+
+def test_the_fields_that_settings_fix_are_given():
+    """Settings that change nothing give no field; those that fix one give it alone."""
+
+    def fix_declination(base):
+        site = base.sensing.geo_reference.model_copy(update={"declination_deg": 4.0})
+        return with_geo_reference(base, site)
+
+    assert given_geo_reference(lambda base: base) == {}
+    assert given_geo_reference(fix_declination) == {"declination_deg": 4.0}
+    full = given_geo_reference(lambda base: with_geo_reference(base, PLACES["Hobart"]))
+    assert full == PLACES["Hobart"].model_dump()
+
+
+def test_the_position_of_a_datum_is_what_later_pieces_use():
+    """Position fields are latitude, longitude and, if known, altitude; no magnetic ones."""
+    hobart = PLACES["Hobart"]
+    position = {"latitude_deg": -42.88, "longitude_deg": 147.33, "altitude": 50.0}
+    assert position_fields(Datum(hobart, "x", "x")) == position
+    flat = hobart.model_copy(update={"altitude": None})
+    assert set(position_fields(Datum(flat, "x", "x"))) == {"latitude_deg", "longitude_deg"}
+
+
+def test_fixes_refused_before_and_after_the_start_add_up():
+    """Refusals are summed by reason; assumptions are counted, and not as refusals."""
+    remarks = Remarks()
+    localizer = SimpleNamespace(refused={"too far": 2}, assumed={"no altitude": 5})
+    add_fix_remarks(remarks, localizer, {"too far": 1, "zeros": 4})
+    assert remarks.refused_by_reason() == {"/fix": {"too far": 3, "zeros": 4}}
+    assert {remark["text"]: remark["count"] for remark in remarks.as_dicts()}["no altitude"] == 5

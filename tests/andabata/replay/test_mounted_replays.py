@@ -1,4 +1,4 @@
-"""Recordings of robots whose senses are mounted otherwise replay as ours do."""
+"""Recordings of robots with other sensor mountings replay as ours do."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
-from andabata.records.messages import NS, Composer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.replay.result import Comparison
 from tests.edited_bags import (
     copy_bag,
@@ -20,7 +20,7 @@ from tests.edited_bags import (
 )
 
 HEIGHT = 0.72
-COMPOSE = Composer(1)
+BUILDER = MessageBuilder(1)
 CLOUD, IMU, FIELD = "/laser_cloud", "/imu", "/mag_orientation"
 
 
@@ -98,13 +98,15 @@ def of_laser(rotation, shift, frame):
 
 
 @pytest.mark.parametrize("frame", ["base_link", "/base_link", "husky1/base_footprint"])
-def test_clouds_in_the_bodys_frame_are_lifted_by_nobody(same, frame):
+def test_clouds_in_the_base_frame_are_not_lifted(same, frame):
+    """Clouds in the base's frame are used without the laser's height."""
     data = same(edit=of_laser(Rotation.identity(), (0, 0, 0), frame))
     assert data["frames"]["laser"]["source"] == "name"
     assert not data["remark_texts"]
 
 
-def test_a_laser_is_mounted_as_tf_static_says(same):
+def test_a_laser_is_mounted_by_tf_static(same):
+    """A laser's mounting is taken from static transforms."""
     degrees, shift = (180, 20, 130), (0.2, -0.1, 1.1)
     data = same(
         edit=of_laser(turn(degrees), shift, "velodyne"),
@@ -119,24 +121,27 @@ def test_a_laser_is_mounted_as_tf_static_says(same):
     np.testing.assert_allclose(found[:3], shift, atol=1e-6)
 
 
-def test_a_laser_is_mounted_as_the_option_says(same):
+def test_a_laser_is_mounted_by_the_option(same):
+    """A laser's mounting is taken from the command line."""
     edit = of_laser(turn((0, 15, 180)), (0.1, 0, 0.9), "velodyne")
     data = same("--mounting", "0.1,0,0,15,180", "--sensor-height", "0.9", edit=edit)
     assert data["frames"]["laser"]["source"] == "option"
     same("--mounting", "laser=0.1,0,0.9,0,15,180", edit=edit)
 
 
-def test_ousters_frame_looks_backwards(same):
+def test_ousters_frame_points_backwards(same):
+    """The half turn of Ouster's sensor frame is applied by its transforms."""
     data = same(edit=of_laser(turn((0, 0, 180)), (0, 0, HEIGHT), "os_lidar"))
     assert data["frames"]["laser"]["source"] == "name"
     assert "os_lidar" in data["remark_texts"][0]
 
 
-def test_a_turning_head_is_followed_by_tf(same):
+def test_a_rotating_head_is_followed_by_tf(same):
+    """Each point is turned by the moving transform at its own time."""
     rate = 1.0
 
     def yaw(stamps):
-        return rate * ((stamps - COMPOSE.epoch_ns) / NS)
+        return rate * ((stamps - BUILDER.epoch_ns) / NS)
 
     def move(points, stamps):
         lifted = points + np.array([0, 0, HEIGHT - 0.5])
@@ -144,7 +149,7 @@ def test_a_turning_head_is_followed_by_tf(same):
 
     def head(stamp):
         degrees = (0, 0, float(np.rad2deg(yaw(stamp))))
-        return [stamped(COMPOSE, ("base_link", "head", (0, 0, 0.5), degrees), stamp)]
+        return [stamped(BUILDER, ("base_link", "head", (0, 0, 0.5), degrees), stamp)]
 
     data = same(
         edit=lambda topic, message: (
@@ -156,7 +161,8 @@ def test_a_turning_head_is_followed_by_tf(same):
 
 
 @pytest.mark.parametrize("degrees", [(180, 0, 0), (0, -90, 180), (10, 20, 30)])
-def test_an_imu_and_a_compass_are_turned_as_tf_static_says(same, degrees):
+def test_imu_and_compass_are_turned_by_tf_static(same, degrees):
+    """Inertial and magnetic readings are turned into the base's axes."""
     into = turn(degrees).inv()
 
     def edit(topic, message):
@@ -181,10 +187,12 @@ def test_an_imu_and_a_compass_are_turned_as_tf_static_says(same, degrees):
 
 
 def upside_down(topic, message):
+    """Return an IMU's message as of one that hangs upside down."""
     return turned_imu(message, turn((180, 0, 0)), "base_link") if topic == IMU else message
 
 
-def test_an_imu_that_nothing_tells_to_hang_upside_down_is_refused(replay, same):
+def test_an_imu_that_hangs_upside_down_without_a_transform_is_refused(replay, same):
+    """Gravity from the wrong side is an error that names the option."""
     code, error, scans = replay(edit=upside_down)
     assert code == 1
     assert "gravity points down in the IMU's frame" in error
@@ -195,6 +203,7 @@ def test_an_imu_that_nothing_tells_to_hang_upside_down_is_refused(replay, same):
 
 
 def test_a_laser_that_hangs_upside_down_is_refused(replay, same):
+    """Ground above the laser is an error."""
     edit = of_laser(turn((180, 0, 0)), (0, 0, HEIGHT), "velodyne")
     code, error, _ = replay(edit=edit)
     assert code == 1
@@ -202,23 +211,25 @@ def test_a_laser_that_hangs_upside_down_is_refused(replay, same):
     same("--mounting", "0,0,180,0,0", edit=edit)
 
 
-def test_a_wrong_height_is_said(replay):
+def test_a_wrong_height_is_remarked(replay):
+    """Ground at another height than the laser's mounting gives a remark."""
     edit = of_laser(Rotation.identity(), (0, 0, 1.2), "velodyne")
     code, data, _ = replay(edit=edit)
     assert code == 0
     assert "m below where robot.lidar_height puts it" in " ".join(data["remark_texts"])
-    assert "nothing tells where frame velodyne is" in " ".join(data["remark_texts"])
+    assert "the pose of frame velodyne is unknown" in " ".join(data["remark_texts"])
 
 
-def test_senses_that_sit_nobody_knows_where_are_refused_by_name(replay):
+def test_sensors_without_a_known_mounting_are_refused_by_name(replay):
+    """A frame without a transform is an error that names sensor and option."""
     code, error, _ = replay(edit=of_laser(Rotation.identity(), (0, 0, 0), "odom"))
     assert code == 1
     assert "laser: frame odom: expected a frame of the robot" in error
     assert "--mounting laser=" in error
 
     def turning(stamp):
-        degrees = (0, 0, (stamp - COMPOSE.epoch_ns) / NS * 10)
-        return [stamped(COMPOSE, ("base_link", "head", (0, 0, 0), degrees), stamp)]
+        degrees = (0, 0, (stamp - BUILDER.epoch_ns) / NS * 10)
+        return [stamped(BUILDER, ("base_link", "head", (0, 0, 0), degrees), stamp)]
 
     code, error, _ = replay(
         edit=lambda topic, message: reframed(message, "head") if topic == IMU else message,
@@ -241,11 +252,12 @@ def test_without_a_scan_the_exit_code_is_1(replay):
     assert code == 1
     assert data["scans"] == 0
     assert data["refused"] > 30
-    said = " ".join(data["remark_texts"])
-    assert "fixed to the world" in said
+    texts = " ".join(data["remark_texts"])
+    assert "fixed to the world" in texts
 
 
 def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):
+    """Clouds outside of the time of the transforms are refused and counted."""
     begin = []
 
     def head(stamp):
@@ -253,7 +265,7 @@ def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):
         if stamp > begin[0] + 4 * NS:
             return []
         place = ("base_link", "head", (0, 0, 0.72 + (stamp - begin[0]) / NS / 1e3), (0, 0, 0))
-        return [stamped(COMPOSE, place, stamp)]
+        return [stamped(BUILDER, place, stamp)]
 
     def edit(topic, message):
         return reframed(message, "head") if topic == CLOUD else message
@@ -266,6 +278,7 @@ def test_clouds_beyond_the_transforms_are_left_out_and_exit_3(replay):
 
 
 def test_a_loop_of_frames_is_refused_by_name(replay):
+    """Transforms in a loop are an error that names the frames."""
     edit = of_laser(Rotation.identity(), (0, 0, HEIGHT), "velodyne")
     loop = [
         ("base_link", "velodyne", (0, 0, 1), (0, 0, 0)),
@@ -298,12 +311,14 @@ def test_the_antennas_lever_arm_is_taken_off(replay, recorded):
     "option",
     ["1,2", "imu=0,0,0", "wheels=0,0,0,0,0", "0,0,x,0,0", "0,0,0,0,400", "nose=1,2,3,4,5,6"],
 )
-def test_a_mounting_that_is_none_is_a_usage_error(recorded, capsys, option):
+def test_an_invalid_mounting_is_a_usage_error(recorded, capsys, option):
+    """Wrong numbers and unknown sensors are usage errors."""
     assert main(["bag", "replay", str(recorded), "--mounting", option]) == 2
     assert "expected" in capsys.readouterr().err
 
 
-def test_a_sense_is_mounted_once(recorded, capsys):
+def test_a_sensor_is_mounted_once(recorded, capsys):
+    """A second mounting of a sensor is a usage error."""
     twice = ["--mounting", "imu=0,0,0,0,0", "--mounting", "imu=0,0,0,0,1"]
     assert main(["bag", "replay", str(recorded), *twice]) == 2
     assert "expected imu once" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Recordings with 3D lasers: ours to the bit, and others' in whatever layout their drivers send."""
+"""Recordings with 3D lasers: ours bit by bit, others in their drivers' layouts."""
 
 import json
 from dataclasses import replace
@@ -14,7 +14,7 @@ from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.records import topics
 from andabata.records.bags import Bag, open_writer
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.point_cloud2 import cloud_of
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import POINT_CLOUD, Topic
@@ -35,13 +35,15 @@ def recorded(tmp_path_factory):
 
 
 def run(capsys, *words):
+    """Run a command; return the exit code and its JSON."""
     capsys.readouterr()
     code = main([*words, "--json", "--quiet"])
     out, err = capsys.readouterr()
     return (code, json.loads(out)) if out else (code, err)
 
 
-def test_a_recording_with_a_3d_laser_replays_to_the_bit(capsys, recorded):
+def test_a_recording_with_a_3d_laser_replays_exactly(capsys, recorded):
+    """A replay of a drive with a 3D laser reproduces all scans and commands."""
     code, info = run(capsys, "bag", "info", str(recorded))
     found = {row["topic"]: row for row in info["topics"]}
     assert found["/laser_cloud"]["rate_hz"] == pytest.approx(10.0, rel=0.02)
@@ -70,14 +72,14 @@ def spelt_otherwise(message):
         rows[axis][-3:] = np.nan
     rows["t"][:-3] = np.round((cloud.stamps - cloud.stamps.min()) * 1e9)
     kinds = {"t": 6, "z": 7, "y": 8, "x": 7}
-    compose = Composer(1)
-    return compose.new(
+    builder = MessageBuilder(1)
+    return builder.new(
         POINT_CLOUD,
         header=replace(message.header, frame_id="os_lidar"),
         height=1,
         width=len(rows),
         fields=[
-            compose.new(
+            builder.new(
                 "sensor_msgs/msg/PointField",
                 name=n,
                 offset=rows.dtype.fields[n][1],
@@ -99,18 +101,19 @@ def foreign(recorded):
     """The same drive as someone else would have recorded it: no commands, no start, no settings."""
     path = recorded.with_name("foreign.bag")
     writer = open_writer(path)
-    kept = {t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.COMPASS, topics.FIX)}
+    kept = {t.ros1: t for t in (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX)}
     with Bag(recorded) as bag:
         for message in bag.messages():
             if message.topic in kept:
                 writer.write(kept[message.topic], message.stamp_ns, message.content)
-            elif message.topic == topics.LASER.ros1:
+            elif message.topic == topics.LASER_CLOUD.ros1:
                 writer.write(OUSTER, message.stamp_ns, spelt_otherwise(message.content))
     writer.close()
     return path
 
 
 def test_a_bag_of_another_robot_is_replayed(capsys, foreign):
+    """A bag with other topics, types and layouts gives the same scans."""
     code, data = run(capsys, "bag", "replay", str(foreign), "--controller", "reactive")
     assert code == 0
     assert data["laser"] == "/ouster/points"
@@ -128,16 +131,16 @@ def test_a_bag_of_another_robot_is_replayed(capsys, foreign):
 
 def test_a_bag_of_a_husky_has_names_of_its_own(capsys, foreign):
     """Names and joint states as Clearpath's robots send them."""
-    path, compose = foreign.with_name("husky.bag"), Composer(1)
+    path, builder = foreign.with_name("husky.bag"), MessageBuilder(1)
     writer = open_writer(path)
     own = {"/imu": "/imu/data", "/mag_orientation": "/imu/mag", "/fix": "/navsat/fix"}
-    kinds = {t.ros1: t.kind for t in (topics.IMU, topics.COMPASS, topics.FIX)}
+    kinds = {t.ros1: t.kind for t in (topics.IMU, topics.MAG, topics.FIX)}
     with Bag(foreign) as bag:
         for message in bag.messages():
             name, content, kind = message.topic, message.content, message.kind
             if name == "/encoder_data":
                 name, kind = "/joint_states", "sensor_msgs/msg/JointState"
-                content = joints(compose, content)
+                content = joints(builder, content)
             elif name in own:
                 name, kind = own[name], kinds[name]
             writer.write(Topic(name, name, kind, None), message.stamp_ns, content)
@@ -159,9 +162,10 @@ def test_a_bag_of_a_husky_has_names_of_its_own(capsys, foreign):
     assert run(capsys, *words, "--map", "/nix=/joint_states")[0] == 1
 
 
-def joints(compose, wheels):
+def joints(builder, wheels):
+    """Return wheel speeds as joint states."""
     names = [f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right")]
-    return compose.new(
+    return builder.new(
         "sensor_msgs/msg/JointState",
         header=wheels.header,
         name=names,
@@ -172,8 +176,9 @@ def joints(compose, wheels):
 
 
 def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
+    """A cloud in another driver's layout holds the same points and stamps."""
     with Bag(recorded) as ours, Bag(foreign) as theirs:
-        first = next(ours.messages((topics.LASER.ros1,))).content
+        first = next(ours.messages((topics.LASER_CLOUD.ros1,))).content
         second = next(theirs.messages((OUSTER.ros1,))).content
     before, after = cloud_of(first, None, 5.0), cloud_of(second, None, 5.0)
     np.testing.assert_array_equal(before.points, after.points)
@@ -193,18 +198,19 @@ def test_another_drivers_cloud_holds_the_same_points(recorded, foreign):
     ],
 )
 def test_the_times_of_points_are_read_as_drivers_write_them(name, kind, values, expected):
+    """Every driver's unit and field of point times is read."""
     formats = {6: "<u4", 7: "<f4", 8: "<f8"}
     rows = np.zeros(2, dtype=[("xyz", "<f4", 3), ("own", formats[kind])])
     rows["xyz"], rows["own"] = 1.0, values
-    compose = Composer(2)
+    builder = MessageBuilder(2)
     fields = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), (name, 12, kind)]
-    message = compose.new(
+    message = builder.new(
         POINT_CLOUD,
-        header=compose.header(0.0, "lidar"),
+        header=builder.header(0.0, "lidar"),
         height=1,
         width=2,
         fields=[
-            compose.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=t, count=1)
+            builder.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=t, count=1)
             for n, o, t in fields
         ],
         is_bigendian=False,
@@ -225,7 +231,8 @@ def moving_track():
     return track
 
 
-def test_points_land_where_their_beams_do():
+def test_points_and_beams_are_placed_alike():
+    """A cloud of sweeps is placed where its beams are."""
     config, rng = LidarConfig(span_deg=(-15, 15), beams=16, sweep_hz=1000.0, head_rate=60.0), 0
     stamps = np.arange(100, 300) / 1000
     sweeps = Sweeps(
@@ -270,12 +277,14 @@ def test_beams_of_a_mounted_head_leave_from_where_it_sits(frame):
 
 
 def still_track():
+    """Return the track of a robot at rest."""
     track = PoseTrack(1)
     track.append(0.0, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
     return track
 
 
-def test_frames_differ_as_their_mounting_says():
+def test_points_are_placed_by_their_frame():
+    """Each frame adds its own part of the mounting; others are an error."""
     track, stamps = moving_track(), np.full(1, 0.5)
     point = np.array([[2.0, 1.0, 0.5]], dtype=np.float32)
     pose = Pose(*np.split(track.at(stamps)[0], [3]))
@@ -295,11 +304,13 @@ def test_frames_differ_as_their_mounting_says():
 
 
 def frame(stamp, count=50):
+    """Return a cloud of random points with one stamp [s]."""
     points = np.random.default_rng(0).uniform(1, 5, (count, 3)).astype(np.float32)
     return PointCloud(points, "sensor", np.full(count, stamp))
 
 
-def test_frames_are_gathered_for_the_span():
+def test_frames_are_accumulated_over_the_span():
+    """A cloud consists of the frames of one span; without a span, of the last one."""
     track = moving_track()
     assembler = CloudAssembler(CloudAssemblyConfig(span=0.19, max_range=20), 0.7)
     assembler.add_frame(frame(0.1), track)
@@ -317,6 +328,7 @@ def test_frames_are_gathered_for_the_span():
 
 
 def test_a_frame_of_another_time_is_refused():
+    """Frames beyond the track's time are refused and counted."""
     track = moving_track()
     assembler = CloudAssembler(CloudAssemblyConfig(), 0.7)
     for stamp in (-5.0, 9.0, np.nan):
@@ -325,19 +337,20 @@ def test_a_frame_of_another_time_is_refused():
     assert assembler.refused == 3
 
 
-def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
-    compose, sensor_decoder = Composer(1), SensorDecoder(1_700_000_000 * 10**9)
+def test_a_sweep_waits_for_its_angle_and_keeps_its_order():
+    """Sweeps come out in order, each once its head angle is known."""
+    builder, sensor_decoder = MessageBuilder(1), SensorDecoder(1_700_000_000 * 10**9)
     config = LidarConfig(beams=11)
     stamps = np.arange(4) / 40
     sweeps = Sweeps(
         stamps, stamps, 1.0, config.beam_period, config.elevations(0, 4), np.ones((4, 11), "f4")
     )
     for k in range(4):
-        sensor_decoder.add(topics.SCAN, compose.sweep(sweeps, k))
+        sensor_decoder.add(topics.SCAN, builder.sweep(sweeps, k))
     for k in (0, 2, 3):
-        sensor_decoder.add(topics.HEAD, compose.head(sweeps, k))
+        sensor_decoder.add(topics.HEAD_ANGLE, builder.head(sweeps, k))
     assert sensor_decoder.readings(0.1).sweeps.stamps.tolist() == [0.0]
-    sensor_decoder.add(topics.HEAD, compose.head(sweeps, 1))
+    sensor_decoder.add(topics.HEAD_ANGLE, builder.head(sweeps, 1))
     found = sensor_decoder.readings(0.2).sweeps
     np.testing.assert_allclose(found.stamps, stamps[1:])
     np.testing.assert_array_equal(found.elevations, config.elevations(0, 4))
@@ -345,9 +358,10 @@ def test_a_sweep_waits_for_its_angle_and_keeps_its_turn():
     assert sensor_decoder.readings(0.3).sweeps is None
 
 
-def test_a_message_that_cannot_be_is_counted():
+def test_an_inconsistent_message_is_counted():
+    """A cloud with a wrong size is refused and counted."""
     sensor_decoder = SensorDecoder(0, OUSTER)
-    message = spelt_otherwise(Composer(1).frame(frame(0.1)))
+    message = spelt_otherwise(MessageBuilder(1).frame(frame(0.1)))
     sensor_decoder.add(OUSTER, replace(message, width=1 << 20))
     assert sensor_decoder.refused == 1
     assert sensor_decoder.readings(0.1).frames == ()

@@ -1,4 +1,4 @@
-"""Replays of other people's recordings: units, clocks and types that differ, and what is said."""
+"""Replays of other recorders' bags: units, clocks and types that differ, and their reports."""
 
 import json
 from dataclasses import replace
@@ -16,10 +16,12 @@ JUMP = EPOCH + 5 * NS
 
 @pytest.fixture(scope="module")
 def rows():
+    """Messages of a drive of eight seconds."""
     return made_bag.drive(8.0)
 
 
 def replay(capsys, path, *words):
+    """Replay a recording; return exit code, output and errors."""
     capsys.readouterr()
     code = main(["bag", "replay", str(path), "--controller", "reactive", "--quiet", *words])
     out, err = capsys.readouterr()
@@ -27,12 +29,13 @@ def replay(capsys, path, *words):
 
 
 def replay_json(capsys, path, *words):
+    """Replay a recording; return exit code, JSON and errors."""
     code, out, err = replay(capsys, path, "--json", *words)
     return code, json.loads(out) if out else None, err
 
 
 def outcome(data):
-    """Return what a replay makes, without what is said of it."""
+    """Return what a replay makes, without its remarks."""
     return {
         k: data[k] for k in ("periods", "scans", "health", "counts", "unknown_share", "refused")
     }
@@ -56,7 +59,8 @@ def scaled(row):
     return row
 
 
-def test_a_replay_says_how_sure_it_is_and_units_and_clocks_change_nothing(capsys, rows, tmp_path):
+def test_other_units_and_clocks_give_the_same_result(capsys, rows, tmp_path):
+    """Other units and another clock change no scan, and each is remarked."""
     code, plain, _ = replay_json(capsys, write(tmp_path / "plain.bag", rows))
     assert code == 0
     assert plain["health"] == {"ok": plain["periods"]}
@@ -69,8 +73,8 @@ def test_a_replay_says_how_sure_it_is_and_units_and_clocks_change_nothing(capsys
     code, data, _ = replay_json(capsys, write(tmp_path / "units.bag", map(scaled, rows)))
     assert code == 0
     assert outcome(data) == outcome(plain)
-    said = " ".join(data["remark_texts"])
-    assert all(f"taken as {unit}" in said for unit in ("g", "deg/s", "G", "m/s"))
+    texts = " ".join(data["remark_texts"])
+    assert all(f"taken as {unit}" in texts for unit in ("g", "deg/s", "G", "m/s"))
 
     simulated = [restamped(row, stamp_of(row) - EPOCH + 50 * NS) for row in rows]
     code, data, _ = replay_json(capsys, write(tmp_path / "sim.bag", simulated))
@@ -81,6 +85,7 @@ def test_a_replay_says_how_sure_it_is_and_units_and_clocks_change_nothing(capsys
 
 @pytest.mark.parametrize("step", [8 * 3600 * NS, -8 * 3600 * NS, 8 * 365 * 86400 * NS])
 def test_a_clock_that_jumps_is_replayed_in_pieces(capsys, rows, tmp_path, step):
+    """Both sides of a clock's jump are replayed, each from its own start."""
     jumped = [
         replace(
             restamped(row, stamp_of(row) + (step if stamp_of(row) > JUMP else 0)),
@@ -100,11 +105,12 @@ def test_a_clock_that_jumps_is_replayed_in_pieces(capsys, rows, tmp_path, step):
         assert code == 3
         assert "health: ok 100 %" in out
         assert "pieces: 2" in out
-        assert "remark: clock: 8.0 h without any sense" in out
+        assert "remark: clock: 8.0 h without any reading" in out
         assert "unknown: " in out
 
 
-def test_a_piece_without_a_start_is_left_out_and_said(capsys, rows, tmp_path):
+def test_a_piece_without_a_start_is_left_out_and_reported(capsys, rows, tmp_path):
+    """A piece without a fix is left out with a reason."""
     later = 60 * NS
     paused = [
         replace(restamped(row, stamp_of(row) + later), stamp_ns=row.stamp_ns + later)
@@ -120,6 +126,7 @@ def test_a_piece_without_a_start_is_left_out_and_said(capsys, rows, tmp_path):
 
 
 def test_refused_rows_are_counted_by_reason(capsys, rows, tmp_path):
+    """Refused readings are counted and give exit code 3."""
     nothing = new("geometry_msgs/msg/Vector3", x=np.nan, y=0.0, z=0.0)
     spoilt = [
         replace(row, content=replace(row.content, angular_velocity=nothing))
@@ -137,6 +144,7 @@ def test_refused_rows_are_counted_by_reason(capsys, rows, tmp_path):
 
 
 def test_without_a_scan_it_fails_with_the_reason(capsys, rows, tmp_path):
+    """A replay without any scan fails and names the reason."""
     flat = [
         replace(row, content=replace(row.content, fields=row.content.fields[:2]))
         if row.topic == "/laser_cloud"
@@ -151,6 +159,7 @@ def test_without_a_scan_it_fails_with_the_reason(capsys, rows, tmp_path):
 
 
 def test_other_types_missing_names_and_wrong_units_are_one_line(capsys, rows, tmp_path):
+    """Wrong topics, types and units are errors of one line."""
     path = write(tmp_path / "plain.bag", rows)
     for words, code, texts in (
         (("--map", "/mag_orientation=/imu"), 1, ("MagneticField", "sensor_msgs/msg/Imu")),
@@ -182,17 +191,19 @@ def test_other_types_missing_names_and_wrong_units_are_one_line(capsys, rows, tm
 def test_of_two_names_one_is_read_and_another_type_under_a_spare_name_is_left_out(
     capsys, rows, tmp_path
 ):
+    """Of a topic's two names one is read, and a wrong type is skipped, both with a remark."""
     more = [replace(row, topic="/imu/data") for row in rows if row.topic == "/imu"]
     more += [replace(row, topic="/odometry/filtered") for row in rows if row.topic == "/imu"]
     code, data, _ = replay_json(capsys, write(tmp_path / "two.bag", [*rows, *more]))
     assert code == 0
-    said = " ".join(data["remark_texts"])
-    assert "/imu/data: /imu is read instead" in said
-    assert "/odometry/filtered: expected nav_msgs/msg/Odometry" in said
+    texts = " ".join(data["remark_texts"])
+    assert "/imu/data: /imu is read instead" in texts
+    assert "/odometry/filtered: expected nav_msgs/msg/Odometry" in texts
     assert data["counts"]["imu"][0] < 800
 
 
 def test_commands_of_a_joystick_neither_end_the_replay_nor_stretch_a_period(capsys, rows, tmp_path):
+    """Fast commands and their end do not change the length of control periods."""
     still = new("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
     twist = new("geometry_msgs/msg/Twist", linear=still, angular=still)
     burst = [

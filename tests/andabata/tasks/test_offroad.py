@@ -17,10 +17,10 @@ IDS = [f"andabata/{stage}-v0" for stage in STAGES]
 
 
 @pytest.fixture(scope="module", params=IDS)
-def env(request, shelf):
+def env(request, scenes):
     config = stage_config(request.param.split("/")[1].split("-")[0])
     small = config.model_copy(update={"seeds": (0,)})
-    made = gym.make(request.param, config=small, shelf=shelf)
+    made = gym.make(request.param, config=small, scenes=scenes)
     yield made
     made.close()
 
@@ -61,11 +61,11 @@ def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
     np.testing.assert_allclose(state[32:34], [0.0, 0.4], atol=1e-6)
 
 
-def test_time_outs_truncate_and_collisions_terminate(shelf):
+def test_time_outs_truncate_and_collisions_terminate(scenes):
     config = stage_config("Maze2D").model_copy(
         update={"seeds": (0,), "terminations": TerminationConfig(time_limit=1.0)}
     )
-    env = make_offroad("Maze2D", config, shelf=shelf)
+    env = make_offroad("Maze2D", config, scenes=scenes)
     env.reset(seed=0)
     for _ in range(10):
         _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
@@ -73,7 +73,7 @@ def test_time_outs_truncate_and_collisions_terminate(shelf):
     env = make_offroad(
         "Maze2D",
         config.model_copy(update={"terminations": TerminationConfig(time_limit=400.0)}),
-        shelf=shelf,
+        scenes=scenes,
     )
     env.reset(seed=0)
     over, steps = False, 0
@@ -85,10 +85,12 @@ def test_time_outs_truncate_and_collisions_terminate(shelf):
 
 
 @pytest.mark.parametrize("heading", ["goal", "subgoal"])
-def test_whoever_looks_less_often_sees_the_same_when_it_does(shelf, heading):
+def test_whoever_looks_less_often_sees_the_same_when_it_does(scenes, heading):
     def drive(every):
         changes = {"seeds": (0,), "look_every": every, "heading": heading}
-        env = make_offroad("Maze3D", stage_config("Maze3D").model_copy(update=changes), shelf=shelf)
+        env = make_offroad(
+            "Maze3D", stage_config("Maze3D").model_copy(update=changes), scenes=scenes
+        )
         states, attraction = [env.reset(seed=5)[0]], 0.0
         for k in range(40):
             turn = np.array([np.sin(k // 5)], dtype=np.float32)
@@ -107,9 +109,9 @@ def test_whoever_looks_less_often_sees_the_same_when_it_does(shelf, heading):
     assert again == pytest.approx(gained, rel=0.02)
 
 
-def test_it_keeps_the_robot_of_one_world_alone(shelf):
+def test_it_keeps_the_robot_of_one_world_alone(scenes):
     """Each holds maps of its world: those of a whole pool would fill the memory."""
-    env = make_offroad("Maze3D", shelf=shelf)
+    env = make_offroad("Maze3D", scenes=scenes)
     with pytest.raises(ValueError, match="reset: expected it before the first step"):
         env.step(np.zeros(1, dtype=np.float32))
     env.reset(seed=0, options={"world_seed": 0})

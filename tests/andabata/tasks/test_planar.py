@@ -22,12 +22,12 @@ def wiggle(k, robot):
     return np.float32(np.sin(k / (5 + robot)) * (0.3 + 0.1 * robot))
 
 
-def test_they_drive_as_each_would_alone(shelf):
+def test_they_drive_as_each_would_alone(scenes):
     count, steps = 6, 500
-    together = FlatVectorEnv(SMALL, count, shelf, autoreset=False)
+    together = FlatVectorEnv(SMALL, count, scenes, autoreset=False)
     seeds = [40 + robot for robot in range(count)]
     states, info = together.reset(seed=seeds)
-    alone = [OffroadEnv(SMALL, shelf=shelf) for _ in range(count)]
+    alone = [OffroadEnv(SMALL, scenes=scenes) for _ in range(count)]
     over, ends = np.zeros(count, dtype=bool), set()
     for robot, env in enumerate(alone):
         state, about = env.reset(seed=seeds[robot])
@@ -57,9 +57,9 @@ def test_they_drive_as_each_would_alone(shelf):
     assert ends >= {"collision", "timeout"}
 
 
-def test_an_episode_that_ends_is_followed_by_the_next_in_the_same_step(shelf):
+def test_an_episode_that_ends_is_followed_by_the_next_in_the_same_step(scenes):
     config = SMALL.model_copy(update={"terminations": TerminationConfig(time_limit=1.0)})
-    env = FlatVectorEnv(config, 3, shelf)
+    env = FlatVectorEnv(config, 3, scenes)
     assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     env.reset(seed=5)
     forward = np.zeros((3, 1), dtype=np.float32)
@@ -78,8 +78,8 @@ def test_an_episode_that_ends_is_followed_by_the_next_in_the_same_step(shelf):
     assert np.abs(again[:, :32] - states[:, :32]).max() < 2.0  # It goes on from there.
 
 
-def test_a_robot_that_is_begun_again_leaves_the_others_alone(shelf):
-    env, other = (FlatVectorEnv(SMALL, 2, shelf, autoreset=False) for _ in range(2))
+def test_a_robot_that_is_begun_again_leaves_the_others_alone(scenes):
+    env, other = (FlatVectorEnv(SMALL, 2, scenes, autoreset=False) for _ in range(2))
     env.reset(seed=1)
     other.reset(seed=1)
     actions = np.full((2, 1), 0.5, dtype=np.float32)
@@ -87,7 +87,7 @@ def test_a_robot_that_is_begun_again_leaves_the_others_alone(shelf):
         env.step(actions)
         other.step(actions)
     before, _ = env.reset(seed=[None, 9], options={"reset_mask": np.array([False, True])})
-    fresh, _ = FlatVectorEnv(SMALL, 1, shelf).reset(seed=9)
+    fresh, _ = FlatVectorEnv(SMALL, 1, scenes).reset(seed=9)
     np.testing.assert_array_equal(before[1], fresh[0])
     np.testing.assert_array_equal(env.step(actions)[0][0], other.step(actions)[0][0])
 
@@ -101,10 +101,10 @@ def test_gymnasium_makes_it():
     env.close()
 
 
-def test_nonsense_is_named(shelf):
+def test_nonsense_is_named(scenes):
     with pytest.raises(ValueError, match="expected a maze, horizontal scanner"):
-        FlatVectorEnv(stage_config("Maze3D"), 2, shelf)
-    env = FlatVectorEnv(SMALL, 2, shelf)
+        FlatVectorEnv(stage_config("Maze3D"), 2, scenes)
+    env = FlatVectorEnv(SMALL, 2, scenes)
     with pytest.raises(ValueError, match="reset: expected before the first step"):
         env.step(np.zeros((2, 1), dtype=np.float32))
     with pytest.raises(ValueError, match="seed: expected 2"):
@@ -114,7 +114,7 @@ def test_nonsense_is_named(shelf):
         env.step(np.array([[np.nan], [0.0]], dtype=np.float32))
 
 
-def test_episodes_depend_on_their_seeds_alone(shelf):
+def test_episodes_depend_on_their_seeds_alone(scenes):
     layers = [(0.1 * np.random.default_rng(k).normal(size=s), np.zeros(s[0])) for k, s in SHAPES]
     policy = Policy(
         tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers), 10.0, 0.5, 0.15
@@ -122,9 +122,9 @@ def test_episodes_depend_on_their_seeds_alone(shelf):
     seeds = [EpisodeSpec(0, (3, 0, k), (None, 0.2)[k % 2]) for k in range(9)]
     played = []
     for lanes in (1, 4, 16):
-        robots = FlatVectorEnv(SMALL, lanes, shelf, autoreset=False)
+        robots = FlatVectorEnv(SMALL, lanes, scenes, autoreset=False)
         played.append(play_together(robots, policy, 5, seeds))
-    alone = [play(OffroadEnv(SMALL, shelf=shelf), policy, 5, seed) for seed in seeds]
+    alone = [play(OffroadEnv(SMALL, scenes=scenes), policy, 5, seed) for seed in seeds]
     for few, more, many, one in zip(*played, alone, strict=True):
         for other in (more, many):
             for name in ("states", "actions", "rewards", "last_state"):

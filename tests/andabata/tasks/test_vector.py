@@ -25,17 +25,17 @@ def drive(env, steps, count):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_robots_together_do_what_each_does_alone(shelf, workers):
+def test_robots_together_do_what_each_does_alone(scenes, workers):
     count, steps = 3, 30
     if workers == 1:
-        env = make_vector("Maze3D", count, SMALL, workers, shelf)
+        env = make_vector("Maze3D", count, SMALL, workers, scenes)
     else:
         env = OffroadVectorEnv(SMALL, count, workers)
     assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     together = drive(env, steps, count)
     ends = 0
     for robot in range(count):
-        alone = OffroadEnv(SMALL, shelf=shelf)
+        alone = OffroadEnv(SMALL, scenes=scenes)
         state, _ = alone.reset(seed=7 + robot)
         np.testing.assert_array_equal(together[0][0][robot], state)
         for k in range(steps):

@@ -6,7 +6,7 @@ from andabata.app.cli import main
 from andabata.evaluation.scenarios import scenarios
 from andabata.training.plans import algorithms, load_plan
 from worlds.catalogue import preset_names
-from worlds.splits import EVALUATION_SEED, TRAINING_SEEDS, VALIDATION_SEEDS
+from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
 
 def test_the_papers_scheme_is_the_papers():
@@ -36,7 +36,7 @@ def test_nothing_is_tried_where_it_was_learnt(algorithm):
         elsewhere = stage.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
         assert stage.unseen == elsewhere  # Driven, seen and judged as while it learns.
     assert not set(TRAINING_SEEDS) & set(VALIDATION_SEEDS)
-    assert max(VALIDATION_SEEDS) < EVALUATION_SEED
+    assert max(VALIDATION_SEEDS) < EVALUATION_START
 
 
 def test_the_body_and_the_laser_are_chosen():
@@ -62,7 +62,7 @@ def test_the_suite_is_wide_and_unseen():
     found = scenarios("generalisation", "maze", 3, 0)
     assert len(found) == len(set(found)) == 160
     assert {scenario.world for scenario in found} <= set(preset_names())
-    assert all(scenario.seed >= EVALUATION_SEED for scenario in found)
+    assert all(scenario.seed >= EVALUATION_START for scenario in found)
     natural = [scenario.difficulty for scenario in found if scenario.world == "natural-far"]
     assert natural == sorted(natural)
     assert (natural[0], natural[-1]) == (0.0, 0.8)

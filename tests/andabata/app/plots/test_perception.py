@@ -1,25 +1,70 @@
-"""A picture of a scan draws what is unknown as unknown, never as a free circle."""
+"""Pictures of scans and classifiers."""
+
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import Wedge
 
-from andabata.app.plots.axes import draw_ranges, range_legend
+from andabata.app.plots import perception
 from traversability.grid import PolarGrid
+from traversability.labels import CellState
 
 
-def test_unknown_sectors_are_hatched_and_have_no_arc():
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return a list that receives each figure instead of its PNG bytes."""
+    figures = []
+    monkeypatch.setattr(perception, "png", lambda figure: figures.append(figure) or b"")
+    return figures
+
+
+def test_cells_are_drawn_in_their_sector_ring_and_colour():
+    """Sector 0 begins at -180 degrees; a blocked cell is red between its ring's edges."""
     grid = PolarGrid(n_sectors=4)
+    cells = np.full((4, grid.n_rings), CellState.EMPTY, dtype=np.uint8)
+    cells[1, 2] = CellState.NON_TRAVERSABLE
     axes = Figure().add_subplot()
-    ranges = np.array([np.nan, np.inf, 3.0, np.nan], dtype=np.float32)
-    draw_ranges(axes, ranges, grid)
-    assert [patch.get_hatch() for patch in axes.patches] == ["///", "///"]
-    assert [(wedge.theta1, wedge.theta2) for wedge in axes.patches] == [(-180, -90), (90, 180)]
-    reach = [np.hypot(*line.get_data()) for line in axes.lines]
-    np.testing.assert_allclose([reach[0][0], reach[1][0]], [10.0, 3.0])
+    perception._draw_cells(axes, cells, grid, 1.0)
+    empty, free, blocked = axes.collections
+    assert (len(empty.get_paths()), len(free.get_paths())) == (4 * grid.n_rings - 1, 0)
+    (path,) = blocked.get_paths()
+    edges = grid.ring_edges
+    wedge = Wedge((0, 0), edges[3], -90, 0, width=edges[3] - edges[2])
+    expected = wedge.get_transform().transform_path(wedge.get_path())
+    np.testing.assert_allclose(path.vertices, expected.vertices)
+    red, green, blue, _ = blocked.get_facecolor()[0]
+    assert red > max(green, blue)
 
 
-def test_the_legend_names_them():
-    assert [entry.get_label() for entry in range_legend()] == [
-        "range of the virtual scan",
-        "unknown: no cell could be judged",
-    ]
+def test_a_confusion_matrix_has_truth_by_row(drawn):
+    """Rows are the truth, columns the classifier's answer; red is positive."""
+    confusion = {"tn": 1, "fp": 2, "fn": 3, "tp": 4}
+    perception.confusion_picture({"confusion": confusion, "balanced_accuracy": 0.5})
+    (axes,) = drawn[0].axes
+    texts = {text.get_position(): text.get_text() for text in axes.texts}
+    assert texts == {(0, 0): "1", (1, 0): "2", (0, 1): "3", (1, 1): "4"}
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["green", "red"]
+
+
+def test_the_most_important_feature_is_on_top(drawn):
+    """Bars stand by importance, at most as many as asked."""
+    perception.importance_picture({"a": 3.0, "b": 2.0, "c": 1.0}, most=2)
+    (axes,) = drawn[0].axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["b", "a"]
+    assert [bar.get_width() for bar in axes.patches] == [2.0, 3.0]
+
+
+def test_a_scan_shows_points_near_and_low(drawn):
+    """Points beyond the grid or above the robot are not drawn."""
+    grid = PolarGrid(n_sectors=4)
+    points = np.array([[1, 2, 0], [1, 2, 3], [90, 0, 0]], dtype=np.float32)
+    cells = np.zeros((4, grid.n_rings), dtype=np.uint8)
+    scan = SimpleNamespace(ranges=np.full(4, np.inf, dtype=np.float32))
+    perception.scan_picture(
+        SimpleNamespace(cloud=SimpleNamespace(points=points), grid=grid, cells=cells, scan=scan),
+        "name",
+    )
+    left = drawn[0].axes[0]
+    np.testing.assert_allclose(left.collections[0].get_offsets(), [[1, 2]])

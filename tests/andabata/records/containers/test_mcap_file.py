@@ -1,4 +1,4 @@
-"""MCAP files are read whatever wrote them, and whatever a recorder left of them."""
+"""MCAP files of any recorder are read, finished or not, whole or damaged."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from mcap.writer import IndexType, Writer
 
 from andabata.records.bags import Bag, BagError
 from andabata.records.export import read_bag_cloud
-from andabata.records.messages import Composer
+from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import mcap_records, note, stamp, write_mcap
 from traversability.cloud import PointCloud
@@ -15,17 +15,20 @@ EVERY = [f"note {k}" for k in range(10)]
 
 
 def notes_of(path, damaged=False):
+    """Return the texts of all messages of a recording."""
     with Bag(path, damaged) as bag:
         return [message.content.data for message in bag.messages()]
 
 
-def place_of(data, operation, skip=0):
+def offset_of(data, operation, skip=0):
+    """Return the offset of a record."""
     return [each[1:] for each in mcap_records(data) if each[0] == operation][skip]
 
 
 @pytest.mark.parametrize("ros", [1, 2])
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
 def test_every_channel_is_read_in_every_compression_and_encoding(tmp_path, compression, ros):
+    """Both channels are read, whatever compression and version of ROS."""
     path = write_mcap(tmp_path / "x.mcap", compression=compression, chunk=100, ros=ros)
     with Bag(path) as bag:
         assert bag.topics == {"/notes": ("std_msgs/msg/String", 10)}
@@ -46,7 +49,8 @@ def test_every_channel_is_read_in_every_compression_and_encoding(tmp_path, compr
         {"enable_crcs": False},
     ],
 )
-def test_what_the_format_leaves_free_may_be_missing(tmp_path, options):
+def test_optional_records_may_be_missing(tmp_path, options):
+    """A file without the optional records of the format is read."""
     path = write_mcap(tmp_path / "x.mcap", **options)
     with Bag(path) as bag:
         assert bag.topics["/notes"][1] == 10
@@ -54,7 +58,8 @@ def test_what_the_format_leaves_free_may_be_missing(tmp_path, options):
     assert notes_of(path) == EVERY
 
 
-def test_an_unfinished_file_is_read_and_says_so(tmp_path):
+def test_an_unfinished_file_is_read_with_a_note(tmp_path):
+    """A file without a summary is read, and a note reports it."""
     path = write_mcap(tmp_path / "x.mcap", chunk=60, finish=False)
     with Bag(path) as bag:
         assert bag.topics["/notes"][1] >= 8
@@ -62,10 +67,11 @@ def test_an_unfinished_file_is_read_and_says_so(tmp_path):
     assert notes_of(path) == EVERY[: len(notes_of(path))]
 
 
-def test_a_bag_turned_into_mcap_gives_its_clouds(tmp_path):
-    compose, types = Composer(1), message_types(1)
+def test_a_bag_converted_to_mcap_gives_its_clouds(tmp_path):
+    """Clouds in ROS 1 encoding are read from an MCAP file."""
+    builder, types = MessageBuilder(1), message_types(1)
     points = np.random.default_rng(0).uniform(-8, 8, (50, 3)).astype(np.float32)
-    message = compose.cloud(0.0, PointCloud(points, "base_link"))
+    message = builder.cloud(0.0, PointCloud(points, "base_link"))
     path = tmp_path / "ros1.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -79,7 +85,8 @@ def test_a_bag_turned_into_mcap_gives_its_clouds(tmp_path):
     np.testing.assert_array_equal(read_bag_cloud(path, None).points, points)
 
 
-def test_channels_that_are_not_of_ros_are_told_and_cost_themselves_alone(tmp_path):
+def test_channels_of_other_encodings_are_skipped_alone(tmp_path):
+    """Channels that are not of ROS are listed as unreadable; the others are read."""
     path = tmp_path / "mixed.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -122,11 +129,12 @@ def test_channels_that_are_not_of_ros_are_told_and_cost_themselves_alone(tmp_pat
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
-def test_reading_goes_on_behind_a_damaged_chunk_and_counts_what_it_held(tmp_path, compression):
+def test_reading_goes_on_behind_a_damaged_chunk_and_counts_its_messages(tmp_path, compression):
+    """The messages of a damaged chunk are counted as lost; all others are read."""
     data = bytearray(
         write_mcap(tmp_path / "x.mcap", 40, compression=compression, chunk=200).read_bytes()
     )
-    begin, end = place_of(data, 6, skip=1)
+    begin, end = offset_of(data, 6, skip=1)
     data[(begin + end) // 2] ^= 1
     path = tmp_path / "bad.mcap"
     path.write_bytes(data)
@@ -142,11 +150,12 @@ def test_reading_goes_on_behind_a_damaged_chunk_and_counts_what_it_held(tmp_path
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
 @pytest.mark.parametrize("unchunked", [False, True])
-def test_reading_goes_on_where_the_next_record_can_be_trusted(tmp_path, compression, unchunked):
+def test_reading_goes_on_at_the_next_certain_record(tmp_path, compression, unchunked):
+    """Bytes that only resemble a record do not stop the search for the next one."""
     options = {"use_chunking": False} if unchunked else {"chunk": 200}
     path = write_mcap(tmp_path / "x.mcap", 40, compression=compression, **options)
     data = bytearray(path.read_bytes())
-    begin, _ = place_of(data, 5 if unchunked else 6, skip=2 if unchunked else 1)
+    begin, _ = offset_of(data, 5 if unchunked else 6, skip=2 if unchunked else 1)
     data[begin : begin + 30] = b"\xff" * 30
     path.write_bytes(data)
     with Bag(path, damaged=True) as bag:
@@ -157,9 +166,10 @@ def test_reading_goes_on_where_the_next_record_can_be_trusted(tmp_path, compress
 
 
 def test_channels_lost_with_their_chunk_are_taken_from_the_summary(tmp_path):
+    """The summary replaces channel records of a damaged chunk."""
     path = write_mcap(tmp_path / "x.mcap", 40, chunk=200)
     data = bytearray(path.read_bytes())
-    _, end = place_of(data, 6)
+    _, end = offset_of(data, 6)
     data[end - 20] ^= 1
     path.write_bytes(data)
     found = notes_of(path, damaged=True)
@@ -167,21 +177,23 @@ def test_channels_lost_with_their_chunk_are_taken_from_the_summary(tmp_path):
     assert found[-1] == "note 39"
 
 
-def test_a_summary_that_tells_other_counts_is_said(tmp_path):
+def test_a_summary_with_other_counts_is_noted(tmp_path):
+    """A note reports that summary and file differ in their numbers of messages."""
     path = write_mcap(tmp_path / "x.mcap")
     data = bytearray(path.read_bytes())
-    _, end = place_of(data, 11)
+    _, end = offset_of(data, 11)
     data[end - 8] = 99  # The count of the last channel.
     path.write_bytes(data)
     with Bag(path) as bag:
         assert bag.topics["/notes"][1] == 10
-        assert "/notes: the index tells of 104 messages, the file holds 10" in bag.notes[0]
+        assert "/notes: the index counts 104 messages, the file holds 10" in bag.notes[0]
 
 
-def test_a_damaged_summary_costs_no_message(tmp_path):
+def test_a_damaged_summary_loses_no_message(tmp_path):
+    """A damaged summary is noted, and all messages are read."""
     path = write_mcap(tmp_path / "x.mcap")
     data = path.read_bytes()
-    begin, _ = place_of(data, 11)
+    begin, _ = offset_of(data, 11)
     path.write_bytes(data[: begin + 5])
     with Bag(path) as bag:
         assert bag.left_out == []

@@ -1,4 +1,4 @@
-"""ROS 2 recordings are read with and without their metadata, split and compressed."""
+"""ROS 2 folders are read with and without metadata, split and compressed."""
 
 import pytest
 import zstandard
@@ -9,6 +9,7 @@ from tests.recordings import note, stamp, write_bag, write_db3, write_mcap
 
 
 def notes_of(path, damaged=False):
+    """Return the texts of all messages of a recording."""
     with Bag(path, damaged) as bag:
         return [message.content.data for message in bag.messages()]
 
@@ -18,6 +19,7 @@ EVERY = [f"note {k}" for k in range(10)]
 
 @pytest.mark.parametrize("suffix", ["db3", "mcap"])
 def test_a_folder_without_metadata_is_read_from_its_files(tmp_path, suffix):
+    """Without metadata.yaml the files are read, and a note reports it."""
     folder = tmp_path / "drive"
     folder.mkdir()
     (write_db3 if suffix == "db3" else write_mcap)(folder / f"drive_0.{suffix}")
@@ -27,7 +29,8 @@ def test_a_folder_without_metadata_is_read_from_its_files(tmp_path, suffix):
     assert notes_of(folder) == EVERY
 
 
-def test_split_files_are_read_in_their_order_and_one_publisher_is_one(tmp_path):
+def test_split_files_are_read_in_order_as_one_connection(tmp_path):
+    """Twelve files are read in numerical order, and equal connections are merged."""
     folder = tmp_path / "drive"
     folder.mkdir()
     for part in range(12):
@@ -40,7 +43,8 @@ def test_split_files_are_read_in_their_order_and_one_publisher_is_one(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["db3", "mcap"])
-def test_files_packed_by_zstd_are_read_in_a_folder_and_alone(tmp_path, suffix):
+def test_files_compressed_by_zstd_are_read_in_a_folder_and_alone(tmp_path, suffix):
+    """A compressed file is read by its own path and by its folder's."""
     plain = (write_db3 if suffix == "db3" else write_mcap)(tmp_path / f"x.{suffix}")
     folder = tmp_path / "drive"
     folder.mkdir()
@@ -51,12 +55,14 @@ def test_files_packed_by_zstd_are_read_in_a_folder_and_alone(tmp_path, suffix):
     assert is_recording(packed)
 
 
-def test_messages_packed_one_by_one_are_read(tmp_path):
+def test_messages_compressed_one_by_one_are_read(tmp_path):
+    """Messages that are compressed each are read."""
     path = write_db3(tmp_path / "x.db3", data=lambda k: zstandard.compress(note(2, k)))
     assert notes_of(path) == EVERY
 
 
-def test_a_file_that_metadata_lists_and_nobody_has_is_said(tmp_path):
+def test_a_listed_file_that_is_missing_is_damage(tmp_path):
+    """A missing file is named as damage, and the others can be read."""
     folder = tmp_path / "drive"
     folder.mkdir()
     write_db3(folder / "drive_0.db3")
@@ -68,7 +74,8 @@ def test_a_file_that_metadata_lists_and_nobody_has_is_said(tmp_path):
     assert notes_of(folder, damaged=True) == EVERY
 
 
-def test_metadata_that_tells_other_counts_is_said(tmp_path):
+def test_metadata_with_other_counts_is_noted(tmp_path):
+    """Wrong counts in metadata.yaml, or a damaged one, are noted only."""
     folder = tmp_path / "drive"
     folder.mkdir()
     write_db3(folder / "drive_0.db3")
@@ -78,14 +85,15 @@ def test_metadata_that_tells_other_counts_is_said(tmp_path):
         "  - {topic_metadata: {name: /notes}, message_count: 12}\n"
     )
     with Bag(folder) as bag:
-        assert "tells of 12 messages, the file holds 10" in bag.notes[0]
+        assert "counts 12 messages, the file holds 10" in bag.notes[0]
     (folder / "metadata.yaml").write_text("{rosbag2_bagfile")
     with Bag(folder) as bag:
         assert "damaged" in bag.notes[0]
         assert bag.topics["/notes"][1] == 10
 
 
-def test_one_file_that_is_no_recording_costs_itself_alone(tmp_path):
+def test_one_unreadable_file_is_skipped_alone(tmp_path):
+    """An empty file among others is damage, and the others are read."""
     folder = tmp_path / "drive"
     folder.mkdir()
     write_db3(folder / "drive_0.db3")
@@ -93,12 +101,14 @@ def test_one_file_that_is_no_recording_costs_itself_alone(tmp_path):
     assert notes_of(folder, damaged=True) == EVERY
 
 
-def test_a_folder_without_a_recording_is_said(tmp_path):
+def test_a_folder_without_a_recording_is_an_error(tmp_path):
+    """A folder without any file of messages raises a BagError."""
     with pytest.raises(BagError, match=r"\.db3 or \.mcap files, got none"), Bag(tmp_path):
         pass
 
 
-def test_recordings_are_told_by_their_content(tmp_path):
+def test_recordings_are_recognised_by_their_content(tmp_path):
+    """The format follows from the first bytes, whatever the suffix."""
     names = {
         write_bag(tmp_path / "a.bag"): "a.bag.active",
         write_mcap(tmp_path / "b.mcap"): "b.bin",
@@ -114,6 +124,7 @@ def test_recordings_are_told_by_their_content(tmp_path):
 
 @pytest.mark.parametrize("name", ["x.bag.active", "x.db3", "x.mcap.zstd", "folder"])
 def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name):
+    """`scan` reads a cloud from every format of recordings."""
     import json
 
     import numpy as np
@@ -121,7 +132,7 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
     from andabata.app.cli import main
     from andabata.records import topics
     from andabata.records.bags import open_writer
-    from andabata.records.messages import Composer
+    from andabata.records.messages import MessageBuilder
     from traversability.cloud import PointCloud
 
     monkeypatch.chdir(tmp_path)
@@ -130,9 +141,9 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
     suffix = {"x.bag.active": ".bag", "x.mcap.zstd": ".mcap"}.get(name, ".db3")
     ros = 1 if suffix == ".bag" else 2
     made = tmp_path / f"made{suffix}"
-    writer, compose = open_writer(made), Composer(ros)
-    cloud = compose.cloud(0.0, PointCloud(points, "velodyne"))
-    writer.write(topics.CLOUD, compose.stamp_ns(0.0), cloud)
+    writer, builder = open_writer(made), MessageBuilder(ros)
+    cloud = builder.cloud(0.0, PointCloud(points, "velodyne"))
+    writer.write(topics.CLOUD, builder.stamp_ns(0.0), cloud)
     writer.close()
     path = tmp_path / name
     if name == "x.mcap.zstd":

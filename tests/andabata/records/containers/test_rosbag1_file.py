@@ -1,4 +1,4 @@
-"""ROS 1 bags are read whatever a recorder left of them."""
+"""ROS 1 bags are read, finished or not, whole or damaged."""
 
 import struct
 
@@ -9,6 +9,7 @@ from tests.recordings import bag_record, stamp, write_bag
 
 
 def notes_of(path, damaged=False):
+    """Return the texts of all messages of a recording."""
     with Bag(path, damaged) as bag:
         return [message.content.data for message in bag.messages()]
 
@@ -18,6 +19,7 @@ EVERY = [f"note {k}" for k in range(10)]
 
 @pytest.mark.parametrize("compression", [None, "bz2", "lz4"])
 def test_every_publisher_of_a_topic_is_read_in_every_compression(tmp_path, compression):
+    """Messages of both publishers are read, whatever the compression."""
     path = write_bag(tmp_path / "x.bag", compression=compression, chunk=100)
     with Bag(path) as bag:
         assert bag.topics == {"/notes": ("std_msgs/msg/String", 10)}
@@ -31,6 +33,7 @@ def test_every_publisher_of_a_topic_is_read_in_every_compression(tmp_path, compr
 
 
 def test_messages_come_by_time_and_not_by_their_place_in_the_file(tmp_path):
+    """Messages come in the order of their stamps, not of their offsets."""
     from rosbags.rosbag1 import Writer
 
     from andabata.records.topics import message_types
@@ -45,7 +48,8 @@ def test_messages_come_by_time_and_not_by_their_place_in_the_file(tmp_path):
     assert notes_of(tmp_path / "x.bag") == [f"note {k}" for k in range(4)]
 
 
-def test_a_bag_without_its_index_is_read_and_says_so(tmp_path):
+def test_a_bag_without_its_index_is_read_with_a_note(tmp_path):
+    """An unfinished bag is read, and a note reports the missing index."""
     data = bytearray(write_bag(tmp_path / "x.bag", chunk=100).read_bytes())
     index = bag_record(data, 7)[0]
     place = data.index(b"index_pos=") + len(b"index_pos=")
@@ -58,6 +62,7 @@ def test_a_bag_without_its_index_is_read_and_says_so(tmp_path):
 
 
 def test_the_last_chunk_of_a_killed_recorder_is_read(tmp_path):
+    """Whole messages of an unfinished last chunk are read."""
     # The recorder writes a chunk's length when the chunk is full; until then it is zero.
     data = write_bag(tmp_path / "x.bag").read_bytes()
     begin, end = bag_record(data, 5)
@@ -74,7 +79,8 @@ def test_the_last_chunk_of_a_killed_recorder_is_read(tmp_path):
 
 
 @pytest.mark.parametrize("compression", ["bz2", "lz4"])
-def test_a_packed_chunk_that_is_cut_short_gives_what_is_whole(tmp_path, compression):
+def test_a_compressed_chunk_that_is_cut_short_gives_its_whole_messages(tmp_path, compression):
+    """A cut chunk gives its messages up to the cut, if the compression allows it."""
     data = write_bag(tmp_path / "x.bag", 4000, compression=compression).read_bytes()
     _, end = bag_record(data, 5)
     path = tmp_path / "cut.bag"
@@ -89,6 +95,7 @@ def test_a_packed_chunk_that_is_cut_short_gives_what_is_whole(tmp_path, compress
 
 
 def test_damage_in_the_middle_is_an_error_unless_expected_and_reading_goes_on_behind(tmp_path):
+    """Damage is an error by default; on request all messages around it are read."""
     data = bytearray(write_bag(tmp_path / "x.bag", chunk=100).read_bytes())
     begin, _ = bag_record(data, 5, skip=1)
     data[begin : begin + 40] = b"\xff" * 40
@@ -104,7 +111,8 @@ def test_damage_in_the_middle_is_an_error_unless_expected_and_reading_goes_on_be
     assert lost.messages == 0
 
 
-def test_what_the_index_tells_and_the_file_lacks_is_counted(tmp_path):
+def test_messages_of_the_index_that_the_file_lacks_are_counted(tmp_path):
+    """Lost messages are those of the index minus those found."""
     data = bytearray(write_bag(tmp_path / "x.bag", chunk=100).read_bytes())
     begin, end = bag_record(data, 5, skip=1)
     data[begin:end] = b"\xff" * (end - begin)
@@ -119,7 +127,8 @@ def test_what_the_index_tells_and_the_file_lacks_is_counted(tmp_path):
     assert found[-1] == EVERY[-1]
 
 
-def test_an_index_that_tells_other_counts_is_said(tmp_path):
+def test_an_index_with_other_counts_is_noted(tmp_path):
+    """A note reports that index and file differ in their numbers of messages."""
     data = bytearray(write_bag(tmp_path / "x.bag").read_bytes())
     _, end = bag_record(data, 6)
     data[end - 4 : end] = struct.pack("<I", 99)
@@ -127,10 +136,11 @@ def test_an_index_that_tells_other_counts_is_said(tmp_path):
     path.write_bytes(data)
     with Bag(path) as bag:
         assert bag.topics["/notes"][1] == 10
-        assert "/notes: the index tells of 104 messages, the file holds 10" in bag.notes[0]
+        assert "/notes: the index counts 104 messages, the file holds 10" in bag.notes[0]
 
 
-def test_a_damaged_index_costs_no_message(tmp_path):
+def test_a_damaged_index_loses_no_message(tmp_path):
+    """A damaged index is noted, and all messages are read."""
     data = bytearray(write_bag(tmp_path / "x.bag").read_bytes())
     begin, _ = bag_record(data, 6)
     data[begin : begin + 30] = b"\xff" * 30
@@ -143,6 +153,7 @@ def test_a_damaged_index_costs_no_message(tmp_path):
 
 
 def test_a_bag_cut_between_two_records_is_damaged_and_one_cut_before_its_index_is_not(tmp_path):
+    """A cut before the end of the messages is damage, a cut at the index is not."""
     data = write_bag(tmp_path / "x.bag", chunk=100).read_bytes()
     path = tmp_path / "cut.bag"
     path.write_bytes(data[: bag_record(data, 5, skip=2)[0]])
@@ -156,14 +167,16 @@ def test_a_bag_cut_between_two_records_is_damaged_and_one_cut_before_its_index_i
     ("begin", "match"),
     [(b"", "an empty file"), (b"#ROSBAG V1.2\n" + bytes(9), "version 2.0"), (b"hello", "hello")],
 )
-def test_what_is_no_bag_is_said(tmp_path, begin, match):
+def test_a_file_that_is_no_bag_is_an_error(tmp_path, begin, match):
+    """Empty files, old bags and other files are errors that name what was found."""
     path = tmp_path / "x.bag"
     path.write_bytes(begin)
     with pytest.raises(BagError, match=match), Bag(path):
         pass
 
 
-def test_an_encrypted_bag_is_refused_with_what_to_do(tmp_path):
+def test_an_encrypted_bag_is_refused_with_the_next_step(tmp_path):
+    """An encrypted bag is an error that asks for decryption."""
     data = write_bag(tmp_path / "x.bag").read_bytes()
     begin, end = bag_record(data, 3)
     field = b"encryptor=rosbag/AesCbcEncryptor"

@@ -11,12 +11,14 @@ EVERY = [f"note {k}" for k in range(10)]
 
 
 def notes_of(path, damaged=False):
+    """Return the texts of all messages of a recording."""
     with Bag(path, damaged) as bag:
         return [message.content.data for message in bag.messages()]
 
 
 @pytest.mark.parametrize("definitions", [False, True])
 def test_a_bare_file_is_read(tmp_path, definitions):
+    """A file without its folder is read, with or without definitions."""
     path = write_db3(tmp_path / "x.db3", definitions=definitions)
     with Bag(path) as bag:
         assert bag.topics == {"/notes": ("std_msgs/msg/String", 10)}
@@ -26,32 +28,35 @@ def test_a_bare_file_is_read(tmp_path, definitions):
     ]
 
 
-def test_a_type_that_no_distribution_has_costs_its_topic_alone(tmp_path):
+def test_an_unknown_type_makes_its_topic_unreadable_alone(tmp_path):
+    """A type without a definition makes its topic unreadable and no other."""
     path = write_db3(tmp_path / "x.db3")
-    base = sqlite3.connect(path)
-    base.execute("INSERT INTO topics VALUES(2, '/odd', 'my_msgs/msg/Odd', 'cdr', '')")
-    base.execute("INSERT INTO messages VALUES(99, 2, 5, ?)", (note(2, 1),))
-    base.commit()
-    base.close()
+    database = sqlite3.connect(path)
+    database.execute("INSERT INTO topics VALUES(2, '/odd', 'my_msgs/msg/Odd', 'cdr', '')")
+    database.execute("INSERT INTO messages VALUES(99, 2, 5, ?)", (note(2, 1),))
+    database.commit()
+    database.close()
     with Bag(path) as bag:
         assert bag.unreadable == {"/odd": "expected a definition of my_msgs/msg/Odd, got none"}
         assert bag.topics["/odd"] == ("my_msgs/msg/Odd", 1)
         assert len(list(bag.messages())) == 10
 
 
-def test_what_a_killed_recorder_left_in_its_journal_is_read(tmp_path):
+def test_the_journal_of_a_killed_recorder_is_read(tmp_path):
+    """Rows in the write-ahead log are read."""
     path = write_db3(tmp_path / "x.db3", 5)
-    base = sqlite3.connect(path)
-    base.execute("PRAGMA journal_mode=WAL")
-    base.execute("INSERT INTO messages VALUES(99, 1, ?, ?)", (stamp(5), note(2, 5)))
-    base.commit()
-    for suffix in ("", "-wal", "-shm"):  # A copy, as if the recorder had died before it closed.
+    database = sqlite3.connect(path)
+    database.execute("PRAGMA journal_mode=WAL")
+    database.execute("INSERT INTO messages VALUES(99, 1, ?, ?)", (stamp(5), note(2, 5)))
+    database.commit()
+    for suffix in ("", "-wal", "-shm"):  # A copy, as if the recorder had been killed.
         (tmp_path / f"y.db3{suffix}").write_bytes((tmp_path / f"x.db3{suffix}").read_bytes())
-    base.close()
+    database.close()
     assert notes_of(tmp_path / "y.db3") == EVERY[:6]
 
 
 def test_messages_in_damaged_pages_are_left_out(tmp_path):
+    """Messages around a damaged page are read; without `damaged` it is an error."""
     path = write_db3(tmp_path / "x.db3", 2000)
     data = bytearray(path.read_bytes())
     middle = len(data) // 3 // 4096 * 4096
@@ -64,11 +69,12 @@ def test_messages_in_damaged_pages_are_left_out(tmp_path):
     assert (found[0], found[-1]) == ("note 0", "note 1999")
 
 
-def test_a_database_of_something_else_is_said(tmp_path):
+def test_a_database_of_something_else_is_an_error(tmp_path):
+    """A database without the tables of a recording is an error that names its tables."""
     path = tmp_path / "x.db3"
-    base = sqlite3.connect(path)
-    base.execute("CREATE TABLE bookmarks(name TEXT)")
-    base.commit()
-    base.close()
+    database = sqlite3.connect(path)
+    database.execute("CREATE TABLE bookmarks(name TEXT)")
+    database.commit()
+    database.close()
     with pytest.raises(BagError, match="topics and messages, got bookmarks"), Bag(path):
         pass

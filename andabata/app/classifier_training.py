@@ -1,0 +1,132 @@
+"""Training of the classifiers on labelled clouds, with the files that it leaves in a folder."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from andabata.app.console import Console
+from andabata.app.plots.perception import confusion_picture, importance_picture
+from andabata.evaluation.classifier import judge_forest, judge_squares
+from andabata.records import atomic_io
+from andabata.records.runs import describe, make_folder, write_json
+from traversability.cartesian.classifier import (
+    GroundClassifierConfig,
+    ground_samples,
+    train_ground_classifier,
+)
+from traversability.cloud import PointCloud
+from traversability.dataset import (
+    CellSamples,
+    Manifest,
+    every_second_world,
+    join_samples,
+    read_clouds,
+    read_manifest,
+    split_samples,
+)
+from traversability.forest_training import ForestConfig, importances, train_forest
+from traversability.grid import PolarGrid
+
+
+def train_cell_classifier(
+    folders: Sequence[Path],
+    out: Path,
+    config: ForestConfig,
+    grid: PolarGrid,
+    seed: int,
+    console: Console,
+) -> tuple[dict[str, Any], CellSamples]:
+    """Train a forest on training clouds and evaluate it on the first folder's validation clouds.
+
+    Args:
+        folders: Folders of clouds.
+        out: Folder for the forest, its scores and their pictures.
+        config: Trees and thresholds.
+        grid: Polar grid of the cells.
+        seed: Seed of the forest.
+        console: Console that shows the progress.
+
+    Returns:
+        Scores, importances and thresholds, ready for JSON, and the training cells.
+    """
+    manifests = [read_manifest(folder) for folder in folders]
+    pairs = zip(folders, manifests, strict=True)
+    with console.progress("clouds", sum(len(each.of("train")) for each in manifests)) as step:
+        samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
+    console.status(f"training {config.trees} trees on {len(samples.blocked)} cells")
+    summary = _origin(manifests) | {
+        "clouds": int(samples.cloud.max()) + 1,
+        "cells": len(samples.blocked),
+        "seed": seed,
+        "config": config.model_dump(),
+    }
+    forest = train_forest(samples, grid, config, seed, summary)
+    make_folder(out)
+    # Written before the evaluation: training took minutes.
+    atomic_io.write(out / "forest.npz", forest.to_bytes())
+    scores = judge_forest(forest, folders[0], manifests[0], "validation")
+    atomic_io.write(out / "confusion.png", confusion_picture(scores))
+    weights = importances(forest, samples, seed)
+    atomic_io.write(out / "importances.png", importance_picture(weights))
+    data: dict[str, Any] = {
+        **scores,
+        "importances": weights,
+        "thresholds": forest.thresholds.model_dump(),
+        "out": str(out),
+    }
+    _write(out, data, describe("classifier train", config.model_dump(), seed))
+    return data, samples
+
+
+def train_ground(
+    folders: Sequence[Path], out: Path, config: GroundClassifierConfig, seed: int, console: Console
+) -> dict[str, Any]:
+    """Train the two stages of the ground classifier and return its scores, ready for JSON.
+
+    The stages learn from different halves of the training worlds, so that the second stage sees
+    the first one's errors as they are on new worlds.
+
+    Args:
+        folders: Folders of clouds; the first one's validation clouds give the scores.
+        out: Folder for the classifier and its scores.
+        config: Trees of the two stages.
+        seed: Seed of the trees.
+        console: Console that shows the progress.
+    """
+    manifests = [read_manifest(folder) for folder in folders]
+    halves = [every_second_world(manifest, "train") for manifest in manifests]
+
+    def training(half: int) -> Iterator[PointCloud]:
+        parts = [pair[half] for pair in halves]
+        total = sum(len(part.clouds) for part in parts)
+        with console.progress(f"clouds of the {('first', 'second')[half]} stage", total) as step:
+            for pair in zip(folders, parts, strict=True):
+                yield from read_clouds(*pair, "train", step)
+            console.status(f"training {config.trees} trees")
+
+    summary = _origin(manifests) | {"seed": seed, "config": config.model_dump()}
+    classifier = train_ground_classifier((training(0), training(1)), config, seed, summary)
+    make_folder(out)
+    atomic_io.write(out / "ground_classifier.npz", classifier.to_bytes())
+    validation = read_clouds(folders[0], manifests[0], "validation")
+    rng = np.random.default_rng([seed, 2])
+    samples = ground_samples(validation, config.share, rng, classifier.first)
+    data = {**judge_squares(classifier, samples), "out": str(out)}
+    _write(out, data, describe("classifier ground", config.model_dump(), seed))
+    return data
+
+
+def _origin(manifests: Sequence[Manifest]) -> dict[str, Any]:
+    """Return the hashes and seeds of the data sets that a classifier learns from."""
+    return {
+        "clouds_sha256": [manifest.config_sha256 for manifest in manifests],
+        "clouds_seeds": [manifest.seed for manifest in manifests],
+    }
+
+
+def _write(folder: Path, scores: dict[str, Any], about: dict[str, Any]) -> None:
+    """Write the scores of a classifier and the settings that made it."""
+    write_json(folder / "scores.json", scores)
+    write_json(folder / "run.json", about)

@@ -1,0 +1,53 @@
+"""An evaluation with its progress on the console, and its folder."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from andabata.app.console import Console
+from andabata.app.plots.drives import write_failure
+from andabata.app.run_folders import write_evaluation
+from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
+from andabata.models import Models
+from andabata.records.runs import make_folder
+
+
+def run_evaluation(
+    config: EvaluationConfig,
+    models: Models,
+    workers: int,
+    folder: Path | None,
+    seed: int,
+    console: Console,
+) -> dict[str, Any]:
+    """Evaluate controllers and return the table, the failures and the settings, ready for JSON.
+
+    Args:
+        config: Worlds, trials and controllers.
+        models: Classifiers and policy.
+        workers: Number of processes.
+        folder: Folder for the journal, the pictures of failures and the results, or None. An
+            evaluation that was killed goes on from the journal.
+        seed: Seed of the command.
+        console: Console that shows the progress.
+    """
+    made = make_folder(folder) if folder else None
+
+    with console.progress("trials", len(config.scenarios)) as step:
+        rows = evaluate(
+            config,
+            models,
+            workers=workers,
+            journal=made / "trials.jsonl" if made else None,
+            on_failure=partial(write_failure, make_folder(made / "failures")) if made else None,
+            on_trial=lambda _, rows: step(1, f"world {rows[0]['world_seed']}"),
+        )
+    data = {
+        "rows": summarise(rows, config),
+        "failures": failure_causes(rows),
+        "config": config.model_dump(mode="json"),
+        "seed": seed,
+    }
+    if made:
+        write_evaluation(made, data)
+    return data

@@ -1,0 +1,82 @@
+"""State of an installation: versions, optional packages, origins of the packages."""
+
+import platform
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from andabata.app.import_guard import check_origins
+from andabata.records.runs import commit
+from andabata.ros.graph import DEBIAN
+
+MODULES = (
+    "numpy",
+    "numba",
+    "torch",
+    "sklearn",
+    "pybullet",
+    "open3d",
+    "gymnasium",
+    "rosbags",
+    "mcap",
+)
+"""Packages that every installation needs."""
+
+EXTRAS = {
+    "laspy": "extra las",
+    "onnx": "extra onnx",
+    "CSF": "extra peers",
+    "pypatchworkpp": "extra peers",
+    "rospy": "make ros",
+}
+"""Packages that only some commands need, and the way to install each."""
+
+SYSTEM = (
+    "apt-get install -y libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1 (Debian)"
+)
+"""Command that installs the system libraries."""
+
+_IMPORTED_BY = {"pybullet": "worlds.quiet_pybullet"}
+"""Module that imports a package for us, where it is not imported by its own name."""
+
+
+def check_installation() -> dict[str, Any]:
+    """Return versions, optional packages and origins, ready for JSON; ``ok`` if all is there.
+
+    Raises:
+        OriginError: If a sibling package is another distribution's.
+    """
+    found: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
+    found["origins"] = check_origins()
+    found["modules"] = {name: version(name) for name in MODULES}
+    found["extras"] = {name: _is_installed(name) for name in EXTRAS}
+    found["ok"] = not any(text.startswith("broken") for text in found["modules"].values())
+    return found
+
+
+def version(name: str) -> str:
+    """Return a module's version, or the reason why it cannot be imported."""
+    try:
+        import_module(_IMPORTED_BY.get(name, name))
+    except Exception as error:  # A broken binary raises anything.
+        return f"broken: {error}"
+    return str(getattr(sys.modules[name], "__version__", "here"))
+
+
+def _is_installed(name: str) -> bool:
+    """Return True if an optional package is installed; ROS's may lie where Debian puts it."""
+    return find_spec(name) is not None or (name == "rospy" and (DEBIAN / name).is_dir())
+
+
+def installation_text(found: dict[str, Any]) -> str:
+    """Return the state of an installation as text, one package a line."""
+    lines = [f"python {found['python']}, andabata at commit {found['commit']}"]
+    lines += [f"{name:12} {text}" for name, text in found["modules"].items()]
+    for name, way in EXTRAS.items():
+        installed = found["extras"][name]
+        lines.append(f"{name:12} {'here' if installed else f'not installed, optional ({way})'}")
+    lines.append(f"packages lie beside each other in {found['origins']['andabata']}")
+    if not found["ok"]:
+        lines.append(f"a system library may be missing: {SYSTEM}")
+    return "\n".join(lines)

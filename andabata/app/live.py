@@ -1,0 +1,114 @@
+"""Nodes in a live ROS 1 graph, from the start of the graph to its end."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from andabata.app.console import Console
+from andabata.assembly.controllers import make_steering
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.pose import Pose
+from andabata.models import Models
+from andabata.records.sensor_pose import GivenMounting
+from andabata.records.topics import POINT_CLOUD, Topic
+from andabata.replay.datum import given_geo_reference
+from andabata.ros.graph import RosGraph
+from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.robot_node import RobotNode
+from andabata.tasks.episode_monitor import TerminationConfig
+from worlds.scenes import SceneCache
+from worlds.splits import evaluation_world
+
+
+def run_navigator(
+    controller: str,
+    configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig],
+    base: SimulatedRobotConfig,
+    models: Models,
+    console: Console,
+    *,
+    cloud: str | None = None,
+    mountings: Mapping[str, GivenMounting] | None = None,
+    start: tuple[float, ...] | None = None,
+    goal: tuple[float, ...] | None = None,
+    seconds: float | None = None,
+) -> dict[str, Any]:
+    """Run the navigator in a live graph and return its figures, ready for JSON.
+
+    Args:
+        controller: Name of the controller.
+        configure: Function that puts the user's settings over a configuration.
+        base: Robot before the user's settings.
+        models: Classifiers and policy.
+        console: Console that shows the progress and the datum.
+        cloud: Topic of a 3D laser; None for the turning laser's two.
+        mountings: Mountings by sensor that the user gives.
+        start: Position [m] and yaw [deg] in the map; None to wait for them in the graph.
+        goal: First goal in the map [m]; None to wait for one in the graph.
+        seconds: Time after which to stop [s]; None to run until the graph ends.
+
+    Raises:
+        RosError: If ROS 1 is not installed or there is no master.
+    """
+    config = configure(base)
+    steering = make_steering(controller, None, config, models)
+    with _graph("andabata") as graph:
+        node = NavigatorNode(
+            graph,
+            config,
+            models,
+            steering,
+            Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None,
+            mountings or {},
+            given_geo_reference(configure),
+            console.status,
+        )
+        if goal is not None:
+            node.set_goal(np.array(goal))
+        with console.progress("seconds", None) as step:
+            return node.run(_pose(start), seconds, lambda: step(1))
+
+
+def run_robot(
+    world: str, seed: int, config: SimulatedRobotConfig, seconds: float, console: Console
+) -> dict[str, Any]:
+    """Run a simulated robot in a live graph and return its figures, ready for JSON.
+
+    Args:
+        world: Preset of the world.
+        seed: Seed of the drive.
+        config: The robot.
+        seconds: Longest drive to each goal [s].
+        console: Console that shows the progress.
+
+    Raises:
+        RosError: If ROS 1 is not installed or there is no master.
+    """
+    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
+    # The robot may wait for its navigator without being stuck.
+    rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
+    rng = np.random.default_rng([seed, 0, 1])
+    with _graph("andabata_robot") as graph:
+        node = RobotNode(graph, scene, config)
+        with console.progress("seconds", None) as step:
+            return node.run(scene.world.tasks[0], rng, rules, lambda: step(1))
+
+
+@contextmanager
+def _graph(name: str) -> Iterator[RosGraph]:
+    """Join the graph as a node, and leave it at the end."""
+    graph = RosGraph(name)
+    try:
+        yield graph
+    finally:
+        graph.close()
+
+
+def _pose(start: tuple[float, ...] | None) -> Pose | None:
+    """Return a level pose at a position [m] and a yaw [deg]."""
+    if start is None:
+        return None
+    x, y, degrees = start
+    return Pose.from_euler(np.array([x, y, 0.0]), 0.0, 0.0, float(np.deg2rad(degrees)))

@@ -1,0 +1,345 @@
+"""A moving picture of a drive: the turning laser paints the ground, cells turn green and red.
+
+The view is cast with the world's own rays, from a camera that follows the robot; no screen and no
+graphics card are needed.
+"""
+
+import io
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from andabata.assembly.simulated_robot import SimulatedRobot
+from andabata.machine.pose import Pose
+from andabata.machine.robot import RobotModel
+from andabata.navigation.navigator import StepResult
+from andabata.navigation.perception import assembler_of
+from terrain.classes import SemanticClass
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+from worlds.rays import RayScene
+from worlds.world import World
+
+WIDTH, HEIGHT = 480, 300
+"""Size of the picture [pixels]."""
+
+_SAMPLES = 2
+"""Number of rays along an edge of a pixel."""
+
+_RECORD_EVERY = 2
+"""Number of control steps between two frames that are kept."""
+
+_MAX_POINTS = 6000
+"""Largest number of laser points of a frame."""
+
+_NEW = 0.3
+"""Age below which laser points are drawn as the beam of the moment [s]."""
+
+_BACK, _UP, _AHEAD = 8.0, 5.5, 4.0
+"""Place of the camera behind and above the robot, and of the point it looks at ahead [m]."""
+
+_FOCAL = 0.9
+"""Focal length over the width of the picture."""
+
+_TURN_BLEND = 0.08
+"""Share of the robot's turn that the camera follows from frame to frame."""
+
+_SUN = np.array([0.4, -0.5, 0.77])
+_FREE, _BLOCKED = np.array([70, 180, 80]), np.array([215, 65, 55])
+_SKY, _PATH_COLOUR, _BEAM, _POINT = (200, 222, 240), (208, 0, 111), (255, 210, 40), (35, 60, 150)
+_BODY, _LASER = (45, 50, 60), (235, 120, 30)
+
+_COLOURS = np.full((256, 3), 150, dtype=np.float64)
+for _semantic, _colour in {
+    SemanticClass.GROUND: (176, 158, 122),
+    SemanticClass.PATH: (200, 184, 150),
+    SemanticClass.TRUNK: (107, 74, 43),
+    SemanticClass.FOLIAGE: (79, 143, 70),
+    SemanticClass.BUSH: (63, 111, 56),
+    SemanticClass.ROCK: (125, 125, 125),
+    SemanticClass.STONE: (140, 138, 132),
+    SemanticClass.HIGH_GRASS: (168, 191, 79),
+    SemanticClass.WALL: (154, 91, 69),
+    SemanticClass.WATER: (63, 127, 196),
+}.items():
+    _COLOURS[_semantic] = _colour
+
+
+@dataclass(frozen=True)
+class Frame:
+    """State of a drive at one moment.
+
+    Attributes:
+        pose: True pose.
+        scan: Virtual scan; None before the first cloud.
+        points: Points of the last half turn of the head in the map [m], float32, shape (n, 3).
+        ages: Ages of the points [s], float32, shape (n,).
+    """
+
+    pose: Pose
+    scan: VirtualScan | None
+    points: NDArray[np.float32]
+    ages: NDArray[np.float32]
+
+
+class ClipRecorder:
+    """Observer that keeps what a clip shows.
+
+    Attributes:
+        frames: Frames so far.
+    """
+
+    def __init__(self, simulated_robot: SimulatedRobot) -> None:
+        """Begin without frames.
+
+        Args:
+            simulated_robot: Robot that drives; its navigator has to be given this observer.
+
+        Raises:
+            ValueError: If the robot makes no clouds.
+        """
+        assembler = assembler_of(simulated_robot.perception)
+        if assembler is None:
+            raise ValueError("--clip: expected the rotating laser, got the horizontal scanner")
+        self._assembler, self._localizer = assembler, simulated_robot.localizer
+        self._steps = 0
+        self.frames: list[Frame] = []
+
+    def __call__(self, result: StepResult) -> None:
+        """Keep a control step, one in ``_RECORD_EVERY``."""
+        truth = result.readings.truth
+        self._steps += 1
+        if truth is None or self._steps % _RECORD_EVERY:
+            return
+        points, ages = self._recent_points(truth.pose)
+        self.frames.append(Frame(truth.pose, result.scan, points, ages))
+
+    def _recent_points(self, pose: Pose) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the points of the last half turn, moved from ``odom`` into the map."""
+        parts = self._assembler.window.parts
+        if not parts:
+            return np.empty((0, 3), dtype=np.float32), np.empty(0, dtype=np.float32)
+        points = np.concatenate([part.points for part in parts])
+        stamps = np.concatenate([part.stamps for part in parts if part.stamps is not None])
+        every = -(-len(points) // _MAX_POINTS)
+        points, stamps = points[::every].astype(np.float64), stamps[::every]
+        odometry = self._localizer.odometry
+        turn = pose.yaw - odometry.yaw
+        c, s = np.cos(turn), np.sin(turn)
+        x, y, z = (points - odometry.position).T
+        moved = np.stack([c * x - s * y, s * x + c * y, z], axis=1) + pose.position
+        return moved.astype(np.float32), (stamps.max() - stamps).astype(np.float32)
+
+
+class Camera(NamedTuple):
+    """A pinhole camera in the map.
+
+    Attributes:
+        place: Position [m], shape (3,).
+        axes: Rows: unit vectors to the right, down and forward, shape (3, 3).
+    """
+
+    place: NDArray[np.float64]
+    axes: NDArray[np.float64]
+
+    @classmethod
+    def behind(cls, pose: Pose, yaw: float) -> "Camera":
+        """Return a camera that looks over the robot's shoulder along a yaw [rad]."""
+        ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        place = pose.position - _BACK * ahead + [0.0, 0.0, _UP]
+        forward = pose.position + _AHEAD * ahead - place
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        return cls(place, np.stack([right, np.cross(forward, right), forward]))
+
+    def rays(self, width: int, height: int) -> NDArray[np.float32]:
+        """Return a ray for each pixel, row by row, float32, shape (height * width, 6)."""
+        u = (np.arange(width) + 0.5 - width / 2) / (_FOCAL * width)
+        v = (np.arange(height) + 0.5 - height / 2) / (_FOCAL * width)
+        columns, rows = np.meshgrid(u, v)
+        directions = np.stack([columns, rows, np.ones_like(columns)], axis=-1) @ self.axes
+        directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+        origins = np.broadcast_to(self.place, directions.shape)
+        return np.concatenate([origins, directions], axis=-1).reshape(-1, 6).astype(np.float32)
+
+    def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Return column, row [pixels] and distance [m] of points, shape (n, 3); NaN behind."""
+        x, y, z = self.axes @ (points.astype(np.float64) - self.place).T
+        depth = np.where(z > 0.1, z, np.nan)
+        column = WIDTH / 2 + _FOCAL * WIDTH * x / depth
+        row = HEIGHT / 2 + _FOCAL * WIDTH * y / depth
+        distance = np.linalg.norm(points - self.place, axis=1)
+        return np.stack([column, row, np.where(np.isfinite(depth), distance, np.nan)], axis=1)
+
+
+def clip(
+    frames: list[Frame],
+    world: World,
+    rays: RayScene,
+    grid: PolarGrid,
+    robot: RobotModel,
+    seconds: float = 8.0,
+    rate: float = 10.0,
+) -> bytes:
+    """Return a drive as an animated GIF.
+
+    Args:
+        frames: Frames of the drive, oldest first.
+        world: World.
+        rays: Its rays.
+        grid: Polar grid of the virtual scans.
+        robot: Body of the robot.
+        seconds: Duration of the clip [s]; the drive is thinned to fit.
+        rate: Pictures a second [Hz].
+
+    Raises:
+        ValueError: If there are no frames.
+    """
+    if not frames:
+        raise ValueError("frames: expected at least one, got none; the drive was too short")
+    count = min(len(frames), max(1, round(seconds * rate)))
+    chosen = np.linspace(0, len(frames) - 1, count).round().astype(int)
+    yaw, pictures = frames[0].pose.yaw, []
+    path = np.array([frame.pose.position for frame in frames])
+    for number in chosen:
+        frame = frames[number]
+        turn = (frame.pose.yaw - yaw + np.pi) % (2 * np.pi) - np.pi
+        yaw += _TURN_BLEND * turn
+        camera = Camera.behind(frame.pose, yaw)
+        pictures.append(_picture(frame, path[: number + 1], camera, rays, grid, robot))
+    # One palette for all pictures: colours of their own would flicker.
+    palette = pictures[len(pictures) // 2].quantize(64, method=Image.Quantize.MEDIANCUT)
+    quantized = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+    stream = io.BytesIO()
+    quantized[0].save(
+        stream,
+        format="GIF",
+        save_all=True,
+        append_images=quantized[1:],
+        duration=round(1000 / rate),
+        loop=0,
+        optimize=True,
+    )
+    return stream.getvalue()
+
+
+def _picture(
+    frame: Frame,
+    path: NDArray[np.float64],
+    camera: Camera,
+    rays: RayScene,
+    grid: PolarGrid,
+    robot: RobotModel,
+) -> Image.Image:
+    """Return one picture: the world, the cells on it, laser points, path and robot."""
+    width, height = _SAMPLES * WIDTH, _SAMPLES * HEIGHT
+    lines = camera.rays(width, height)
+    # Without an optical depth porous objects stop every ray: what is drawn is their hull.
+    depths = np.zeros(len(lines), dtype=np.float32)
+    ranges, classes = rays.cast(lines, depths, 120.0)
+    hits = np.asarray(
+        lines[:, :3] + lines[:, 3:] * np.where(np.isfinite(ranges), ranges, 120.0)[:, None],
+        dtype=np.float64,
+    )
+    colours = _COLOURS[classes] * _shade(hits.reshape(height, width, 3)).reshape(-1, 1)
+    colours = _tinted(colours, hits, frame, grid)
+    colours[~np.isfinite(ranges)] = _SKY
+    colours = colours.reshape(HEIGHT, _SAMPLES, WIDTH, _SAMPLES, 3).mean(axis=(1, 3))
+    image = Image.fromarray(colours.clip(0, 255).astype(np.uint8))
+    seen = ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
+    draw = ImageDraw.Draw(image)
+    _draw_points(draw, camera.project(frame.points), frame.ages, seen)
+    _draw_path(draw, camera.project(path + np.array([0.0, 0.0, 0.15])), seen)
+    _draw_robot(draw, camera, frame.pose, robot)
+    return image
+
+
+def _shade(hits: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the brightness of hits by the sun on their normals, shape (height, width)."""
+    across = np.gradient(hits, axis=1)
+    down = np.gradient(hits, axis=0)
+    normals = np.cross(across, down)
+    length = np.linalg.norm(normals, axis=-1)
+    facing = np.abs(normals @ _SUN) / np.maximum(length, 1e-9)
+    return np.asarray(0.55 + 0.55 * facing)
+
+
+def _tinted(
+    colours: NDArray[np.float64], hits: NDArray[np.float64], frame: Frame, grid: PolarGrid
+) -> NDArray[np.float64]:
+    """Return colours with the polar cells of the virtual scan on them: green free, red blocked."""
+    if frame.scan is None:
+        return colours
+    x, y = (hits[:, :2] - frame.pose.position[:2]).T
+    rings = np.searchsorted(grid.ring_edges, np.hypot(x, y), side="right") - 1
+    inside = (rings >= 0) & (rings < grid.n_rings)
+    bearing = np.arctan2(y, x) - frame.pose.yaw
+    sectors = ((bearing / (2 * np.pi) + 1.5) * grid.n_sectors).astype(int) % grid.n_sectors
+    log_odds = frame.scan.log_odds_of(grid)[sectors, np.where(inside, rings, 0)]
+    found = colours.copy()
+    for chosen, tint in ((log_odds < 0, _FREE), (log_odds >= 0, _BLOCKED)):
+        found[chosen & inside] = 0.6 * found[chosen & inside] + 0.4 * tint
+    return found
+
+
+def _visible(
+    projected: NDArray[np.float64], seen: NDArray[np.float32], slack: float
+) -> NDArray[np.bool_]:
+    """Return which projected points are in the picture and not behind something, shape (n,)."""
+    column, row, distance = projected.T
+    with np.errstate(invalid="ignore"):
+        inside = (column >= 0) & (column < WIDTH) & (row >= 0) & (row < HEIGHT)
+    i = np.where(inside, np.nan_to_num(row), 0).astype(int)
+    j = np.where(inside, np.nan_to_num(column), 0).astype(int)
+    return np.asarray(inside & (distance < seen[i, j] + slack))
+
+
+def _draw_points(
+    draw: ImageDraw.ImageDraw,
+    projected: NDArray[np.float64],
+    ages: NDArray[np.float32],
+    seen: NDArray[np.float32],
+) -> None:
+    """Draw laser points, those of the moment last and in the colour of the beam."""
+    shown = _visible(projected, seen, 0.4)
+    for chosen, colour, size in ((ages >= _NEW, _POINT, 0), (ages < _NEW, _BEAM, 1)):
+        for column, row, _ in projected[shown & chosen]:
+            draw.rectangle((column, row, column + size, row + size), fill=colour)
+
+
+def _draw_path(
+    draw: ImageDraw.ImageDraw, projected: NDArray[np.float64], seen: NDArray[np.float32]
+) -> None:
+    """Draw the path behind the robot."""
+    shown = _visible(projected, seen, 0.6)
+    for k in range(1, len(projected)):
+        if shown[k] and shown[k - 1]:
+            draw.line([*projected[k - 1, :2], *projected[k, :2]], fill=_PATH_COLOUR, width=2)
+
+
+def _draw_robot(draw: ImageDraw.ImageDraw, camera: Camera, pose: Pose, robot: RobotModel) -> None:
+    """Draw the body as a box and the turning laser on it as a disc."""
+    half = np.array([robot.length, robot.width, 0.0]) / 2
+    corners = np.array([[x, y, z] for z in (0.08, 0.4) for x, y in _CORNERS])
+    corners[:, :2] *= half[:2]
+    placed = corners @ pose.matrix[:3, :3].T + pose.matrix[:3, 3]
+    projected = camera.project(placed)
+    order = sorted(_FACES, key=lambda face: -float(projected[list(face), 2].mean()))
+    for face in order:
+        outline = [(float(x), float(y)) for x, y, _ in projected[list(face)]]
+        draw.polygon(outline, fill=_BODY, outline=(90, 95, 105))
+    top = pose.matrix[:3] @ np.array([0.0, 0.0, robot.lidar_height, 1.0])
+    ((x, y, distance),) = camera.project(top[None])
+    radius = 0.09 * _FOCAL * WIDTH / distance
+    foot = projected[4:, :2].mean(axis=0)
+    draw.line([*foot, x, y], fill=_BODY, width=3)
+    draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=_LASER)
+
+
+_CORNERS = ((1, 1), (1, -1), (-1, -1), (-1, 1))
+_FACES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+"""Corners of the box, and its faces by their numbers."""

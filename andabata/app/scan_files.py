@@ -1,0 +1,147 @@
+"""Scans of cloud files and recordings: one result, picture and section of the report for each."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from andabata.app.plots.perception import scan_picture
+from andabata.app.report import Report
+from andabata.app.scan_diagnosis import diagnose
+from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
+from andabata.app.tables import scan_text
+from andabata.records import atomic_io
+from andabata.records.containers.opening import is_recording
+from andabata.records.export import decode_bag_cloud
+from andabata.records.sensor_pose import GivenMounting
+from traversability.decoding import DecodedCloud
+from traversability.files import decode_cloud_file
+from traversability.forest import Forest
+
+
+@dataclass(frozen=True)
+class CloudSource:
+    """Options of reading a cloud.
+
+    Attributes:
+        topic: PointCloud2 topic of a recording; None for its only one.
+        number: Index of the cloud in the topic, negative from the end.
+        columns: Number of columns of a bin file; None to infer it from the content.
+        mountings: Mountings by sensor that the user gives.
+    """
+
+    topic: str | None = None
+    number: int = 0
+    columns: int | None = None
+    mountings: Mapping[str, GivenMounting] = field(default_factory=dict)
+
+    def read(self, file: Path) -> DecodedCloud:
+        """Return the cloud of a file, or one of a recording."""
+        if file.suffix in (".bag", ".mcap") or is_recording(file):
+            return decode_bag_cloud(file, self.topic, self.number, dict(self.mountings))
+        decoded = decode_cloud_file(file, self.columns)
+        if "laser" not in self.mountings:
+            return decoded
+        return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
+
+
+def scan_files(
+    files: Sequence[Path],
+    source: CloudSource,
+    config: ScanConfig,
+    forest: Forest,
+    on_note: Callable[[str], None],
+    *,
+    picture: Path | None = None,
+    report: Path | None = None,
+) -> list[dict[str, Any]]:
+    """Scan clouds, write a picture of each and return their results, ready for JSON.
+
+    Args:
+        files: Clouds or recordings.
+        source: Options of reading them.
+        config: Mounting, levelling and number of sectors.
+        forest: Cell classifier.
+        on_note: Function that shows a note or an error of one cloud.
+        picture: PNG file of a single cloud; None for one in this folder named after the cloud.
+        report: HTML page with all pictures, or None.
+
+    Returns:
+        One result a file; of a file that cannot be read its name and the error.
+
+    Raises:
+        ValueError: If the only file cannot be read or scanned.
+        OSError: If the only file cannot be opened.
+    """
+    page = Report("Clouds and their virtual scans")
+    found: list[dict[str, Any]] = []
+    for file in files:
+        try:
+            data, drawn = scan_file(source.read(file), file.name, config, forest)
+        except (ValueError, OSError) as error:
+            if len(files) == 1:
+                raise
+            found.append({"file": str(file), "error": " ".join(str(error).split())})
+            on_note(f"error: {found[-1]['error']}")
+            continue
+        path = picture or Path(f"{file.stem}_scan.png")
+        atomic_io.write(path, drawn)
+        found.append({"file": str(file), **data, "picture": str(path)})
+        for note in data["notes"]:
+            on_note(f"note: {file.name}: {note}")
+        page.section(file.name, " ".join([scan_text(data), *data["notes"]]))
+        page.picture(drawn, "Points, cells and ranges")
+    if report is not None:
+        atomic_io.write(report, page.to_bytes())
+    return found
+
+
+def scan_file(
+    decoded: DecodedCloud, name: str, config: ScanConfig, forest: Forest
+) -> tuple[dict[str, Any], bytes]:
+    """Return the scan of one cloud with its notes, ready for JSON, and its picture."""
+    scanned = scan_cloud(decoded.cloud, config, forest)
+    data = scan_result(scanned) | {
+        "no_returns": decoded.no_returns,
+        "columns": decoded.columns,
+        "labels": _labels(decoded),
+        "data_lost": decoded.data_lost,
+        "notes": [*decoded.remarks, *_unscored(decoded), *diagnose(scanned, config)],
+    }
+    return data, scan_picture(scanned, name)
+
+
+def exit_code(found: Sequence[Mapping[str, Any]]) -> int:
+    """Return 1 if no cell of any cloud was classified, 3 if some data were left out, else 0."""
+    failed = ["error" in each or not _is_classified(each) for each in found]
+    if all(failed):
+        return 1
+    return 3 if any(failed) or any(each.get("data_lost") for each in found) else 0
+
+
+def _is_classified(data: Mapping[str, Any]) -> bool:
+    """Return True if any cell of a scan was classified."""
+    return bool(data["cells"]["green"] + data["cells"]["red"])
+
+
+def _labels(decoded: DecodedCloud) -> dict[str, Any] | None:
+    """Return the meaning that was given to the cloud's label numbers, ready for JSON."""
+    labelling = decoded.labelling
+    if labelling is None:
+        return None
+    return {
+        "traversable": list(labelling.traversable),
+        "assumed": labelling.assumed,
+        "found": list(labelling.found),
+        "unlabelled": labelling.unlabelled,
+    }
+
+
+def _unscored(decoded: DecodedCloud) -> list[str]:
+    """Return a note on labels whose meaning is unknown."""
+    cloud = decoded.cloud
+    if cloud.classes is None or cloud.nontraversable is not None:
+        return []
+    numbers = sorted({int(number) for number in cloud.classes})
+    shown = ", ".join(map(str, numbers[:8])) + (" and more" if len(numbers) > 8 else "")
+    return [f"labels {shown}: nothing says which are obstacles, so the scan is not scored"]

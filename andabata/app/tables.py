@@ -1,0 +1,152 @@
+"""Results of commands as tables and texts for people, from the data that ``--json`` prints."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Group
+
+from andabata.app.console import table_of
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from andabata.records.bags import LeftOut
+    from andabata.records.summary import BagSummary
+
+Data = Mapping[str, Any]
+
+
+def policy_text(data: Data) -> str:
+    """Return a policy's input, output and training as text."""
+    info, actions = data["info"], data["actions"]
+    inputs = ", ".join(
+        f"{term['name']} {tuple(term['shape'])} [{term['low']:.3g}, {term['high']:.3g}] "
+        f"{term['unit']}"
+        for term in data["observations"]
+    )
+    bounds = zip(actions["names"], actions["low"], actions["high"], actions["units"], strict=True)
+    outputs = ", ".join(f"{name} [{low:g}, {high:g}] {unit}" for name, low, high, unit in bounds)
+    return (
+        f"{data['architecture']} with {data['parameters']} parameters\n"
+        f"observations: {inputs}\nactions: {outputs}\n"
+        f"trained to stage {info.get('stage')} with seed {info.get('seed')} at commit "
+        f"{info.get('commit')}; --json has every setting"
+    )
+
+
+def drive_text(title: str, data: Data) -> str:
+    """Return a drive as text, a line for each attempted goal."""
+    lines = [title]
+    lines += [
+        f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
+        f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
+        for attempt in data["attempts"]
+    ]
+    lines += [f"{name}: {data[name]}" for name in ("picture", "record") if name in data]
+    return "\n".join(lines)
+
+
+def evaluation_tables(rows: Sequence[Data]) -> Group:
+    """Return a table for each world of an evaluation."""
+    return Group(*(_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows))))
+
+
+def _worlds(rows: Sequence[Data]) -> Iterable[str]:
+    """Return the world of each row."""
+    return (row["world"] for row in rows)
+
+
+def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
+    """Return the table of one world, narrow enough for a terminal of 80 columns."""
+    shown = [
+        {
+            "controller": row["controller"],
+            "goal": str(row["goal"]),
+            "reached": f"{row['successes']}/{row['trials']}",
+            "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
+            "hit": row["collisions"],
+            "tip": row["tipovers"],
+            "late": row["timeouts"],
+            "stuck": row["stuck"],
+            "spl": f"{row['spl']:.2f}",
+            "forbidden": None
+            if row["trespass_share"] is None
+            else f"{100 * row['trespass_share']:.1f} %",
+        }
+        for row in rows
+        if row["world"] == world
+    ]
+    return table_of(shown, world)
+
+
+def recording_table(found: "BagSummary", title: str) -> "Table":
+    """Return the topics of a recording, with the columns that differ between topics."""
+    shown = ["topic", "type", "messages", "rate_hz"]
+    shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
+    shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
+    rows = [topic.to_json() for topic in found.topics]
+    return table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
+
+
+def recording_notes(found: "BagSummary") -> list[str]:
+    """Return in words what a recording has that cannot be read, and its notes."""
+    reasons = {topic.topic: topic.reason for topic in found.topics if not topic.readable}
+    lines = [f"{topic} can't be read: {reason}" for topic, reason in reasons.items()]
+    others = [each for each in found.left_out if each.topic not in reasons]
+    return lines + left_out_notes(others, found.notes)
+
+
+def left_out_notes(left_out: "Sequence[LeftOut]", notes: Sequence[str]) -> list[str]:
+    """Return in words what was left out, and the notes."""
+    return [str(each) for each in left_out] + [f"note: {note}" for note in notes]
+
+
+def salvage_text(data: Data) -> str:
+    """Return what was kept of a recording and what was lost, as text."""
+    lost = "nothing was lost"
+    if data["lost"]:
+        number = data["lost_messages"]
+        count = "an unknown number of" if number is None else number
+        lost = f"{count} messages lost: {data['reason']}"
+    lines = [f"{data['file']}: {data['messages']} messages; {lost}"]
+    return "\n".join([*lines, *left_out_notes((), data["notes"])])
+
+
+def scan_lines(found: Sequence[Data]) -> list[str]:
+    """Return the scans of clouds as text, and the cloud files that were not read."""
+    return [
+        f"{data['file']}: not read"
+        if "error" in data
+        else f"{data['file']}: {scan_text(data)}\npicture: {data['picture']}"
+        for data in found
+    ]
+
+
+def scan_text(data: Data) -> str:
+    """Return the figures of a scan as a sentence."""
+    cells, nearest = data["cells"], data["nearest_obstacle_m"]
+    result = "no obstacle seen" if nearest is None else f"nearest obstacle {nearest:.2f} m"
+    if not cells["green"] + cells["red"]:
+        result = "no cell could be classified"
+    lost = f" ({data['no_returns']} no-returns left out)" if data["no_returns"] else ""
+    return (
+        f"{data['points']} points{lost}: {cells['green']} free, {cells['red']} blocked, "
+        f"{cells['white']} unknown cells; {result}; {100 * data['unknown_share']:.0f} % of the "
+        "ranges unknown."
+    )
+
+
+def training_text(result: Data) -> str:
+    """Return the result of a training run as text."""
+    validation = result["validation"].get(result["stage"], {})
+    unseen = ", ".join(f"{name} {rate:.0%}" for name, rate in validation.items())
+    return (
+        f"{result['stage']}: {result['success_rate']:.0%} of the last goals reached while "
+        f"exploring{f'; in unseen worlds: {unseen}' if unseen else ''}; {result['steps']} steps "
+        f"in {result['wall_s']:.0f} s"
+    )
+
+
+def _yes_no(value: object) -> object:
+    """Return a truth value as a word."""
+    return ("no", "yes")[value] if isinstance(value, bool) else value

@@ -1,0 +1,96 @@
+"""Trains the shipped classifiers: clouds of twelve lasers, then the forest and the ground cells.
+
+``python -m andabata.bench.train_models FOLDER`` takes an hour on two cores and 25 GB of clouds in
+FOLDER, where ``forest.npz`` and ``ground_classifier.npz`` are in the end.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from andabata.bench.command import run_command
+
+LASERS = (
+    *("vlp-32c", "rs-32", "vlp-16", "hdl-64e", "os1-64", "hdl-32e", "os0-32", "os0-128"),
+    *("pandar-40p", "xt-32", "livox-rosette", "utm-30lx"),
+)
+"""Names of the lasers."""
+
+_SPLIT = ("--set", "clouds_per_world=12")
+_THIN = ("--set", "varied=1.0", "--set", "assembly.dense_stride=3")
+_VARIED = tuple(
+    word
+    for setting in (
+        "varied=1.0",
+        "heights=[0.3, 2.0]",
+        "tilts=[0.0, 0.175]",
+        "kept=[0.1, 1.0]",
+        "hidden=12",
+        "grass=[0.02, 0.15]",
+        "litter=[0.0, 0.025]",
+        "difficulty=[0.0, 1.0]",
+    )
+    for word in ("--set", setting)
+)
+_PLAIN = ("--set", 'presets=["plain"]', "--set", "reach=20", "--set", "close=0")
+
+
+def data_sets() -> dict[str, list[str]]:
+    """Return the options of each data set by name, in the order in which they are trained on."""
+    stony = ("--set", "varied=0.6", "--set", 'presets=["stony"]')
+    found = {
+        "c0": _options(100, 4000, 560, "--set", "varied=0.5"),
+        "c2": _options(105, 1600, 24, *_THIN, "--set", "kept=[0.15, 0.6]"),
+        "c1": _options(104, 1600, 84, *_THIN),
+    }
+    for k, laser in enumerate(("os1-64", "vlp-16", "livox-rosette")):
+        found[f"c{3 + k}"] = _options(111 + k, 720, 84, "--sensor", laser, "--set", "varied=0.8")
+    found["c6"] = _options(114, 1800, 84, *stony)
+    for name, first, counts, more in (
+        ("d", 120, (360, 48), ()),
+        ("e", 140, (120, 24), _PLAIN),
+    ):
+        sets = {
+            f"{name}-{laser}": _options(first + k, *counts, "--sensor", laser, *_VARIED, *more)
+            for k, laser in enumerate(LASERS)
+        }
+        found |= dict(sorted(sets.items()))
+    return found
+
+
+def commands(folder: Path) -> list[list[str]]:
+    """Return the command lines in their order, without the program's name."""
+    sets = data_sets()
+    first, *others = (str(folder / name) for name in sets)
+    # The ground classifier is trained on all data sets but c2.
+    of_ground = [name for name in others if Path(name).name != "c2"]
+    out = ["--out", str(folder)]
+    return [
+        *(["clouds", "generate", "--out", str(folder / name), *sets[name]] for name in sets),
+        ["classifier", "train", "--clouds", first, *_together(others), *out],
+        ["classifier", "ground", "--clouds", first, *_together(of_ground), *out],
+    ]
+
+
+def _options(seed: int, train: int, validation: int, *more: str) -> list[str]:
+    """Return the options of one data set: seed, number of clouds of each split, and others."""
+    counts = ["--train", str(train), "--validation", str(validation)]
+    return ["--seed", str(seed), *counts, *_SPLIT, *more]
+
+
+def _together(names: list[str]) -> list[str]:
+    """Return the options that add data sets to the first."""
+    return [word for name in names for word in ("--and", name)]
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the commands, one after the other."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="Folder for the clouds and the classifiers.")
+    for words in commands(parser.parse_args(argv).folder):
+        sys.stdout.write(run_command(*words))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,202 @@
+"""Survey of a recording: one pass over its messages for clocks, units and settings."""
+
+from array import array
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from andabata.records import topics
+from andabata.records.accepted_types import ALTERNATIVES, message_type
+from andabata.records.bags import Bag, BagError, Message
+from andabata.records.clocks import TopicStamps
+from andabata.records.message_decoder import MessageDecoder
+from andabata.records.messages import NS, header_ns
+from andabata.records.pieces import Piece, cut_pieces
+from andabata.records.point_cloud2 import as_point_cloud2, cloud_of
+from andabata.records.recorded_settings import parse_settings
+from andabata.records.remarks import Remarks
+from andabata.records.row_history import RowHistory
+from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.topic_selection import Remapping, topic_names
+from andabata.records.topics import RosMessage, Topic
+
+_MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
+"""Longest time by which a reading may be older than its record, before its clock is doubted [s]."""
+
+_LASER_MAX_LAG = 1.0
+"""The same of lasers, which collect their points for some time [s]."""
+
+_FEW_SCANS = 5
+"""Number of a laser's messages by which the duration of one is measured."""
+
+
+@dataclass
+class _Stamps:
+    """Stamps of one topic as they are read.
+
+    Attributes:
+        recorder: Times at which its messages were recorded [ns].
+        header: Stamps of their headers [ns], 0 without one.
+        durations: Times that the first messages of a laser take [s].
+    """
+
+    recorder: "array[int]" = field(default_factory=lambda: array("q"))
+    header: "array[int]" = field(default_factory=lambda: array("q"))
+    durations: list[float] = field(default_factory=list)
+
+
+class BagSurvey:
+    """Contents of a recording that are needed before it is replayed.
+
+    Attributes:
+        settings: Settings of the drive, empty in a recording that is not ours.
+        counts: Number of messages by the recording's topics.
+        history: First readings, in the units in which they came.
+    """
+
+    def __init__(
+        self,
+        bag: Bag,
+        names: Mapping[str, Topic],
+        decoder: MessageDecoder,
+        cloud: Topic | None,
+        diagnostics: tuple[str, ...] = (),
+    ) -> None:
+        """Read a recording once.
+
+        Args:
+            bag: Recording to read.
+            names: Topics of the sensors by their names in it.
+            decoder: Decoder of the rows by which units are inferred.
+            cloud: Topic of a 3D laser, None for the rotating laser's two.
+            diagnostics: Names of the topic that may hold the drive's settings.
+
+        Raises:
+            BagError: If the recording is damaged, or an older version recorded its settings.
+        """
+        self.settings: dict[str, Any] = {}
+        self.history = RowHistory()
+        self._names, self._cloud, self._joints = names, cloud, decoder.joints
+        self._reasons: dict[Topic, Counter[str]] = {}
+        self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
+        for message in bag.messages((*names, *diagnostics)):
+            if message.topic in names:
+                self._add(message, names[message.topic], decoder)
+            elif not self.settings:
+                source = f"{bag.path}: {message.topic}"
+                self.settings = parse_settings(message.content, source)
+
+    def _add(self, message: Message, topic: Topic, decoder: MessageDecoder) -> None:
+        """Add a message of a sensor."""
+        content, stamps = message.content, self._stamps[message.topic]
+        stamps.recorder.append(message.stamp_ns)
+        stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
+        if topic in ALTERNATIVES:
+            stamp = message.stamp_ns / NS
+            try:
+                raw = decoder.raw(topic, content, stamp)
+            except ValueError as error:  # The replay counts it.
+                self._reasons.setdefault(topic, Counter())[str(error)] += 1
+                return
+            if raw is not None:
+                self.history.add(topic, [stamp, *raw], message_type(content))
+        elif topic is not topics.FIX and len(stamps.durations) < _FEW_SCANS:
+            stamps.durations.append(_scan_duration(content, topic is self._cloud))
+
+    def reason_without_rows(self, topic: Topic) -> str:
+        """Return the reason why a topic gave no row, as text with the next step."""
+        name = next(name for name, other in self._names.items() if other is topic)
+        reasons = self._reasons.get(topic)
+        if reasons:
+            (reason, count), *_ = reasons.most_common(1)
+            return f"{name}: expected a message that can be used, got {count} refused: {reason}"
+        joints = ", ".join(self._joints.names) or "none"
+        return (
+            f"{name}: expected joints called wheels of the left and the right, got {joints}; --map "
+            f"{topic.ros1} names another topic"
+        )
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of messages by the recording's topics."""
+        return {name: len(stamps.recorder) for name, stamps in self._stamps.items()}
+
+    @property
+    def messages(self) -> dict[str, int]:
+        """Number of messages by our names of the topics."""
+        return {self._names[name].ros1: count for name, count in self.counts.items()}
+
+    def pieces(self, remarks: Remarks) -> tuple[list[Piece], int]:
+        """Return the pieces of the recording, and the number of parts that are left out.
+
+        Args:
+            remarks: Destination of remarks.
+        """
+        heads = [name for name, topic in self._names.items() if topic is topics.HEAD_ANGLE]
+        scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
+        readings = [self._topic_stamps(name) for name in self._stamps if name not in heads]
+        pieces, left_out = cut_pieces(readings, remarks)
+        for piece in pieces:
+            # A sweep finds the angle of the head by its stamp: both are shifted alike.
+            offsets = piece.clock.header_offsets
+            if scans and scans[0] in offsets:
+                offsets.update(dict.fromkeys(heads, offsets[scans[0]]))
+        return pieces, left_out
+
+    def _topic_stamps(self, name: str) -> TopicStamps:
+        """Return the stamps of a topic."""
+        found, topic = self._stamps[name], self._names[name]
+        return TopicStamps(
+            name,
+            np.array(found.recorder, dtype=np.int64),
+            np.array(found.header, dtype=np.int64),
+            _MAX_LAGS.get(topic, _LASER_MAX_LAG),
+            float(np.median(found.durations)) if found.durations else 0.0,
+            topic is not topics.FIX,
+        )
+
+
+def survey_bag(
+    bag: Bag, cloud: Topic | None, remapping: Remapping, decoder: MessageDecoder
+) -> BagSurvey:
+    """Return the survey of a recording whose sensors all have usable messages.
+
+    Args:
+        bag: Recording to read.
+        cloud: Topic of a 3D laser, None for the rotating laser's two.
+        remapping: Names that the recording uses.
+        decoder: Decoder of the rows by which units are inferred.
+
+    Raises:
+        BagError: If a needed sensor has no usable message, or an older version recorded the
+            settings.
+    """
+    wanted = [topic for topic in SensorDecoder(0, cloud).wanted if topic is not topics.GOAL]
+    names = {n: t for n, t in topic_names(tuple(wanted), remapping).items() if n in bag.topics}
+    diagnostics = tuple(topic_names((topics.DIAGNOSTICS,), remapping))
+    found = BagSurvey(bag, names, decoder, cloud, diagnostics)
+    silent = [n for n, count in found.counts.items() if not count and names[n] != topics.FIX]
+    if silent:
+        raise BagError(
+            f"{bag.path}: expected messages of {', '.join(silent)}, got none; --map names another "
+            "topic with the same readings"
+        )
+    for topic in (topics.IMU, topics.ENCODERS, topics.MAG):
+        if not found.history.count(topic):
+            raise BagError(f"{bag.path}: {found.reason_without_rows(topic)}")
+    return found
+
+
+def _scan_duration(content: RosMessage, is_cloud: bool) -> float:
+    """Return the time from a laser message's header stamp to its last point [s]."""
+    if not is_cloud:
+        steps = max(len(getattr(content, "ranges", ())) - 1, 0)
+        return float(getattr(content, "time_increment", 0.0)) * steps
+    try:
+        stamps = cloud_of(as_point_cloud2(content), None, 0.0).stamps
+    except ValueError:
+        return 0.0
+    return float(np.clip(stamps.max(initial=0.0), 0.0, 1.0)) if stamps is not None else 0.0

@@ -1,0 +1,157 @@
+"""Simulated robot as a node of a live ROS 1 graph, in the graph's time."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
+from andabata.machine.simulator import Simulator
+from andabata.records import topics
+from andabata.records.messages import NS, MessageBuilder, wheel_speeds_of
+from andabata.records.recorder import MessageQueue, queue_readings
+from andabata.records.topics import Ros, RosMessage, Topic
+from andabata.ros.graph import RosGraph
+from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
+from worlds.scenes import Scene
+from worlds.world import Task
+
+_STANDSTILL = WheelSpeeds(0.0, 0.0)
+
+_COMMAND_TIMEOUT_NS = NS // 2
+"""Age from which a command no longer counts [ns]."""
+
+_LEAD_NS = NS // 10
+"""Time from the graph's present to the simulation's zero [ns]: a period has to be computed."""
+
+_PERIODS_PER_SECOND = 10
+
+
+class RobotNode:
+    """Simulated robot that publishes its readings in real time and follows wheel commands."""
+
+    def __init__(self, graph: RosGraph, scene: Scene, config: SimulatedRobotConfig) -> None:
+        """Subscribe to wheel commands and advertise start and goals.
+
+        Args:
+            graph: Graph to publish to and to receive from.
+            scene: World to drive in.
+            config: Configuration of the robot.
+        """
+        self._graph, self._scene, self._config = graph, scene, config
+        self._command = (_STANDSTILL, 0)
+        graph.subscribe(topics.WHEEL_COMMAND, self._take_command)
+        # Latched: a navigator that starts later gets them, too.
+        self._initial_pose = graph.advertise(topics.INITIAL_POSE, latch=True)
+        self._goal = graph.advertise(topics.GOAL, latch=True)
+
+    def _take_command(self, _: Topic, message: RosMessage) -> None:
+        """Store commanded wheel speeds; those that are not finite are ignored."""
+        wheels = wheel_speeds_of(message)
+        if np.isfinite([wheels.left, wheels.right]).all():
+            self._command = (wheels, self._graph.now_ns())
+
+    def run(
+        self,
+        task: Task,
+        rng: np.random.Generator,
+        terminations: TerminationConfig,
+        on_second: Callable[[], None] | None = None,
+    ) -> dict[str, Any]:
+        """Drive through a task in the graph's time.
+
+        Args:
+            task: Start and goals.
+            rng: Generator of all noise.
+            terminations: Rules that end the attempt at a goal.
+            on_second: Function called after each second.
+
+        Returns:
+            Result, ready for JSON.
+        """
+        self._begin(task, rng)
+        monitor = EpisodeMonitor(self._scene.world, terminations)
+        outcomes: list[str] = []
+        for goal in map(np.array, task.goals):
+            state = _true_state(self._readings)
+            monitor.begin(state, goal)
+            self._announce(state, goal, is_first=not outcomes)
+            outcome = self._attempt(monitor, on_second)
+            outcomes.append(str(outcome) if outcome else "interrupted")
+            if outcome is not Outcome.GOAL:
+                break
+        self._simulator.close()
+        seconds = self._readings.stamp
+        behind = (self._graph.now_ns() - self._builder.stamp_ns(seconds)) / NS
+        return {"outcomes": outcomes, "simulated_s": seconds, "behind_s": behind}
+
+    def _begin(self, task: Task, rng: np.random.Generator) -> None:
+        """Put the robot at the start of a task."""
+        graph, scene, config = self._graph, self._scene, self._config
+        graph.wait_for_clock()
+        self._simulator = Simulator(
+            scene.world, scene.rays, config.robot, config.plant, config.sensing, rng
+        )
+        self._readings = self._simulator.reset(task.start)
+        self._builder = MessageBuilder(1, graph.now_ns() + _LEAD_NS)
+        self._queue = MessageQueue(_PacedWriter(graph), self._builder)
+
+    def _announce(self, state: VehicleState, goal: NDArray[np.float64], is_first: bool) -> None:
+        """Publish a goal, and the initial pose with the first one."""
+        stamp = self._readings.stamp
+        self._goal.publish(self._goal.data_class(self._builder.goal(stamp, goal)))
+        if is_first:
+            message = self._builder.initial(stamp, state.pose)
+            self._initial_pose.publish(self._initial_pose.data_class(message))
+
+    def _attempt(
+        self, monitor: EpisodeMonitor, on_second: Callable[[], None] | None
+    ) -> Outcome | None:
+        """Drive to one goal; return the outcome, None if the graph shuts down before."""
+        outcome: Outcome | None = None
+        while outcome is None and not self._graph.is_shutdown:
+            self._readings = self._simulator.step(self._commanded_wheels())
+            queue_readings(self._queue, self._readings)
+            self._queue.flush()
+            outcome = monitor.update(_true_state(self._readings))
+            period = round(self._readings.stamp * _PERIODS_PER_SECOND)
+            if on_second is not None and period % _PERIODS_PER_SECOND == 0:
+                on_second()
+        return outcome
+
+    def _commanded_wheels(self) -> WheelSpeeds:
+        """Return the last command; a standstill if it is older than ``_COMMAND_TIMEOUT_NS``."""
+        wheels, stamp_ns = self._command
+        is_fresh = self._graph.now_ns() - stamp_ns < _COMMAND_TIMEOUT_NS
+        return wheels if is_fresh else _STANDSTILL
+
+
+class _PacedWriter:
+    """Writer that publishes each message at the time of its stamp."""
+
+    ros: Ros = 1
+
+    def __init__(self, graph: RosGraph) -> None:
+        self._graph = graph
+
+    def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
+        """Wait for the message's time and publish it."""
+        self._graph.sleep_until(stamp_ns)
+        self._graph.write(topic, stamp_ns, message)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._graph.close()
+
+
+def _true_state(readings: SensorReadings) -> VehicleState:
+    """Return the simulator's true state.
+
+    Raises:
+        ValueError: If the readings hold none.
+    """
+    if readings.truth is None:
+        raise ValueError("truth: expected the simulator's true state, got none; use a simulator")
+    return readings.truth

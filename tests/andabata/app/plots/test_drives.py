@@ -1,0 +1,115 @@
+"""Pictures of worlds and drives."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from andabata.app.plots import drives
+from andabata.machine.pose import Pose
+from andabata.tasks.episode_monitor import Outcome
+from traversability.grid import PolarGrid
+from worlds.catalogue import make_world
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Return a maze."""
+    return make_world("maze", 1, None)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return a list that receives each figure instead of its PNG bytes."""
+    figures = []
+    monkeypatch.setattr(drives, "png", lambda figure: figures.append(figure) or b"png")
+    return figures
+
+
+def line(axes, label):
+    """Return the points of a labelled line, shape (k, 2)."""
+    (found,) = [each for each in axes.lines if each.get_label() == label]
+    return np.column_stack(found.get_data())
+
+
+def test_every_reason_and_class_has_a_colour():
+    """Forbidden ground has a colour for each reason; free ground is transparent."""
+    assert set(drives._REASON_COLOURS) == set(drives.Reason)
+    transparent = [r for r, colour in drives._REASON_COLOURS.items() if colour.endswith("00000000")]
+    assert transparent == [drives.Reason.FREE]
+
+
+def test_forbidden_ground_lies_where_the_truth_has_it(world, drawn):
+    """The picture's x is east and its y is north."""
+    drives.world_picture(world)
+    above = drawn[0].axes[0]
+    image = above.images[-1]
+    half_x, half_y = world.ground.width / 2, world.ground.depth / 2
+    assert image.get_extent() == [-half_x, half_x, -half_y, half_y]
+    assert image.origin == "lower"
+    shown = image.get_array()
+    np.testing.assert_array_equal(shown.data, world.truth.reason.T)
+    np.testing.assert_array_equal(shown.mask, world.truth.reason.T == drives.Reason.FREE)
+
+
+def test_a_drive_shows_its_path_goals_and_others(world, drawn):
+    """All of the path and of the goals is in view, with equal scales."""
+    path = np.array([[0.0, 0.0, 9.0], [5.0, 20.0, 9.0]])
+    drives.drive_picture(world, path, [(8.0, -4.0)], "title", {"oracle": path[:, :2] + 1})
+    (axes,) = drawn[0].axes
+    np.testing.assert_allclose(line(axes, "driven"), path[:, :2])
+    np.testing.assert_allclose(line(axes, "oracle"), path[:, :2] + 1)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    assert x1 - x0 == pytest.approx(y1 - y0)
+    assert x0 < 0 < 8 < x1
+    assert y0 < -4 < 20 < y1
+
+
+def test_a_failed_attempt_ends_in_a_cross(world, drawn):
+    """Only attempts that missed their goal have a cross, at their last place."""
+
+    def attempt(outcome, end):
+        return SimpleNamespace(outcome=outcome, path=np.array([[0.0, 0.0, 0.0], [*end, 0.0]]))
+
+    attempts = [attempt(Outcome.GOAL, (1, 2)), attempt(Outcome.TIMEOUT, (3, 4))]
+    drives.tests_picture(world, {"seed 0": attempts}, "title")
+    crosses = [each for each in drawn[0].axes[0].lines if each.get_marker() == "x"]
+    assert [np.ravel(each.get_data()).tolist() for each in crosses] == [[3.0, 4.0]]
+
+
+def test_a_sight_is_centred_on_its_robot(world, drawn):
+    """The view reaches a little beyond the grid around the robot."""
+    grid = PolarGrid()
+    scan = SimpleNamespace(ranges=np.full(grid.n_sectors, 2.0, dtype=np.float32))
+    pose = Pose.from_euler(np.array([3.0, -4.0, 0.0]), 0.0, 0.0, 0.5)
+    drives.sights_picture({"one": (world, pose, scan)}, grid)
+    (axes,) = drawn[0].axes
+    reach = 1.1 * grid.outer_radius
+    assert axes.get_xlim() == pytest.approx((3 - reach, 3 + reach))
+    assert axes.get_ylim() == pytest.approx((-4 - reach, -4 + reach))
+
+
+def test_a_failure_is_named_after_world_controller_and_goal(world, drawn, tmp_path):
+    """The picture of a failure has a file name of its own, and both reaches."""
+    grid = PolarGrid()
+    failure = SimpleNamespace(
+        row={
+            "world": "maze",
+            "world_seed": 1,
+            "controller": "reactive",
+            "goal": 2,
+            "outcome": "collision",
+            "hazard": "wall",
+        },
+        world=world,
+        attempt=SimpleNamespace(path=np.zeros((2, 3))),
+        pose=Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0),
+        scan=SimpleNamespace(ranges=np.full(grid.n_sectors, np.inf, dtype=np.float32)),
+        goal=np.array([20.0, 0.0]),
+        grid=grid,
+    )
+    drives.write_failure(tmp_path, failure)
+    assert (tmp_path / "maze_1_reactive_goal2.png").read_bytes() == b"png"
+    left, right = drawn[0].axes
+    assert left.get_xlim() == pytest.approx((-24.0, 24.0))
+    assert right.get_xlim() == pytest.approx((-6.0, 6.0))

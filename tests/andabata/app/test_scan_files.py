@@ -1,0 +1,53 @@
+"""Scans of files: exit codes, labels without a meaning."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from andabata.app.scan_files import CloudSource, exit_code, scan_file
+from andabata.app.scanning import ScanConfig
+from andabata.models import shipped_forest
+from andabata.records.sensor_pose import GivenMounting
+from traversability.cloud import PointCloud
+from traversability.decoding import DecodedCloud
+from traversability.files import cloud_to_bytes
+
+GOOD = {"cells": {"green": 1, "red": 0, "white": 319}, "data_lost": False}
+EMPTY = {"cells": {"green": 0, "red": 0, "white": 320}, "data_lost": False}
+ERROR = {"file": "a", "error": "bad"}
+
+
+@pytest.mark.parametrize(
+    ("found", "code"),
+    [
+        ([GOOD], 0),
+        ([{"cells": {"green": 0, "red": 1, "white": 319}}], 0),
+        ([EMPTY], 1),
+        ([EMPTY, ERROR], 1),
+        ([GOOD, ERROR], 3),
+        ([GOOD, EMPTY], 3),
+        ([GOOD, GOOD | {"data_lost": True}], 3),
+    ],
+)
+def test_the_exit_code_says_how_much_was_lost(found, code):
+    """1 if no cell of any cloud was classified, 3 if some data were left out."""
+    assert exit_code(found) == code
+
+
+def test_a_mounted_laser_stands_in_its_own_frame(tmp_path):
+    """A mounting of the laser overrides the frame that a cloud file names."""
+    path = tmp_path / "cloud.npz"
+    path.write_bytes(cloud_to_bytes(PointCloud(np.ones((9, 3), np.float32), "base_link")))
+    given = {"laser": GivenMounting(0.0, 0.0, None, Rotation.identity())}
+    assert CloudSource().read(path).cloud.frame == "base_link"
+    assert CloudSource(mountings=given).read(path).cloud.frame == "sensor"
+
+
+def test_labels_without_a_meaning_are_noted():
+    """At most eight label numbers are listed."""
+    points = np.random.default_rng(0).uniform(-5, 5, (900, 3)).astype(np.float32)
+    cloud = PointCloud(points, classes=(np.arange(900) % 10).astype(np.uint8))
+    data, picture = scan_file(DecodedCloud(cloud), "a", ScanConfig(), shipped_forest())
+    (note,) = [note for note in data["notes"] if note.startswith("labels")]
+    assert note.startswith("labels 0, 1, 2, 3, 4, 5, 6, 7 and more: nothing says")
+    assert picture.startswith(b"\x89PNG")

@@ -1,0 +1,158 @@
+"""Results as text: known answers."""
+
+from andabata.app.console import Console
+from andabata.app.tables import (
+    drive_text,
+    evaluation_tables,
+    policy_text,
+    recording_notes,
+    recording_table,
+    salvage_text,
+    scan_lines,
+    training_text,
+)
+from andabata.records.bags import LeftOut
+from andabata.records.summary import BagSummary, TopicSummary
+
+CELLS = {"green": 2, "red": 1, "white": 317}
+SCAN = {
+    "file": "a.npz",
+    "points": 9,
+    "no_returns": 0,
+    "cells": CELLS,
+    "nearest_obstacle_m": 1.5,
+    "unknown_share": 0.25,
+    "picture": "a.png",
+}
+
+
+def printed(capsys, *parts):
+    """Return the lines that people see."""
+    Console().result({}, *parts)
+    return [line.rstrip() for line in capsys.readouterr().out.splitlines() if line.strip()]
+
+
+def test_a_scan_is_counted_in_words():
+    """Cells are free, blocked and unknown; the nearest obstacle and unknown ranges follow."""
+    (line,) = scan_lines([SCAN])
+    assert line == (
+        "a.npz: 9 points: 2 free, 1 blocked, 317 unknown cells; nearest obstacle 1.50 m; 25 % of "
+        "the ranges unknown.\npicture: a.png"
+    )
+    assert "9 points (4 no-returns left out):" in scan_lines([SCAN | {"no_returns": 4}])[0]
+
+
+def test_a_scan_without_obstacle_or_cells_says_so():
+    """Free ground has no obstacle; without classified cells nothing is known."""
+    free = SCAN | {"nearest_obstacle_m": None}
+    assert "; no obstacle seen;" in scan_lines([free])[0]
+    unknown = free | {"cells": {"green": 0, "red": 0, "white": 320}}
+    assert "; no cell could be classified;" in scan_lines([unknown])[0]
+    assert scan_lines([{"file": "b", "error": "bad"}]) == ["b: not read"]
+
+
+def test_a_drive_has_a_line_for_each_goal():
+    """Each attempt is a line, and each file that was written."""
+    attempt = {"goal": 1, "outcome": "goal", "time_s": 2.0, "distance_m": 3.0, "trespass_m": 0.5}
+    data = {"attempts": [attempt], "picture": "d.png"}
+    lines = [
+        "title",
+        "goal 1: goal after 2.0 s and 3.0 m, 0.5 m on forbidden ground",
+        "picture: d.png",
+    ]
+    assert drive_text("title", data).splitlines() == lines
+    assert drive_text("title", data | {"record": "d.bag"}).splitlines() == [
+        *lines,
+        "record: d.bag",
+    ]
+
+
+def test_each_world_of_an_evaluation_has_its_table(capsys):
+    """Rows stand under their world, with shares in per cent and 80 columns at most."""
+    row = {
+        "controller": "reactive",
+        "goal": "all",
+        "successes": 1,
+        "trials": 4,
+        "wilson_low": 0.1,
+        "wilson_high": 0.6,
+        "collisions": 2,
+        "tipovers": 0,
+        "timeouts": 1,
+        "stuck": 0,
+        "spl": 0.2,
+        "trespass_share": 0.015,
+    }
+    rows = [row | {"world": "hill"}, row | {"world": "maze", "trespass_share": None}]
+    lines = printed(capsys, evaluation_tables(rows))
+    numbers = ["reactive", "all", "1/4", "0.10-0.60", "2", "0", "1", "0", "0.20"]
+    assert lines[0] == "hill"
+    assert lines[3].split() == [*numbers, "1.5", "%"]
+    assert lines[4] == "maze"
+    assert lines[7].split() == [*numbers, "-"]
+    assert max(map(len, lines)) <= 80
+
+
+def summary(*topics, left_out=()):
+    """Return a recording's summary."""
+    return BagSummary(topics, 1.0, left_out, bool(left_out), ("odd",))
+
+
+def test_a_recording_shows_only_columns_that_differ(capsys):
+    """Connections and readability are columns where they are not all the same."""
+    fine = TopicSummary("/fix", ("a/msg/B",), 3, 1.0, 1, (), False, "", True)
+    bad = TopicSummary("/odd", ("(none)",), 1, None, 2, (), False, "no type", False)
+    head = printed(capsys, recording_table(summary(fine), "t"))[1]
+    assert head.split() == ["topic", "type", "messages", "rate_hz"]
+    lines = printed(capsys, recording_table(summary(fine, bad), "t"))
+    assert lines[1].split()[4:] == ["connections", "readable"]
+    assert lines[-1].split() == ["/odd", "(none)", "1", "-", "2", "no"]
+
+
+def test_an_unreadable_topic_is_named_once():
+    """A topic that cannot be read is not repeated among what was left out."""
+    bad = TopicSummary("/odd", ("(none)",), 1, None, 1, (), False, "no type", False)
+    left_out = (LeftOut("/odd", 1, "no type"), LeftOut(None, None, "a hole"))
+    assert recording_notes(summary(bad, left_out=left_out)) == [
+        "/odd can't be read: no type",
+        "damage: messages left out: a hole",
+        "note: odd",
+    ]
+
+
+def test_a_salvage_counts_its_losses():
+    """The number of lost messages may be unknown."""
+    data = {"file": "a", "messages": 5, "lost": True, "lost_messages": 2, "reason": "cut"}
+    data |= {"notes": ["n"]}
+    assert salvage_text(data) == "a: 5 messages; 2 messages lost: cut\nnote: n"
+    unknown = data | {"lost_messages": None}
+    assert "; an unknown number of messages lost: cut" in salvage_text(unknown)
+    assert "; nothing was lost" in salvage_text(data | {"lost": False})
+
+
+def test_a_training_run_gives_exploring_and_validation():
+    """Validation is shown where there was one."""
+    result = {
+        "stage": "Maze2D",
+        "success_rate": 0.5,
+        "validation": {"Maze2D": {"Maze2D": 0.25}},
+        "steps": 9,
+        "wall_s": 61.4,
+    }
+    explored = "Maze2D: 50% of the last goals reached while exploring"
+    assert training_text(result) == f"{explored}; in unseen worlds: Maze2D 25%; 9 steps in 61 s"
+    assert training_text(result | {"validation": {}}) == f"{explored}; 9 steps in 61 s"
+
+
+def test_a_policy_shows_its_border():
+    """Observations in, actions out, and the run that made it."""
+    ranges = {"name": "ranges", "shape": [32], "low": 0.0, "high": 10.0, "unit": "m"}
+    actions = {"names": ["angular"], "low": [-0.5], "high": [0.5], "units": ["rad/s"]}
+    data = {"architecture": "mlp", "parameters": 9, "observations": [ranges], "actions": actions}
+    info = {"stage": "Natural", "seed": 3, "commit": "abc"}
+    assert policy_text(data | {"info": info}).splitlines() == [
+        "mlp with 9 parameters",
+        "observations: ranges (32,) [0, 10] m",
+        "actions: angular [-0.5, 0.5] rad/s",
+        "trained to stage Natural with seed 3 at commit abc; --json has every setting",
+    ]

@@ -1,0 +1,126 @@
+"""Help of every command: a few examples that fit 80 columns, parse, and run."""
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+import andabata.models
+from andabata.app.cli import app, main
+from andabata.app.command import EXAMPLES, examples
+from andabata.records import topics
+from andabata.records.bags import open_writer
+from andabata.records.messages import MessageBuilder
+from tests.documents import verbs
+from traversability.cloud import PointCloud
+from traversability.files import cloud_to_bytes
+
+COMMANDS = {name: command for name, command in verbs() if not hasattr(command, "commands")}
+NAMES = sorted(COMMANDS)
+LINES = [line for name in NAMES for line in examples(COMMANDS[name].help)]
+
+FAST = (
+    "world list",
+    "world show hill",
+    "world show maze",
+    "world render hill",
+    "policy",
+    "classifier export",
+    "clouds convert",
+    "scan",
+    "bag info",
+    "bag salvage",
+    "bag export",
+)
+"""First words of the examples that take about a second."""
+INPUTS = {"f/forest.npz": "forest.npz", "my_policy.safetensors": "policy.safetensors"}
+"""Files of examples that are copies of shipped models."""
+
+
+def parse(line):
+    """Parse a command line without running it; a wrong word or value raises typer's error."""
+    words = shlex.split(line)
+    assert words[0] == "andabata"
+    command, words = typer.main.get_command(app), words[1:]
+    name = "andabata"
+    while hasattr(command, "commands"):
+        name, command, words = words[0], command.commands[words[0]], words[1:]
+    return command.make_context(name, words)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_ends_with_two_to_five_examples_of_the_command(name):
+    """Each example begins with its own command and fits a terminal of 80 columns."""
+    text = COMMANDS[name].help
+    assert text.count(EXAMPLES) == 1
+    found = examples(text)
+    assert 2 <= len(found) <= 5
+    assert len(set(found)) == len(found)
+    for line in found:
+        assert line.split()[: 1 + len(name.split())] == ["andabata", *name.split()]
+        assert len(line) <= 74
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_examples_parse(line):
+    """Every example has known options with values within their bounds."""
+    parse(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["andabata world show", "andabata drive --seed -1", "andabata drive --colour red"],
+)
+def test_wrong_examples_would_be_found(line):
+    """The parser of the tests refuses a missing argument, a bad value and an unknown option."""
+    with pytest.raises(typer.BadParameter.__mro__[2]):
+        parse(line)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_shows_examples_line_by_line(name, capsys, monkeypatch):
+    """In 80 columns the help shows each example whole, on an indented line of its own."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
+    assert main([*name.split(), "--help"]) == 0
+    shown = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    for line in examples(COMMANDS[name].help):
+        assert f"     {line}" in shown
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with the files that examples read."""
+    folder = tmp_path_factory.mktemp("examples")
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-9, 9, (9000, 3)).astype(np.float32)
+    points[:, 2] = 0.02 * rng.normal(size=9000) - 0.72
+    cloud = PointCloud(points, "sensor")
+    for kind in ("npz", "ply"):
+        (folder / f"cloud.{kind}").write_bytes(cloud_to_bytes(cloud, kind))
+    for name in ("drive.bag", "broken.bag"):
+        writer, compose = open_writer(folder / name), MessageBuilder(1)
+        for second in (1.0, 2.0):
+            message = compose.cloud(second, cloud)
+            writer.write(topics.CLOUD, compose.stamp_ns(second), message)
+        writer.close()
+    models = Path(andabata.models.__file__).parent
+    for path, shipped in INPUTS.items():
+        (folder / path).parent.mkdir(exist_ok=True)
+        (folder / path).write_bytes((models / shipped).read_bytes())
+    run = folder / "data/runs/train"
+    run.mkdir(parents=True)
+    (run / "policy.safetensors").write_bytes((models / "policy.safetensors").read_bytes())
+    return folder
+
+
+@pytest.mark.parametrize(
+    "line", [line for line in LINES if line.removeprefix("andabata ").startswith(FAST)]
+)
+def test_fast_examples_run(line, folder, capsys, monkeypatch):
+    """Examples that take about a second run to a good end beside the files that they name."""
+    monkeypatch.chdir(folder)
+    code = main(shlex.split(line)[1:])
+    assert code == 0, capsys.readouterr().err

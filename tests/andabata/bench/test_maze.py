@@ -1,0 +1,30 @@
+"""Policies in mazes: outcomes are counted."""
+
+from collections import Counter
+from pathlib import Path
+
+import andabata.models
+from andabata.bench import maze
+from andabata.bench.maze import evaluate_in_mazes, success_row
+from andabata.evaluation.statistics import wilson_interval
+
+
+def test_the_success_rate_has_its_interval():
+    """Every outcome has a column."""
+    low, high = wilson_interval(3, 4)
+    row = success_row(Counter(goal=3, timeout=1))
+    assert row["episodes"] == 4
+    assert row["success"] == f"0.750 [{low:.3f}, {high:.3f}]"
+    assert row["timeout"] == 1
+
+
+def test_the_shipped_policy_is_evaluated(monkeypatch, capsys):
+    """The numbers of episodes add up, and the row that is printed is that of the outcomes."""
+    monkeypatch.setattr(maze, "_MAZES", 1)
+    policy = Path(andabata.models.__file__).parent / "policy.safetensors"
+    outcomes = evaluate_in_mazes(policy, 2, first_world=3000)
+    assert outcomes.total() == 2
+    monkeypatch.setattr(maze, "evaluate_in_mazes", lambda *_: outcomes)
+    maze.main([str(policy)])
+    printed = capsys.readouterr().out
+    assert f"| {success_row(outcomes)['success']} |" in printed

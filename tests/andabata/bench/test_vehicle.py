@@ -1,0 +1,71 @@
+"""Measurements of a body in the reference plant."""
+
+import numpy as np
+import pytest
+from scipy.stats import ks_2samp
+
+from andabata.bench import vehicle
+from andabata.bench.vehicle import (
+    bench_vehicle,
+    distribution_distance,
+    flat_world,
+    measured_yaw_rate,
+    vehicle_tables,
+)
+from andabata.bench.vehicle_rates import time_steps
+from andabata.machine.kinematic_vehicle import KinematicVehicle
+from andabata.machine.robot import RobotModel
+
+
+def test_the_distance_of_distributions_is_scipys():
+    """Kolmogorov and Smirnov's statistic, also of samples of unequal size with ties."""
+    rng = np.random.default_rng(0)
+    one, other = rng.integers(0, 20, 50).astype(float), rng.integers(3, 25, 80).astype(float)
+    expected = ks_2samp(one, other).statistic
+    assert distribution_distance(one, other) == pytest.approx(expected)
+    assert distribution_distance(one, one) == 0.0
+
+
+@pytest.mark.parametrize("rate", [0.3, -0.5])
+def test_the_kinematic_plant_turns_at_the_commanded_rate_on_flat_ground(rate):
+    """The measured yaw rate has the command's sign and nearly its size."""
+    robot = RobotModel()
+    plant = KinematicVehicle(flat_world(), robot, np.random.default_rng(0))
+    assert measured_yaw_rate(plant, robot, rate, 1.0) == pytest.approx(rate, rel=0.1)
+
+
+def test_parts_are_run_in_their_order_and_counted(monkeypatch):
+    """Each part lands under its name."""
+    for name in ("turning", "slopes", "obstacles", "tipping"):
+        monkeypatch.setattr(vehicle, name, lambda robot, name=name: name)
+    monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed: seed)
+    steps = []
+    found = bench_vehicle(RobotModel(), 7, lambda: steps.append(1))
+    assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants"]
+    assert found["slopes"] == "slopes"
+    assert found["plants"] == 7
+    assert len(steps) == 5
+
+
+def test_obstacles_of_a_table_are_called_so():
+    """The key of the JSON is kept, the heading is plain."""
+    row = {"thing": "step", "size_m": 0.1, "reached_m": 1.2, "contact": True}
+    found = {"robot": "husky", "turning": [], "slopes": [], "obstacles": [row]}
+    tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": {"b": 2}}))
+    assert list(tables["10 s towards an obstacle 1.5 m ahead"][0]) == [
+        "obstacle",
+        "size_m",
+        "reached_m",
+        "contact",
+    ]
+    assert tables["tipping over, and the two plants apart"] == [{"a": 1, "b": 2}]
+
+
+def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):
+    """The ratio is achieved over commanded, whatever the sign of the command."""
+    monkeypatch.setattr("andabata.bench.vehicle_rates.STEPS", (0.01,))
+    monkeypatch.setattr("andabata.bench.vehicle_rates.RATES", (0.5, -0.5))
+    monkeypatch.setattr("andabata.bench.vehicle_rates.HEADINGS", (0.0,))
+    (row,) = time_steps(RobotModel())
+    assert row["physics step [ms]"] == 10.0
+    assert 0.5 < row["lowest"] <= row["mean turn ratio"] <= row["highest"] < 1.5

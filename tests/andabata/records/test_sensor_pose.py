@@ -1,0 +1,51 @@
+"""Poses of sensors: options, their default height, and angles."""
+
+import numpy as np
+import pytest
+
+from andabata.records.sensor_pose import (
+    UNNAMED,
+    GivenMounting,
+    resolve_pose,
+    yaw_pitch_roll,
+)
+from andabata.records.transform_tree import TransformTree
+from tests.edited_bags import turn
+
+
+@pytest.mark.parametrize(
+    ("sensor", "z", "origin"),
+    [("laser", None, "sensor"), ("laser", 0.5, "base_link"), ("imu", None, "base_link")],
+)
+def test_only_a_laser_without_a_height_is_at_the_laser_height(sensor, z, origin):
+    """Other options count from the ground."""
+    given = {sensor: GivenMounting(0.1, 0.2, z, turn((0, 0, 90)))}
+    pose = resolve_pose(sensor, "x", given, TransformTree())
+    assert (pose.source, pose.origin) == ("option", origin)
+    np.testing.assert_allclose(pose.transform.translation, [0.1, 0.2, z or 0.0])
+    height = 0.72 if origin == "sensor" else (z or 0.0)
+    expected = [0.1, 0.2, height, 0, 0, round(np.pi / 2, 6)]
+    assert pose.as_dict(0.72)["transform"] == pytest.approx(expected)
+
+
+def test_the_unnamed_option_is_a_lasers_alone():
+    """An IMU keeps its assumed pose."""
+    given = {UNNAMED: GivenMounting(0.1, 0.0, None, turn((0, 0, 0)))}
+    assert resolve_pose("laser", "x", given, TransformTree()).source == "option"
+    assert resolve_pose("laser", "base_link", given, TransformTree()).source == "name"
+    assert resolve_pose("imu", "x", given, TransformTree()).source == "assumed"
+
+
+@pytest.mark.parametrize("degrees", [(10, 20, 30), (-170, -60, 170), (0, 0, -90)])
+def test_angles_are_yaw_pitch_and_roll(degrees):
+    """The order is that of rotations about z, the new y and the new x."""
+    found = np.rad2deg(yaw_pitch_roll(turn(degrees)))
+    np.testing.assert_allclose(found, degrees[::-1], atol=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_upright_pitch_has_no_roll():
+    """Angles that are not unique raise no warning."""
+    _, pitch, roll = yaw_pitch_roll(turn((30, 90, 40)))
+    assert pitch == pytest.approx(np.pi / 2)
+    assert roll == 0.0

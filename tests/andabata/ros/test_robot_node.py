@@ -1,0 +1,78 @@
+"""A simulated robot publishes its readings in time and follows fresh commands only."""
+
+from collections import Counter
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.records import topics
+from andabata.records.messages import NS, MessageBuilder
+from andabata.ros.robot_node import RobotNode
+from andabata.tasks.episode_monitor import TerminationConfig
+from tests.played_graph import PlayedGraph
+from worlds.catalogue import make_world, patch
+from worlds.rays import RayScene
+from worlds.world import Start, Task
+
+EPOCH = 1_700_000_000 * NS
+BUILDER = MessageBuilder(1, EPOCH)
+
+
+def command(seconds, left, right):
+    """Return commanded wheel speeds, as they are played."""
+    message = BUILDER.wheels("Wheels_cmd", seconds, left, right)
+    return EPOCH + round(seconds * NS), "/wheel_speed_cmd", message
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A gentle hill."""
+    world = make_world("hill", 4, 0.3, patch("hill", 60.0, 0.25))
+    return SimpleNamespace(world=world, rays=RayScene(world))
+
+
+def drive(scene, commands, seconds=3.0):
+    """Return the result of a drive, and the graph with the published messages."""
+    graph = PlayedGraph(commands, EPOCH, EPOCH + round(seconds * NS))
+    config = SimulatedRobotConfig(plant="kinematic")
+    node = RobotNode(graph, scene, config)
+    task = Task(Start(-8.0, 0.0, 0.3), ((10.0, 0.0),))
+    calls = []
+    result = node.run(
+        task, np.random.default_rng(1), TerminationConfig(), lambda: calls.append(graph.now_ns())
+    )
+    return result, graph, calls
+
+
+def places(graph):
+    """Return the true positions, shape (n, 2), [m]."""
+    found = [m.pose.pose.position for _, topic, m in graph.messages if topic is topics.GROUND_TRUTH]
+    return np.array([[p.x, p.y] for p in found])
+
+
+def test_readings_are_published_at_their_times(scene):
+    """Rates are those of the sensors; goal and initial pose come once; no message is early."""
+    result, graph, calls = drive(scene, [])
+    counts = Counter(topic.ros1 for _, topic, _ in graph.messages)
+    assert (counts["/goal"], counts["/initialpose"]) == (1, 1)
+    assert counts["/imu"] == counts["/encoder_data"] == round(100 * result["simulated_s"])
+    assert counts["/2D_scan"] == counts["/head_angle"]
+    assert result["outcomes"] == ["interrupted"]
+    assert result["simulated_s"] == pytest.approx(2.9, abs=0.15)
+    assert len(calls) == int(result["simulated_s"] + 0.01)
+    stamps = [stamp for stamp, _, _ in graph.messages]
+    assert stamps == sorted(stamps)
+
+
+def test_a_command_counts_for_half_a_second(scene):
+    """One command moves the robot for about half a second; a NaN is no command."""
+    _, still, _ = drive(scene, [command(0.5, np.nan, 3.0)])
+    assert np.ptp(places(still), axis=0).max() < 0.01
+    _, moved, _ = drive(scene, [command(0.5, 3.0, 3.0), command(0.6, np.inf, 3.0)])
+    track = places(moved)
+    speed = 3.0 * SimulatedRobotConfig().robot.wheel_radius
+    driven = np.hypot(*(track[-1] - track[0]))
+    assert 0.3 * speed < driven < 0.8 * speed
+    assert np.hypot(*(track[-1] - track[-8])) < 0.01

@@ -1,0 +1,89 @@
+"""Natural worlds: densities, water and paths as configured."""
+
+import numpy as np
+import pytest
+
+from terrain.classes import SemanticClass
+from worlds.natural import NaturalConfig, make_natural
+from worlds.truth import Reason
+
+BARE = NaturalConfig(
+    family=1,
+    size=60.0,
+    relief=1.0,
+    max_slope=0.2,
+    trees=0.0,
+    grass=0.0,
+    bushes=0.0,
+    rocks=0.0,
+    logs=0.0,
+    ditches=0,
+    pits=0,
+    traps=0,
+    tasks=1,
+    near=10.0,
+    far=30.0,
+)
+
+
+def natural(difficulty=0.5, seed=0, **changes):
+    """Return a bare world with some changes."""
+    config = BARE.model_copy(update=changes)
+    return make_natural("natural", seed, config, difficulty, np.random.default_rng(seed))
+
+
+def test_a_bare_world_is_free_inside_of_its_border():
+    """Gentle hills without objects are traversable, and have the stated relief."""
+    world = natural()
+    assert not world.objects
+    assert np.ptp(world.ground.heights) == pytest.approx(1.0, rel=1e-5)
+    inside = world.truth.reason[15:-15, 15:-15]
+    assert (inside == Reason.FREE).mean() > 0.99
+
+
+@pytest.mark.parametrize("difficulty", [0.0, 0.5, 1.0])
+def test_densities_are_per_square_metre_and_rise_with_difficulty(difficulty):
+    """At 0.5 the density is the configured one; at 0 half, at 1 one and a half times it."""
+    counts = [len(natural(difficulty, seed, bushes=0.05).objects) for seed in range(4)]
+    assert np.mean(counts) == pytest.approx(0.05 * 3600 * (0.5 + difficulty), rel=0.12)
+
+
+def test_a_kind_does_not_move_the_others():
+    """Bushes stay where they are when lamps are added."""
+    alone = natural(bushes=0.02).objects
+    among = [
+        o for o in natural(bushes=0.02, lamps=0.01).objects if o.semantic is SemanticClass.BUSH
+    ]
+    assert len(alone) == len(among)
+    for a, b in zip(alone, among, strict=True):
+        np.testing.assert_array_equal(a.vertices, b.vertices)
+
+
+def test_water_is_level_and_covers_its_share():
+    """The configured share of the ground is under water of one height, and forbidden."""
+    world = natural(water=0.2)
+    wet = world.surface == SemanticClass.WATER
+    assert wet.mean() == pytest.approx(0.2, abs=0.05)
+    assert np.ptp(world.ground.heights[:-1, :-1][wet]) < 1e-6
+    x, y = world.ground.x[:-1] + 0.125, world.ground.y[:-1] + 0.125
+    assert (world.truth.reason_at(x[:, None], y[None, :])[wet] == Reason.WATER).mean() > 0.9
+
+
+def test_nothing_stands_on_paths():
+    """Objects whose middle would be on a path are left out."""
+    world = natural(paths=2, bushes=0.1)
+    assert (world.surface == SemanticClass.PATH).any()
+    middles = np.array(
+        [(o.vertices.min(axis=0) + o.vertices.max(axis=0))[:2] / 2 for o in world.objects]
+    )
+    i, j = ((middles + 30.0) / 0.25).astype(int).clip(0, 239).T
+    assert (world.surface[i, j] == SemanticClass.GROUND).all()
+
+
+def test_a_trap_is_a_row_of_rocks_in_reach_of_each_other():
+    """Neighbouring rocks of a dead end are less than a robot's width apart."""
+    rocks = natural(traps=1).objects
+    assert {rock.semantic for rock in rocks} == {SemanticClass.ROCK}
+    middles = np.array([rock.vertices[:, :2].mean(axis=0) for rock in rocks])
+    assert np.hypot(*np.diff(middles, axis=0).T).max() < 1.6
+    assert np.hypot(*(middles[0] - middles[-1])) > 3.0

@@ -1,0 +1,43 @@
+"""Scenes: made once, dropped in order of use, with a geofence inside of the border."""
+
+import pytest
+
+from worlds import scenes as scenes_module
+from worlds.scenes import SceneCache
+
+
+def test_the_geofence_is_a_metre_inside_of_the_border(make_scene):
+    """A rectangle around the origin, x before y."""
+    assert make_scene(size=20.0).geofence == pytest.approx((-9.0, -9.0, 9.0, 9.0))
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Replace worlds by their keys, and return the list of those made."""
+    keys = []
+    monkeypatch.setattr(scenes_module, "make_world", lambda *key: keys.append(key) or key)
+    monkeypatch.setattr(scenes_module, "RayScene", lambda world: world)
+    return keys
+
+
+def test_a_scene_is_made_once(made):
+    """The same preset, seed and difficulty give the same object; each of them counts."""
+    scenes = SceneCache()
+    first = scenes.get("maze", 1)
+    assert scenes.get("maze", 1) is first
+    for other in (("plain", 1), ("maze", 2), ("maze", 1, 0.3)):
+        assert scenes.get(*other) is not first
+    assert made == [("maze", 1, None), ("plain", 1, None), ("maze", 2, None), ("maze", 1, 0.3)]
+
+
+def test_the_scene_used_longest_ago_is_dropped_first(made):
+    """A full cache keeps the scenes used last, not those made last."""
+    scenes = SceneCache(2)
+    for seed in (1, 2, 1, 3):
+        scenes.get("maze", seed)
+    made.clear()
+    scenes.get("maze", 1)
+    scenes.get("maze", 3)
+    assert made == []
+    scenes.get("maze", 2)
+    assert made == [("maze", 2, None)]

@@ -337,7 +337,8 @@ def test_bad_input_is_refused():
     samples = few_samples()
     green = np.zeros(10, bool)
     few = GroundSamples(samples.features[:10], green, green)
-    with pytest.raises(ValueError, match="expected ground cells of both kinds, got 0 blocked of 10"):
+    both = "expected ground cells of both kinds, got 0 blocked of 10"
+    with pytest.raises(ValueError, match=both):
         train_stage(few, GROUND_FEATURES, GroundClassifierConfig(), 0)
     with pytest.raises(ValueError, match="expected some with ground cells, got none"):
         ground_samples([], 1.0, np.random.default_rng(0))

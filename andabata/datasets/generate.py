@@ -152,8 +152,8 @@ class Made:
         sha256: Of its file.
         points: Their number.
         pose: Where the robot believed to be.
-        cells: White, green and red ones, and the hits, false alarms and misses of the one-line rule
-            on them, shape (6,).
+        cells: Numbers of unknown, free and blocked ones, and the hits, false alarms and misses of
+            the one-line rule on them, shape (6,).
     """
 
     sha256: str

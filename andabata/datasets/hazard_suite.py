@@ -74,7 +74,7 @@ def hazard_cloud(case: HazardCase, seed: int = 0) -> PointCloud:
 
     Args:
         case: Which.
-        seed: 0 is the suite that judges; others are for development.
+        seed: Seed of the suite: 0 for published results, others for development.
     """
     rng = np.random.default_rng([_SUITE_SEED, seed, case.number])
     slope = np.deg2rad(case.slope_deg)

@@ -41,7 +41,7 @@ class EvaluationConfig(BaseModel):
         trials: Number of trials of each controller; each has a world of its own.
         goals: Number of goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
-        simulated_robot: Robot; results are judged in bullet.
+        simulated_robot: Robot; published results are those of the bullet plant.
         terminations: Rules of each drive.
     """
 
@@ -239,8 +239,8 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
 def _what_differs(head: str, about: dict[str, Any]) -> str:
     """Return the settings in which the first line of a journal differs."""
     try:
-        told = json.loads(head)
-        return ", ".join(name for name in about if told.get(name) != about[name])
+        recorded = json.loads(head)
+        return ", ".join(name for name in about if recorded.get(name) != about[name])
     except (json.JSONDecodeError, AttributeError):
         return "kind"
 

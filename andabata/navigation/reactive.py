@@ -11,7 +11,7 @@ from traversability.grid import PolarGrid
 
 
 class StraightController:
-    """Steers at the goal and looks at nothing: the lower bound.
+    """Steers at the goal and ignores the scan: the lower bound.
 
     The law is the way-point law of the paper's authors, a yaw rate proportional to the yaw error.
     """

@@ -250,8 +250,8 @@ def _truth(readings: SensorReadings) -> VehicleState:
 def stage_config(stage: str) -> OffroadConfig:
     """Return the environment of one of the paper's stages: ``Maze2D``, ``Maze3D`` or ``Natural``.
 
-    Training drives the kinematic plant; results are judged in bullet. The first stage has no senses
-    but its beams: it drives by the true pose with wandering errors (assumption).
+    Training drives the kinematic plant; published results are those of bullet. The first stage has
+    no sensors but its beams: it drives by the true pose with correlated errors (assumption).
 
     Raises:
         ValueError: If there is no such stage.

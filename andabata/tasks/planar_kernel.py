@@ -1,7 +1,7 @@
 """Compiled pass of many planar robots: plant, errors of the believed pose, beams.
 
 Plant and rays are the compiled functions that a single robot is driven with. What a drive is about
-(terminations, rewards, observations) is not here: it is told by functions over arrays.
+(terminations, rewards, observations) is not here: functions over arrays state it.
 """
 
 from typing import NamedTuple
@@ -216,7 +216,7 @@ def move(
     """Move the chosen robots, their moving obstacles and the errors for one control period.
 
     Args:
-        twists: Speed [m/s] and yaw rate [rad/s] that the wheels are told, shape (n, 2).
+        twists: Speed [m/s] and yaw rate [rad/s] that the wheels are commanded, shape (n, 2).
         chosen: True for robots that move, shape (n,).
         robots: State, changed in place.
         movers: Moving obstacles, changed in place.

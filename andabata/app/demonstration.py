@@ -176,7 +176,7 @@ class Demonstration:
         picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
         atomic_io.write(self._folder / "drive.png", picture)
         self._report.picture(picture, "The driven path and the oracle's, on the true map")
-        self._report.table(self._figures["drive"]["legs"])
+        self._report.table(self._figures["drive"]["attempts"])
         self._report.picture(world_picture(driven.world), "The world")
         return driven
 

@@ -50,7 +50,7 @@ REDUCED = {
     "clouds generate": "--train 2 --validation 1 --workers 1",
     "classifier train": "--set trees=8",
     "classifier ground": "--set trees=8",
-    "train": "--workers 1 --set validation=0 --set learner.batch=2" + BRIEFLY,
+    "train": "--workers 1 --set validation=0 --set learner.episodes_per_iteration=2" + BRIEFLY,
     "report": "--tests 1 --workers 1",
     "drive": "--time-limit 5",  # The first cloud, without which a replay fails, takes 3.4 s.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",

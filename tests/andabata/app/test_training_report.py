@@ -12,7 +12,8 @@ from andabata.training.run import HISTORY, learn, read_history
 
 def plan(*more):
     """Return a plan of two tiny stages."""
-    overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.episodes_per_iteration=2", *more]
+    overrides = ["validation=1", "learner.hidden=[16, 16]", *more]
+    overrides += ["learner.episodes_per_iteration=2"]
     overrides += ["stages.Maze2D.episodes=4", "stages.Maze3D.episodes=2"]
     for name, limit in (("Maze2D", 8.0), ("Maze3D", 6.0)):
         overrides += [

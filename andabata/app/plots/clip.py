@@ -40,6 +40,12 @@ _NEW = 0.3
 _BACK, _UP, _AHEAD = 8.0, 5.5, 4.0
 """Place of the camera behind and above the robot, and of the point it looks at ahead [m]."""
 
+_NEAR = 5.5
+"""Distance from the camera at which its rays begin, past crowns that would hide the robot [m]."""
+
+_TINT_HEIGHT = 1.5
+"""Height above the robot's foot up to which surfaces take the colour of their cell [m]."""
+
 _FOCAL = 0.9
 """Focal length over the width of the picture."""
 
@@ -196,13 +202,16 @@ class Camera(NamedTuple):
         return cls(place, np.stack([right, np.cross(forward, right), forward]))
 
     def rays(self, width: int, height: int) -> NDArray[np.float32]:
-        """Return a ray for each pixel, row by row, float32, shape (height * width, 6)."""
+        """Return a ray for each pixel, row by row, float32, shape (height * width, 6).
+
+        Each begins ``_NEAR`` metres from the camera.
+        """
         u = (np.arange(width) + 0.5 - width / 2) / (_FOCAL * width)
         v = (np.arange(height) + 0.5 - height / 2) / (_FOCAL * width)
         columns, rows = np.meshgrid(u, v)
         directions = np.stack([columns, rows, np.ones_like(columns)], axis=-1) @ self.axes
         directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-        origins = np.broadcast_to(self.place, directions.shape)
+        origins = self.place + _NEAR * directions
         return np.concatenate([origins, directions], axis=-1).reshape(-1, 6).astype(np.float32)
 
     def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -254,7 +263,7 @@ def _picture(
     colours[~np.isfinite(ranges)] = _SKY
     colours = colours.reshape(HEIGHT, _SAMPLES, WIDTH, _SAMPLES, 3).mean(axis=(1, 3))
     image = Image.fromarray(colours.clip(0, 255).astype(np.uint8))
-    seen = ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
+    seen = _NEAR + ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
     draw = ImageDraw.Draw(image)
     _draw_points(draw, camera.project(frame.points), frame.ages, seen)
     _draw_path(draw, camera.project(path + np.array([0.0, 0.0, 0.15])), seen)
@@ -278,9 +287,10 @@ def _tinted(
     """Return colours with the polar cells of the virtual scan on them."""
     if frame.scan is None:
         return colours
-    x, y = (hits[:, :2] - frame.pose.position[:2]).T
+    x, y, z = (hits - frame.pose.position).T
     rings = np.searchsorted(grid.ring_edges, np.hypot(x, y), side="right") - 1
-    inside = (rings >= 0) & (rings < grid.n_rings)
+    # Crowns overhead stay as they are: cells are about the ground and what stands on it.
+    inside = (rings >= 0) & (rings < grid.n_rings) & (z < _TINT_HEIGHT)
     bearing = np.arctan2(y, x) - frame.pose.yaw
     sectors = ((bearing / (2 * np.pi) + 1.5) * grid.n_sectors).astype(int) % grid.n_sectors
     log_odds = frame.scan.log_odds_of(grid)[sectors, np.where(inside, rings, 0)]

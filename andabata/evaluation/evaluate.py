@@ -69,7 +69,7 @@ class Failure:
     Attributes:
         row: Row of the drive in the results.
         world: World that it was driven in.
-        attempt: What the monitor measured.
+        attempt: Measures of the attempt.
         pose: True pose at its end.
         scan: Virtual scan there.
         goal: Goal in the map [m], shape (2,).
@@ -194,7 +194,8 @@ def evaluate(
         workers: Number of processes.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
             not run again, so that a killed evaluation goes on where it was, by the same code.
-        on_failure: Called with each failure, in the process that ran it: it has to be importable.
+        on_failure: Function that is called with each failure, in the process that ran it: it has
+            to be importable.
         on_trial: Function that is called after each trial.
     """
     about = config.model_dump(mode="json", exclude={"trials"})

@@ -294,8 +294,8 @@ def make_offroad(
     Args:
         stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
         config: Instead of the stage's own.
-        models: As for ``OffroadEnv``.
-        scenes: As for ``OffroadEnv``.
-        render_mode: As for ``OffroadEnv``.
+        models: Classifiers and policy; None for the shipped ones.
+        scenes: Scenes to share with other environments of this process.
+        render_mode: ``rgb_array`` or None.
     """
     return OffroadEnv(config or stage_config(stage), models, scenes, render_mode)

@@ -126,10 +126,10 @@ class Body(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: See ``PlantParameters``.
-        sliding: See ``PlantParameters``.
-        wheels: See ``PlantParameters``.
-        outline: See ``PlantParameters``.
+        limits: Limits of the drive (``PlantParameters``).
+        sliding: Slip of the wheels (``PlantParameters``).
+        wheels: Places of the wheels (``PlantParameters``).
+        outline: Outline of the body (``PlantParameters``).
         radius: Radius of the body for moving obstacles [m].
         keep: Share of each error that stays from step to step, shape (5,).
         spread: Standard deviation of each error, and of what a step adds, shape (2, 5).

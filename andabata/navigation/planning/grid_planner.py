@@ -55,13 +55,13 @@ class CostWeights(NamedTuple):
     Attributes:
         lethal_log_odds: Log odds above which a cell is an obstacle.
         max_log_odds: Largest log odds.
-        inscribed_radius: See ``CostConfig`` [m].
-        inflation_radius: See ``CostConfig`` [m].
-        inscribed_cost: See ``CostConfig``.
-        inflation_cost: See ``CostConfig``.
-        unknown_cost: See ``CostConfig``.
-        uncertain_cost: See ``CostConfig``.
-        lethal_cost: See ``CostConfig``.
+        inscribed_radius: Distance from obstacles that the path keeps where it can [m].
+        inflation_radius: Distance from obstacles at which a metre costs no more [m].
+        inscribed_cost: Extra cost of a metre nearer than ``inscribed_radius``.
+        inflation_cost: Extra cost of a metre at ``inscribed_radius``.
+        unknown_cost: Extra cost of an unknown metre.
+        uncertain_cost: Extra cost of an almost lethal metre.
+        lethal_cost: Extra cost of a metre of twice the lethal log odds.
     """
 
     lethal_log_odds: float
@@ -204,7 +204,7 @@ class GridPlanner:
             weights: Costs of a metre.
             lookahead: Nearest and farthest sub-goal [m].
             margin: The cost to go is known wherever it is no more than the robot's and this [m].
-            passage: Room where the robot has driven [m].
+            passage: Clearance where the robot has driven [m].
         """
         self._cell = cell
         self.weights = weights

@@ -9,13 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import (
-    ContactMap,
-    DriveLimits,
-    Sliding,
-    WheelGround,
-    drive_ticks,
-)
+from andabata.machine.kinematic_vehicle import drive_ticks
 from andabata.tasks.episode_monitor import Outcome
 from terrain.kernel import kernel
 from worlds.ray_walk import cast_rays
@@ -113,8 +107,8 @@ class Rules(NamedTuple):
     """Numbers of robot, plant, errors, beams, judge and reward; see ``_make_rules``."""
 
     body: NDArray[np.float64]
-    limits: DriveLimits
-    sliding: Sliding
+    limits: NDArray[np.float64]
+    sliding: NDArray[np.float64]
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     keep: NDArray[np.float64]
@@ -197,8 +191,8 @@ def advance(steering, chosen, move, robots, worlds, rules, states, terms, outcom
                 noise,
                 rules.limits,
                 rules.sliding,
-                WheelGround(worlds.heights[w], worlds.frame[2], rules.wheels),
-                ContactMap(
+                (worlds.heights[w], worlds.frame[2], rules.wheels),
+                (
                     worlds.contact[w],
                     worlds.raster[0],
                     worlds.raster[1],

@@ -51,8 +51,8 @@ class CloudsConfig(BaseModel):
         heights: Span of the optical centre's height in varied clouds [m].
         tilts: Span of the laser's tilt in varied clouds [rad], towards any side.
         kept: Span of the share of points kept in varied clouds.
-        hidden: Largest number of directions in which part of the view of a varied cloud is hidden, as by parts
-            of the robot or by ground too dark to return a beam.
+        hidden: Largest number of directions in which part of the view of a varied cloud is hidden,
+            as by parts of the robot or by ground too dark to return a beam.
         grass: Span of the height of low grass in half of the varied clouds [m]. It stops some of
             the beams above the ground, which stays drivable (assumption: to 15 cm; what is higher
             is an object of the world, high grass).
@@ -150,8 +150,8 @@ def take_cloud(
 
     Returns:
         The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
-        ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams hit in truth; and
-        the estimated pose in the map.
+        ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams hit in
+        truth; and the estimated pose in the map.
     """
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})

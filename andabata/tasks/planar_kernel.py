@@ -10,13 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.clock import TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import (
-    ContactMap,
-    DriveLimits,
-    Sliding,
-    WheelGround,
-    drive_ticks,
-)
+from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
 from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
@@ -126,8 +120,8 @@ class Body(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: Limits of the drive (``PlantParameters``).
-        sliding: Slip of the wheels (``PlantParameters``).
+        limits: Limits of the drive (``PlantParameters``), shape (4,).
+        sliding: Slip of the wheels (``PlantParameters``), shape (3,).
         wheels: Places of the wheels (``PlantParameters``).
         outline: Outline of the body (``PlantParameters``).
         radius: Radius of the body for moving obstacles [m].
@@ -136,8 +130,8 @@ class Body(NamedTuple):
     """
 
     slip: float
-    limits: DriveLimits
-    sliding: Sliding
+    limits: NDArray[np.float64]
+    sliding: NDArray[np.float64]
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     radius: float
@@ -240,8 +234,8 @@ def move(
             noise,
             body.limits,
             body.sliding,
-            WheelGround(worlds.heights[w], worlds.frame.cell, body.wheels),
-            ContactMap(
+            (worlds.heights[w], worlds.frame.cell, body.wheels),
+            (
                 worlds.contact[w],
                 worlds.raster[0],
                 worlds.raster[1],

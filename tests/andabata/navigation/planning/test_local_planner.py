@@ -238,9 +238,7 @@ def test_what_is_hardly_blocked_costs_more_and_is_no_wall():
     """A cell that is as likely free moves the log odds to its share of certainty."""
     odds = wall_ahead(2.0)
     certain = seen(LocalPlanner(GRID), odds, 60)
-    hardly = seen(
-        LocalPlanner(GRID), np.where(odds > 0, 0.2 * OCCUPANCY.certain_blocked, odds), 60
-    )
+    hardly = seen(LocalPlanner(GRID), np.where(odds > 0, 0.2 * OCCUPANCY.certain_blocked, odds), 60)
     i, j = (int(2.1 / 0.2), 0)
     weight = 1 / (1 + np.hypot(i, j) * 0.2 / OCCUPANCY.range_scale)
     first, second = certain.occupancy.log_odds[i, j], hardly.occupancy.log_odds[i, j]
@@ -296,9 +294,7 @@ def test_without_a_sub_goal_the_goal_itself_is_shown():
     planner = LocalPlanner(GRID)
     guided = planner.guide(situation(heading_error=0.7, odometry=pose_at(2.0, 3.0, 0.3)), None)
     assert guided.heading_error == 0.7
-    np.testing.assert_allclose(
-        planner.target, [2.0 + 8.0 * np.cos(1.0), 3.0 + 8.0 * np.sin(1.0)]
-    )
+    np.testing.assert_allclose(planner.target, [2.0 + 8.0 * np.cos(1.0), 3.0 + 8.0 * np.sin(1.0)])
 
 
 @pytest.mark.parametrize("yaw", [0.0, -1.2])

@@ -197,9 +197,7 @@ def test_a_pair_counts_only_when_both_of_its_cells_were_seen():
         assert layer.heights[20, 0] == pytest.approx(height, abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("x", "is_seen"), [(5, False), (6, True), (39, True), (40, False)]
-)
+@pytest.mark.parametrize(("x", "is_seen"), [(5, False), (6, True), (39, True), (40, False)])
 def test_only_a_ring_around_the_robot_counts(x, is_seen):
     """Nearer than the least range and farther than the largest nothing stands out."""
     assert (height_of({(x, 0): 0.05}, (x, 0), min_range=0.65, max_range=4.0) > 0) == is_seen

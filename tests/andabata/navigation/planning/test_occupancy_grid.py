@@ -1,4 +1,4 @@
-"""Occupancy grid: known log odds of scans, layers and driven ground, and ranges that end at them."""
+"""Occupancy grid: known log odds of scans, layers and driven ground; ranges that end at them."""
 
 from types import SimpleNamespace
 
@@ -79,9 +79,13 @@ def test_a_scan_never_takes_back_what_it_confirms():
 def test_obstacles_lie_where_the_scan_saw_them(position, yaw):
     """A wall to the front left stays there in odom, wherever the robot stands and looks."""
     grid = updated(make(), odds_of(between(20, 70, 2.0)), 20, position, yaw)
-    places = np.array(position)[:, None] + 2.15 * np.array(
-        [[np.cos(yaw + b), np.sin(yaw + b)] for b in (np.pi / 4, -np.pi / 4, 3 * np.pi / 4)]
-    ).T
+    places = (
+        np.array(position)[:, None]
+        + 2.15
+        * np.array(
+            [[np.cos(yaw + b), np.sin(yaw + b)] for b in (np.pi / 4, -np.pi / 4, 3 * np.pi / 4)]
+        ).T
+    )
     left, right, behind = (at(grid, *place) for place in places.T)
     assert left > CONFIG.lethal_log_odds
     assert right < 0
@@ -146,13 +150,11 @@ def test_driven_ground_is_free_the_more_the_nearer_the_robots_middle_was():
     assert (found[~driven] > -3.0).all()
     # A little later the nearer of both passages counts, the first one less its decay.
     there = np.hypot((i + 0.5) * 0.2 - here[0] - 0.1, (j + 0.5) * 0.2 - here[1])
-    updated(grid, np.full_like(nothing_seen(), np.inf), 1, here + [0.1, 0.0])
+    updated(grid, np.full_like(nothing_seen(), np.inf), 1, here + np.array([0.1, 0.0]))
     first = np.where(driven, expected + 3.0 * 5 / 600, np.inf)
     second = np.where(there < radius, -3.0 * (2.0 - there / radius), np.inf)
     nearer, either = np.minimum(first, second), driven | (there < radius)
-    np.testing.assert_allclose(
-        grid.log_odds[i % 256, j % 256][either], nearer[either], rtol=1e-5
-    )
+    np.testing.assert_allclose(grid.log_odds[i % 256, j % 256][either], nearer[either], rtol=1e-5)
 
 
 @pytest.mark.parametrize("aside", [0.01, 0.1, 0.19])
@@ -239,8 +241,12 @@ def test_the_ground_layer_overwrites_scans_but_not_driven_ground():
 
 @pytest.mark.parametrize(
     ("ahead", "has_ground", "is_measured", "counts"),
-    [(4.9, True, True, True), (5.3, True, True, False)]
-    + [(5.3, True, False, True), (5.3, False, True, True)],
+    [
+        (4.9, True, True, True),
+        (5.3, True, True, False),
+        (5.3, True, False, True),
+        (5.3, False, True, True),
+    ],
 )
 def test_far_blocked_polar_cells_count_without_ground_cells_alone(
     ahead, has_ground, is_measured, counts

@@ -15,7 +15,11 @@ from andabata.machine.sensor_readings import SensorReadings, VehicleState, Wheel
 from andabata.models import Models
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.navigator import Navigator
+from andabata.navigation.perception import assembler_of
 from andabata.navigation.reactive import StraightController
+from andabata.records.messages import NS, MessageBuilder
+from andabata.records.recorder import MessageQueue, Recorder
+from andabata.records.topics import DIAGNOSTICS
 from tests.situations import (
     StubController,
     StubLocalizer,
@@ -335,6 +339,44 @@ def test_commands_are_finite_whatever_the_imu_sends(simulated_robot):
     )
     assert all(np.isfinite([w.left, w.right]).all() for w in spoilt)
     assert all(isinstance(w, WheelSpeeds) for w in spoilt)
+
+
+class Writer:
+    """Message writer that keeps what it is given."""
+
+    ros = 1
+
+    def __init__(self):
+        self.messages = []
+
+    def write(self, topic, stamp_ns, message):
+        self.messages.append((topic, stamp_ns, message))
+
+
+def test_a_silent_laser_is_reported_when_the_robot_stops(simulated_robot):
+    """Diagnostics warn before the first cloud, are well with one, and fail when it is stale."""
+    robot, written, builder = simulated_robot, Writer(), MessageBuilder(1)
+    recorder = Recorder(
+        MessageQueue(written, builder),
+        robot.localizer,
+        assembler_of(robot.perception),
+        robot.config.grid.bearings,
+        clouds=False,
+    )
+    robot.navigator.observers.append(recorder.record)
+    drive(robot, 6.0)
+    silent = drive(robot, 9.0, lambda readings: replace(readings, sweeps=None))
+    held = 6.0 + [wheels != STANDSTILL for wheels in silent].index(False) / 10
+    reported = [
+        (stamp - builder.epoch_ns) / NS
+        for topic, stamp, message in written.messages
+        if topic is DIAGNOSTICS and "cloud: 5" in message.status[0].message
+    ]
+    assert reported[0] == pytest.approx(held, abs=0.2)
+    levels = [m.status[0].level for topic, _, m in written.messages if topic is DIAGNOSTICS]
+    assert levels[0] == 1  # No cloud yet.
+    assert 0 in levels
+    assert levels[-1] == 2
 
 
 def test_a_robot_at_rest_finds_its_initial_pose(simulated_robot):

@@ -140,7 +140,7 @@ def test_a_drive_is_drawn(capsys, tmp_path):
     words += ["--set", "sensing.scanner=horizontal", "--out", str(tmp_path / "drive")]
     data = result(capsys, *words)
     assert data["success"]
-    assert data["legs"][0]["trespass_m"] == 0.0
+    assert data["attempts"][0]["trespass_m"] == 0.0
     assert (tmp_path / "drive/drive.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "drive/run.json").read_text())["config"]["plant"] == "kinematic"
 

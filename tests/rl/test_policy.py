@@ -1,67 +1,166 @@
-"""A policy file is complete and equals the network that it came from; damaged ones are refused."""
+"""A policy file is complete and equals its network; damaged and older ones are refused."""
+
+import json
 
 import numpy as np
 import pytest
 import torch
+from safetensors.numpy import save
 
 from rl.networks import Actor
-from rl.policy import Policy, PolicyFileError
-from rl.spaces import ObservationLayout
+from rl.policy import PolicyFileError, load_policy, policy_from_bytes, with_info
+from rl.spaces import (
+    ActionSpec,
+    ObservationSpec,
+    ObservationTerm,
+    steering_actions,
+    steering_observations,
+)
 
-LAYOUT = ObservationLayout()
+OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0.5)
 
 
 @pytest.fixture(scope="module")
-def actor():
+def policy():
     torch.manual_seed(0)
-    return Actor(LAYOUT, 10.0, 0.5, (200, 200))
+    return Actor(OBSERVATIONS, ACTIONS, (200, 200)).policy({"commit": "abc", "stage": "Maze2D"})
 
 
 def states(n=50):
-    low, high = LAYOUT.bounds(10.0, 0.5)
+    low, high = OBSERVATIONS.bounds()
     return np.random.default_rng(0).uniform(low, high, (n, 35)).astype(np.float32)
 
 
-def test_the_papers_sizes(actor):
-    shapes = [layer[0].shape for layer in actor.policy(0.15, {}).layers]
-    assert shapes == [(200, 35), (200, 200), (2, 200)]  # Mean and spread: 35-200-200-1 drives.
-
-
-def test_numpy_equals_torch(actor):
-    policy = actor.policy(0.0, {})
-    with torch.no_grad():
-        mean, _ = actor(torch.from_numpy(states()))
-    expected = 0.5 * torch.tanh(mean).numpy()
-    np.testing.assert_allclose([policy.act(state) for state in states()], expected, atol=1e-6)
-
-
-def test_exploration_spreads_as_the_network_says(actor):
-    policy = actor.policy(0.0, {})
-    state = states(1)
-    with torch.no_grad():
-        mean, sigma = actor(torch.from_numpy(state))
-    rng = np.random.default_rng(0)
-    drawn = np.arctanh([policy.explore(state[0], rng) for _ in range(4000)])
-    assert drawn.mean() == pytest.approx(float(mean), abs=4 * float(sigma) / 4000**0.5)
-    assert drawn.std() == pytest.approx(float(sigma), rel=0.05)
-
-
-def test_bytes_come_back(actor):
-    policy = actor.policy(0.15, {"commit": "abc", "stage": "Maze2D"})
-    again = Policy.from_bytes(policy.to_bytes())
-    assert (again.max_range, again.limit, again.dead_zone) == (10.0, 0.5, 0.15)
+def test_bytes_come_back(policy):
+    """A policy of bytes has the same spaces, description and actions."""
+    again = policy_from_bytes(policy.to_bytes())
+    assert (again.observations, again.actions) == (OBSERVATIONS, ACTIONS)
     assert again.info == policy.info
-    assert [again.act(s) for s in states()] == [policy.act(s) for s in states()]
+    assert again.architecture == "mlp"
+    assert again.to_bytes() == policy.to_bytes()
+    for state in states():
+        np.testing.assert_array_equal(again.act(state), policy.act(state))
 
 
-@pytest.mark.parametrize("bad", [np.full(35, np.nan), np.zeros(34), np.full(35, np.inf)])
-def test_states_that_cannot_be_are_refused(actor, bad):
-    with pytest.raises(ValueError, match="state: expected"):
-        actor.policy(0.15, {}).act(bad.astype(np.float32))
+def test_a_file_comes_back(policy, tmp_path):
+    """A file on disk is the policy; an error names the file."""
+    path = tmp_path / "policy.safetensors"
+    path.write_bytes(policy.to_bytes())
+    assert load_policy(path).info == policy.info
+    path.write_bytes(b"nothing")
+    with pytest.raises(PolicyFileError, match=r"policy\.safetensors: expected a policy"):
+        load_policy(path)
 
 
-def test_damaged_bytes_never_crash(actor):
-    data = actor.policy(0.15, {}).to_bytes()
+def test_every_field_of_the_specs_survives_the_file():
+    """Names, shapes, bounds, units and scalings come back, also of a set of points."""
+    observations = ObservationSpec(
+        terms=(
+            ObservationTerm(
+                name="points", shape=(3, 2), low=-4.0, high=4.0, unit="m", scaling="linear"
+            ),
+            ObservationTerm(name="mask", shape=(3,), low=0.0, high=1.0, unit=""),
+            ObservationTerm(
+                name="ranges", shape=(4,), low=0.0, high=7.5, unit="m", scaling="proximity"
+            ),
+        )
+    )
+    actions = ActionSpec(
+        names=("linear", "angular"), low=(0.1, -0.7), high=(0.9, 0.6), units=("m/s", "rad/s")
+    )
+    policy = Actor(observations, actions, (4,)).policy({})
+    again = policy_from_bytes(policy.to_bytes())
+    assert again.observations == observations
+    assert again.actions == actions
+
+
+def test_another_description_leaves_the_rest(policy):
+    """``with_info`` changes the description alone, of a new policy."""
+    other = with_info(policy, {"stage": "Natural"})
+    assert other.info == {"stage": "Natural"}
+    assert policy.info == {"commit": "abc", "stage": "Maze2D"}
+    np.testing.assert_array_equal(other.act(states(1)[0]), policy.act(states(1)[0]))
+
+
+def about(data):
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    return json.loads(header["__metadata__"]["about"])
+
+
+def rewritten(policy, **changes):
+    """Return the bytes of a policy with changes of its description."""
+    described = about(policy.to_bytes()) | changes
+    tensors = {name: np.ascontiguousarray(array) for name, array in policy.tensors().items()}
+    return save(tensors, metadata={"about": json.dumps(described)})
+
+
+def test_the_file_names_its_version(policy):
+    """The description holds format, version 3, architecture and both spaces."""
+    described = about(policy.to_bytes())
+    assert (described["format"], described["version"]) == ("andabata-policy", 3)
+    assert described["architecture"] == "mlp"
+    assert [term["name"] for term in described["observations"]["terms"]] == [
+        "ranges",
+        "previous_actions",
+        "heading_error",
+    ]
+
+
+@pytest.mark.parametrize("version", [1, 2, 4])
+def test_a_file_of_another_version_is_refused_with_both_versions(policy, version):
+    """The error names the file's version and the one that is read, and the next step."""
+    with pytest.raises(PolicyFileError) as caught:
+        policy_from_bytes(rewritten(policy, version=version), "old.safetensors")
+    text = str(caught.value)
+    assert text.startswith("old.safetensors: expected")
+    assert f"version {version}," in text
+    assert "reads version 3" in text
+    assert "train one with `andabata train`" in text
+
+
+def test_a_file_as_version_2_wrote_it_is_refused():
+    """A file of the former layout is refused by its version, not by a missing part."""
+    described = {
+        "format": "andabata-policy",
+        "version": 2,
+        "max_range": 10.0,
+        "limit": 0.5,
+        "dead_zone": 0.15,
+        "info": {},
+    }
+    tensors = {"weight0": np.zeros((2, 35), np.float32), "bias0": np.zeros(2, np.float32)}
+    data = save(tensors, metadata={"about": json.dumps(described)})
+    with pytest.raises(PolicyFileError, match=r"a file of version 2, .* reads version 3"):
+        policy_from_bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"format": "other"}, "format 'other'"),
+        ({"architecture": "transformer"}, "architecture 'transformer'"),
+        ({"observations": {"terms": []}}, "expected a policy"),
+        ({"actions": {"names": ["angular"]}}, "expected a policy"),
+    ],
+)
+def test_a_foreign_description_is_refused(policy, changes, message):
+    """Another format, an unknown architecture and broken spaces are refused."""
+    with pytest.raises(PolicyFileError, match=message):
+        policy_from_bytes(rewritten(policy, **changes))
+
+
+def test_weights_that_are_not_finite_are_refused(policy):
+    """NaN in a weight is no policy."""
+    tensors = {name: array.copy() for name, array in policy.tensors().items()}
+    tensors["layer1.bias"][3] = np.nan
+    data = save(tensors, metadata={"about": json.dumps(about(policy.to_bytes()))})
+    with pytest.raises(PolicyFileError, match="not finite"):
+        policy_from_bytes(data)
+
+
+def test_damaged_bytes_never_crash(policy):
+    """Bytes that are cut or changed give a policy or the one error, nothing else."""
+    data = policy.to_bytes()
     rng = np.random.default_rng(0)
     for _ in range(200):
         spoilt = bytearray(data)
@@ -71,6 +170,6 @@ def test_damaged_bytes_never_crash(actor):
             if spoilt:
                 spoilt[rng.integers(min(len(spoilt), 600))] = rng.integers(256)
         try:
-            Policy.from_bytes(bytes(spoilt))
+            policy_from_bytes(bytes(spoilt))
         except PolicyFileError as error:
             assert "andabata train" in str(error)

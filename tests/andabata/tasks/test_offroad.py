@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env as check_gymnasium
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 from andabata.tasks.episode_monitor import TerminationConfig
-from andabata.tasks.offroad import make_offroad, stage_config
+from andabata.tasks.offroad import make_offroad, offroad_actions, offroad_observations, stage_config
 from andabata.tasks.registration import STAGES
 
 IDS = [f"andabata/{stage}-v0" for stage in STAGES]
@@ -27,6 +27,7 @@ def env(request, scenes):
 
 @pytest.mark.parametrize("name", IDS)
 def test_gymnasium_and_stable_baselines_accept_them(name):
+    """Both checkers accept every registered environment."""
     env = gym.make(name).unwrapped
     check_gymnasium(env, skip_render_check=True)
     check_sb3(env, skip_render_check=True)
@@ -34,6 +35,8 @@ def test_gymnasium_and_stable_baselines_accept_them(name):
 
 
 def test_the_same_seed_gives_the_same_episode(env):
+    """Equal seeds and actions give equal states and rewards, to the bit."""
+
     def episode():
         states, rewards = [env.reset(seed=11)[0]], []
         for k in range(30):
@@ -48,6 +51,7 @@ def test_the_same_seed_gives_the_same_episode(env):
 
 
 def test_the_reward_is_the_sum_of_its_terms(env):
+    """The reward is the sum of the four named terms."""
     env.reset(seed=3)
     _, reward, _, _, info = env.step(np.zeros(1, dtype=np.float32))
     assert reward == pytest.approx(sum(info["reward_terms"].values()))
@@ -55,6 +59,7 @@ def test_the_reward_is_the_sum_of_its_terms(env):
 
 
 def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
+    """The state holds the executed yaw rates, newest first; rates in the dead zone are 0."""
     env.reset(seed=4)
     env.step(np.array([0.8], dtype=np.float32))
     state = env.step(np.array([0.2], dtype=np.float32))[0]  # 0.1 rad/s: inside the dead zone.
@@ -62,6 +67,7 @@ def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
 
 
 def test_time_outs_truncate_and_collisions_terminate(scenes):
+    """A time-out truncates without a penalty, a collision terminates with one."""
     config = stage_config("Maze2D").model_copy(
         update={"seeds": (0,), "terminations": TerminationConfig(time_limit=1.0)}
     )
@@ -70,6 +76,8 @@ def test_time_outs_truncate_and_collisions_terminate(scenes):
     for _ in range(10):
         _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
     assert (terminated, truncated, info["outcome"]) == (False, True, "timeout")
+    assert not info["is_success"]
+    assert info["reward_terms"]["collision"] == 0.0
     env = make_offroad(
         "Maze2D",
         config.model_copy(update={"terminations": TerminationConfig(time_limit=400.0)}),
@@ -85,9 +93,11 @@ def test_time_outs_truncate_and_collisions_terminate(scenes):
 
 
 @pytest.mark.parametrize("heading", ["goal", "subgoal"])
-def test_whoever_looks_less_often_sees_the_same_when_it_does(scenes, heading):
+def test_decimated_perception_gives_the_same_scans(scenes, heading):
+    """With one scan in five steps, each scan equals that of a robot that scans always."""
+
     def drive(every):
-        changes = {"seeds": (0,), "look_every": every, "heading": heading}
+        changes = {"seeds": (0,), "perception_decimation": every, "heading": heading}
         env = make_offroad(
             "Maze3D", stage_config("Maze3D").model_copy(update=changes), scenes=scenes
         )
@@ -110,7 +120,7 @@ def test_whoever_looks_less_often_sees_the_same_when_it_does(scenes, heading):
 
 
 def test_it_keeps_the_robot_of_one_world_alone(scenes):
-    """Each holds maps of its world: those of a whole pool would fill the memory."""
+    """An environment frees the robot of the last world: each holds maps of its own."""
     env = make_offroad("Maze3D", scenes=scenes)
     with pytest.raises(ValueError, match="reset: expected it before the first step"):
         env.step(np.zeros(1, dtype=np.float32))
@@ -125,5 +135,100 @@ def test_it_keeps_the_robot_of_one_world_alone(scenes):
 
 
 def test_an_unknown_stage_is_named():
+    """An unknown stage is refused with the names that there are."""
     with pytest.raises(ValueError, match="expected Maze2D, Maze3D or Natural, got 'Moon'"):
         stage_config("Moon")
+
+
+def small(**changes):
+    return stage_config("Maze2D").model_copy(update={"seeds": (0, 1, 2), **changes})
+
+
+def test_a_reached_goal_terminates_with_success(scenes):
+    """Within the goal's radius the episode ends for good, as a success without a penalty."""
+    rules = TerminationConfig(goal_radius=500.0)
+    env = make_offroad("Maze2D", small(terminations=rules), scenes=scenes)
+    env.reset(seed=0)
+    _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+    assert (terminated, truncated) == (True, False)
+    assert (info["is_success"], info["outcome"]) == (True, "goal")
+    assert info["reward_terms"]["collision"] == info["reward_terms"]["tipover"] == 0.0
+
+
+def test_a_stuck_robot_terminates_with_the_penalty(scenes):
+    """A robot that does not get away is stuck: an end, and it pays as a collision does."""
+    rules = TerminationConfig(stuck_time=0.15, stuck_radius=5.0)
+    env = make_offroad("Maze2D", small(terminations=rules), scenes=scenes)
+    env.reset(seed=0)
+    assert not env.step(np.zeros(1, dtype=np.float32))[2]
+    _, _, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+    assert (terminated, truncated, info["outcome"]) == (True, False, "stuck")
+    assert info["reward_terms"]["collision"] == -1000.0
+
+
+@pytest.mark.parametrize("heading", ["goal", "subgoal"])
+def test_driving_at_what_attracts_pays(scenes, heading):
+    """A robot that faces what attracts is paid 6 a step in the mean."""
+    env = make_offroad("Maze2D", small(heading=heading), scenes=scenes)
+    state, _ = env.reset(seed=2)
+    paid = []
+    for _ in range(150):
+        turn = np.clip(4 * state[34:], -1, 1).astype(np.float32)
+        faces = abs(state[34]) < 0.2
+        state, _, terminated, truncated, info = env.step(turn)
+        if terminated or truncated:
+            break
+        if faces:
+            paid.append(info["reward_terms"]["attraction"])
+    assert len(paid) > 50
+    assert np.mean(paid) == pytest.approx(6.0, abs=1.0)
+
+
+def test_a_positive_action_turns_left(scenes):
+    """After a positive action the goal lies further to the right."""
+    env = make_offroad("Maze2D", small(heading="goal"), scenes=scenes)
+    before, _ = env.reset(seed=2)
+    for _ in range(10):
+        after, *_ = env.step(np.ones(1, dtype=np.float32))
+    turned = (after[34] - before[34] + np.pi) % (2 * np.pi) - np.pi
+    assert turned == pytest.approx(-0.5, abs=0.25)
+
+
+def test_episodes_of_other_seeds_begin_elsewhere(scenes):
+    """Seeds draw world, task and start; options fix the world and the task."""
+    env = make_offroad("Maze2D", small(), scenes=scenes)
+    starts = [env.reset(seed=seed)[0] for seed in range(6)]
+    assert len(np.unique(starts, axis=0)) == 6
+    worlds = {env.reset(seed=seed)[1]["world_seed"] for seed in range(12)}
+    assert worlds == {0, 1, 2}
+    options = {"world_seed": 1, "task": 0, "difficulty": 0.2}
+    assert env.reset(seed=1, options=options)[1]["world_seed"] == 1
+    first, _ = env.reset(seed=1, options=options)
+    again, _ = env.reset(seed=1, options=options)
+    harder, _ = env.reset(seed=1, options={**options, "difficulty": 0.5})
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, harder)
+    env.close()
+
+
+def test_a_reset_without_a_seed_goes_on_with_the_stream(scenes):
+    """Episodes after the first differ from it and from each other."""
+    env = make_offroad("Maze2D", small(), scenes=scenes)
+    states = [env.reset(seed=4)[0], env.reset()[0], env.reset()[0]]
+    assert len(np.unique(states, axis=0)) == 3
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_spaces_are_those_of_the_robot(stage):
+    """35 observations up to the grid's radius, one yaw rate up to the steering limit."""
+    config = stage_config(stage)
+    observations, actions = offroad_observations(config), offroad_actions(config)
+    assert observations.size == 35
+    assert observations.term("ranges").high == config.simulated_robot.grid.outer_radius == 10.0
+    assert (actions.names, actions.low, actions.high) == (("angular",), (-0.5,), (0.5,))
+
+
+def test_the_papers_time_limits():
+    """180 s in the mazes, 300 s in nature."""
+    limits = [stage_config(stage).terminations.time_limit for stage in STAGES]
+    assert limits == [180.0, 180.0, 300.0]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 HEAVY = {"torch", "open3d", "pybullet", "numba", "scipy", "sklearn", "matplotlib", "rosbags"}
 PLAIN, PREFIXED = "andabata/{}-v0", "andabata:andabata/{}-v0"
 
@@ -48,6 +48,7 @@ def fresh(*words, folder):
     ],
 )
 def test_every_id_is_made_in_a_fresh_interpreter(tmp_path, first, pattern):
+    """Each id makes its environment and its vector environment, whatever is imported first."""
     code = f"""
 {first}
 for stage in ("Maze2D", "Maze3D", "Natural"):
@@ -67,12 +68,14 @@ for stage in ("Maze2D", "Maze3D", "Natural"):
     ("first", "pattern"), [("import andabata\ngym.register_envs(andabata)", PLAIN), ("", PREFIXED)]
 )
 def test_processes_that_inherit_nothing_make_them_too(tmp_path, first, pattern):
+    """Spawned processes find the ids by the import or by the prefix."""
     script = tmp_path / "robots.py"
     script.write_text(ASYNC.format(first=first, name=pattern.format("Maze2D")))
     fresh(script, folder=tmp_path)
 
 
 def test_importing_the_package_twice_registers_once_and_imports_nothing_heavy(tmp_path):
+    """The import registers without a warning, twice as well, and loads no heavy package."""
     code = f"""
 import importlib, sys
 import andabata
@@ -82,8 +85,8 @@ print(sorted({HEAVY!r} & set(sys.modules)))
     assert fresh("-c", code, folder=tmp_path).strip() == "[]"
 
 
-def test_a_script_without_its_guard_is_told_and_does_not_hang(tmp_path):
-    """The processes of ``make_vec`` import the script, and one that ends at once takes nothing."""
+def test_a_script_without_its_guard_ends_with_an_error(tmp_path):
+    """A script that starts workers without the main guard ends with one line that names it."""
     script = tmp_path / "unguarded.py"
     script.write_text(
         "import gymnasium as gym\n"

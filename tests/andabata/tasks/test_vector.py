@@ -1,4 +1,4 @@
-"""Robots side by side, in one process or in two: the same as each alone, to the bit."""
+"""Many robots, in one process or in two: the same as each alone, to the bit."""
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +15,7 @@ SMALL = stage_config("Maze3D").model_copy(
 
 
 def drive(env, steps, count):
-    """Everything that comes back from a number of steps."""
+    """Return the answers of a reset and a number of steps."""
     found = [env.reset(seed=7)]
     for k in range(steps):
         actions = np.array([[np.sin(k / (5 + n))] for n in range(count)], dtype=np.float32)
@@ -26,6 +26,7 @@ def drive(env, steps, count):
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_robots_together_do_what_each_does_alone(scenes, workers):
+    """With any number of processes robot k does what it does alone with seed + k."""
     count, steps = 3, 30
     if workers == 1:
         env = make_vector("Maze3D", count, SMALL, workers, scenes)
@@ -54,10 +55,11 @@ def test_robots_together_do_what_each_does_alone(scenes, workers):
 
 
 def test_gymnasium_makes_robots_in_processes():
+    """``make_vec`` with workers starts processes; an error of one is raised here."""
     env = gym.make_vec("andabata/Maze3D-v0", num_envs=2, config=SMALL, workers=2)
     assert isinstance(env.unwrapped, OffroadVectorEnv)
     states, _ = env.reset(seed=3)
     assert env.observation_space.contains(states)
-    with pytest.raises(ValueError, match="steering: expected a finite yaw rate"):
+    with pytest.raises(ValueError, match="command: expected a finite twist"):
         env.step(np.full((2, 1), np.nan, dtype=np.float32))
     env.close()

@@ -1,0 +1,101 @@
+"""The paper's networks: sizes, densities, and that the policy equals the network."""
+
+import numpy as np
+import pytest
+import torch
+
+from rl.mlp import LOG_SIGMA
+from rl.networks import Actor, TwinCritic, ValueCritic, polyak_update, use_one_thread
+from rl.spaces import steering_actions, steering_observations
+from tests.known_environments import TARGETS, TWO_ACTIONS
+
+OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0.5)
+
+
+def test_the_papers_sizes():
+    """35-200-200 to mean and spread of one action; the critic of an action has 36 inputs."""
+    weights = Actor(OBSERVATIONS, ACTIONS, (200, 200)).policy({}).weights
+    shapes = [weights[f"layer{k}.weight"].shape for k in range(3)]
+    assert shapes == [(200, 35), (200, 200), (2, 200)]  # Mean and spread: 35-200-200-1 drives.
+    critic = TwinCritic(OBSERVATIONS, ACTIONS, (200, 200))
+    assert [one.shape for one in critic.weights] == [(2, 36, 200), (2, 200, 200), (2, 200, 1)]
+
+
+def test_the_value_of_a_state_takes_the_reward_as_printed():
+    """The printed critic has the reward as its 36th input; the plain one does not see it."""
+    printed, plain = (ValueCritic(OBSERVATIONS, (200, 200), takes) for takes in (True, False))
+    assert printed.linear[0].weight.shape == (200, 36)
+    assert plain.linear[0].weight.shape == (200, 35)
+    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 100.0])
+    apart = [torch.diff(critic(states, rewards)).abs().item() for critic in (printed, plain)]
+    assert apart[0] > 1e-2
+    assert apart[1] < 1e-5
+
+
+def test_densities_integrate_to_one():
+    """The probability density of an action between -1 and 1 has the integral 1."""
+    actor = Actor(OBSERVATIONS, ACTIONS, (16,))
+    actions = torch.linspace(-0.9989, 0.9989, 20_001)[:, None]
+    state = torch.ones(1, 35).expand(len(actions), 35)
+    with torch.no_grad():
+        density = actor.log_probability(state, actions).exp()
+    assert float(torch.trapezoid(density, actions[:, 0])) == pytest.approx(1.0, abs=0.01)
+
+
+def test_samples_have_the_density_that_they_report():
+    """The log-probability of a sample is that of its action; two actions add up."""
+    actor = Actor(TARGETS, TWO_ACTIONS, (16,))
+    states = torch.rand(200, 2) - 0.5
+    actions, log_p = actor.sample(states, torch.Generator().manual_seed(1))
+    assert actions.shape == (200, 2)
+    assert log_p.shape == (200,)
+    inside = (actions.abs() < 0.99).all(dim=1)
+    assert inside.float().mean() > 0.5
+    again = actor.log_probability(states, actions.detach())
+    torch.testing.assert_close(again[inside], log_p[inside], atol=1e-3, rtol=1e-3)
+
+
+def test_the_spread_is_bounded():
+    """Sigmas stay within the bounds of ``LOG_SIGMA``."""
+    actor = Actor(TARGETS, TWO_ACTIONS, (4,))
+    for bias, bound in ((-50.0, LOG_SIGMA[0]), (50.0, LOG_SIGMA[1])):
+        with torch.no_grad():
+            actor.linear[-1].bias[2:] = bias
+            _, sigma = actor(torch.zeros(1, 2))
+        np.testing.assert_allclose(sigma, np.exp(bound), rtol=1e-6)
+
+
+def test_the_critics_are_two():
+    """Each critic is the same function as alone, of state and action, and they differ."""
+    critic = TwinCritic(OBSERVATIONS, ACTIONS, (16, 16))
+    states, actions = torch.rand(5, 35), torch.rand(5, 1)
+    with torch.no_grad():
+        both = critic(states, actions)
+        assert both.shape == (2, 5)
+        assert (both[0] - both[1]).abs().max() > 1e-3
+        scale = critic.scale
+        x = torch.cat([(scale[0] + scale[1] * states) / (scale[2] + scale[3] * states), actions], 1)
+        for n in range(2):
+            y = x
+            for layer, (weights, biases) in enumerate(
+                zip(critic.weights, critic.biases, strict=True)
+            ):
+                y = y @ weights[n] + biases[n]
+                if layer < 2:
+                    y = torch.relu(torch.nn.functional.layer_norm(y, (16,)))
+            torch.testing.assert_close(both[n], y[:, 0], atol=1e-5, rtol=1e-5)
+
+
+def test_a_share_of_the_parameters_moves():
+    """The update moves a share ``tau`` from the online network, which stays as it is."""
+    slow, fast = (ValueCritic(OBSERVATIONS, (4,), False) for _ in range(2))
+    before = [p.clone() for p in slow.parameters()]
+    polyak_update(slow, fast, 0.1)
+    for old, new, online in zip(before, slow.parameters(), fast.parameters(), strict=True):
+        torch.testing.assert_close(new, 0.9 * old + 0.1 * online)
+
+
+def test_a_run_uses_one_thread():
+    """A training run sets torch to one thread."""
+    use_one_thread()
+    assert torch.get_num_threads() == 1

@@ -1,0 +1,230 @@
+"""Soft actor-critic: learns known answers, one action or two, with the textbook's targets."""
+
+import numpy as np
+import pytest
+import torch
+
+from rl.export import policy_to_onnx
+from rl.policy import policy_from_bytes
+from rl.sac import SacConfig, SoftActorCritic
+from rl.spaces import steering_actions, steering_observations
+from rl.training import EpisodeSpec, play
+from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
+
+OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
+
+
+def train(learner, environment, iterations, episodes, repeat=1):
+    rng = np.random.default_rng(5)
+    for n in range(iterations):
+        policy = learner.behaviour_policy()
+        played = [
+            play(environment, policy, repeat, EpisodeSpec(0, (n, k))) for k in range(episodes)
+        ]
+        figures = learner.update(played, rng)
+    return figures
+
+
+def test_it_learns_to_face_the_goal():
+    """The learnt policy turns to the goal in nine of ten new episodes."""
+    config = SacConfig(
+        hidden=(32, 32),
+        reward_scale=0.1,
+        batch_size=64,
+        updates_per_step=0.6,
+        learning_rate=3e-3,
+        ema_rate=0.01,
+    )
+    learner = SoftActorCritic(OBSERVATIONS, ACTIONS, config, seed=3)
+    train(learner, TurnToGoal(), 12, 4, repeat=2)
+    policy = learner.policy({})
+    episodes = [
+        play(TurnToGoal(), policy, 1, EpisodeSpec(0, (9, k)), explore=False) for k in range(20)
+    ]
+    assert np.mean([episode.is_success for episode in episodes]) >= 0.9
+
+
+@pytest.fixture(scope="module")
+def two_actions():
+    torch.manual_seed(0)
+    config = SacConfig(
+        hidden=(32,),
+        gamma=0.1,
+        reward_scale=1.0,
+        batch_size=64,
+        updates_per_step=1.0,
+        learning_rate=5e-3,
+        ema_rate=0.01,
+        temperature=0.02,
+        target_entropy=-3.0,
+    )
+    learner = SoftActorCritic(TARGETS, TWO_ACTIONS, config, seed=1)
+    train(learner, MatchTargets(), 16, 5)
+    return learner
+
+
+def test_two_actions_are_learnt_each_its_own(two_actions):
+    """Each action follows its own target, in the order of the spec and in SI units."""
+    policy = two_actions.policy({})
+    targets = np.random.default_rng(0).uniform(-0.8, 0.8, (200, 2)).astype(np.float32)
+    shares = np.array([policy.best(target) for target in targets])
+    assert shares.shape == (200, 2)
+    assert np.abs(shares - targets).mean(axis=0).max() < 0.15
+    values = np.array([policy.act(target) for target in targets])
+    np.testing.assert_allclose(values, TWO_ACTIONS.scaled(shares))
+    assert np.abs(values[:, 0] - (0.2 + 0.2 * targets[:, 0])).mean() < 0.03
+    assert np.abs(values[:, 1] - 0.5 * targets[:, 1]).mean() < 0.08
+
+
+def test_two_actions_survive_the_file(two_actions):
+    """A policy of two actions comes back from its bytes with both spaces and the same actions."""
+    policy = two_actions.policy({"stage": "match"})
+    again = policy_from_bytes(policy.to_bytes())
+    assert (again.observations, again.actions) == (TARGETS, TWO_ACTIONS)
+    for target in np.random.default_rng(1).uniform(-1, 1, (20, 2)).astype(np.float32):
+        np.testing.assert_array_equal(again.act(target), policy.act(target))
+
+
+def test_two_actions_are_exported(two_actions):
+    """The ONNX model of a policy of two actions gives the same values in SI units."""
+    pytest.importorskip("onnx", reason="onnx is not installed (extra `onnx`)")
+    runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+    policy = two_actions.policy({})
+    targets = np.random.default_rng(1).uniform(-1, 1, (50, 2)).astype(np.float32)
+    session = runtime.InferenceSession(policy_to_onnx(policy), providers=["CPUExecutionProvider"])
+    (found,) = session.run(["action"], {"observation": targets})
+    np.testing.assert_allclose(found, [policy.act(one) for one in targets], atol=1e-5)
+
+
+def test_two_actions_resume(two_actions):
+    """A restored learner of two actions makes the same update, to the bit."""
+    again = SoftActorCritic(TARGETS, TWO_ACTIONS, two_actions.config, seed=7)
+    again.restore(two_actions.to_bytes({}, {}))
+    episodes = [play(MatchTargets(), again.behaviour_policy(), 1, EpisodeSpec(0, (8, 8)))]
+    first = two_actions.to_bytes({}, {})
+    figures = [
+        learner.update(episodes, np.random.default_rng(2)) for learner in (two_actions, again)
+    ]
+    assert figures[0] == figures[1]
+    assert two_actions.to_bytes({}, {}) == again.to_bytes({}, {}) != first
+
+
+def small(**changes):
+    settings = {"hidden": (8,), "batch_size": 8, "learning_rate": 1e-3, **changes}
+    return SoftActorCritic(OBSERVATIONS, ACTIONS, SacConfig(**settings), seed=2)
+
+
+def batch(rows=8, reward=1.0, terminated=0.0):
+    rng = np.random.default_rng(3)
+    states = rng.uniform(0, 1, (2, rows, 7)).astype(np.float32)
+    return {
+        "states": torch.from_numpy(states[0]),
+        "next_states": torch.from_numpy(states[1]),
+        "actions": torch.from_numpy(rng.uniform(-1, 1, (rows, 1)).astype(np.float32)),
+        "rewards": torch.full((rows,), reward),
+        "terminated": torch.full((rows,), terminated),
+    }
+
+
+@pytest.mark.parametrize("terminated", [0.0, 1.0])
+def test_the_soft_bellman_target(terminated):
+    """The critics learn r + gamma (1 - end) (min of both targets - alpha log p)."""
+    learner, one = small(gamma=0.5, temperature=0.3), batch(reward=2.0, terminated=terminated)
+    with torch.no_grad():
+        noise = torch.Generator().manual_seed(4)
+        actions, log_p = learner.actor.sample(one["next_states"], noise)
+        next_q = learner.targets(one["next_states"], actions)
+        target = 2.0 + 0.5 * (1 - terminated) * (torch.minimum(*next_q) - 0.3 * log_p)
+        q = learner.critics(one["states"], one["actions"])
+        loss = torch.nn.functional.smooth_l1_loss(q, target.expand_as(q))
+    figures = learner._update(one, torch.Generator().manual_seed(4))
+    assert float(figures[0]) == pytest.approx(float(loss), rel=1e-5)
+    assert float(figures[1]) == pytest.approx(float(q.mean()), rel=1e-5)
+
+
+def test_the_temperature_seeks_the_target_entropy():
+    """The temperature rises while the entropy is below its target, and falls above it."""
+    for target, sign in ((5.0, 1), (-20.0, -1)):
+        learner = small(target_entropy=target)
+        before = float(learner.log_temperature.detach())
+        learner._update(batch(), torch.Generator().manual_seed(4))
+        assert sign * (float(learner.log_temperature.detach()) - before) > 0
+
+
+def test_the_actor_climbs_the_critics():
+    """A step of the actor raises the value of its own actions, and moves no critic."""
+    learner = small(temperature=1e-6, learning_rate=1e-3)
+    with torch.no_grad():
+        for tensors in (learner.critics, learner.targets):
+            for parameter in tensors.parameters():
+                parameter.mul_(3.0)
+    states = batch(256)["states"]
+
+    def value():
+        with torch.no_grad():
+            actions, _ = learner.actor.sample(states, torch.Generator().manual_seed(9))
+            return float(learner.critics(states, actions).amin(dim=0).mean())
+
+    for group in learner._optimisers["critics"].param_groups:
+        group["lr"] = 0.0
+    before = value()
+    for k in range(30):
+        learner._update(batch(64), torch.Generator().manual_seed(k))
+    assert value() > before
+    assert all(parameter.requires_grad for parameter in learner.critics.parameters())
+
+
+def test_targets_and_average_follow_slowly():
+    """After a step the targets moved by ``tau`` to the critics, the average by ``ema_rate``."""
+    learner = small(tau=0.25, ema_rate=0.125)
+    old_target = [p.clone() for p in learner.targets.parameters()]
+    old_average = [p.clone() for p in learner.average.parameters()]
+    learner._update(batch(), torch.Generator().manual_seed(4))
+    for old, new, online in zip(
+        old_target, learner.targets.parameters(), learner.critics.parameters(), strict=True
+    ):
+        torch.testing.assert_close(new, old + 0.25 * (online - old))
+    for old, new, online in zip(
+        old_average, learner.average.parameters(), learner.actor.parameters(), strict=True
+    ):
+        torch.testing.assert_close(new, old + 0.125 * (online - old))
+
+
+def test_the_number_of_gradient_steps_follows_the_decisions(monkeypatch):
+    """There are ``updates_per_step`` gradient steps for each new decision, one at least."""
+    learner, count = small(updates_per_step=0.3), []
+    monkeypatch.setattr(learner, "_update", lambda *_: count.append(1) or torch.zeros(3))
+    episode = play(TurnToGoal(), learner.behaviour_policy(), 2, EpisodeSpec(0, (1,)))
+    assert len(episode.actions) == 50
+    learner.update([episode, episode], np.random.default_rng(0))
+    assert len(count) == 30
+    assert len(learner.replay) == 100
+
+
+def test_the_learning_rate_is_scaled():
+    """``lr_scale`` is a share of every optimiser's configured rate."""
+    learner = small(learning_rate=1e-3)
+    episode = play(TurnToGoal(), learner.behaviour_policy(), 50, EpisodeSpec(0, (1,)))
+    learner.update([episode], np.random.default_rng(0), 0.25)
+    rates = {g["lr"] for o in learner._optimisers.values() for g in o.param_groups}
+    assert rates == {0.25e-3}
+
+
+def test_the_seed_gives_the_weights():
+    """Equal seeds give equal learners, other seeds others, whatever torch's global state."""
+    first = small().to_bytes({}, {})
+    torch.manual_seed(99)
+    assert small().to_bytes({}, {}) == first
+    other = SoftActorCritic(OBSERVATIONS, ACTIONS, small().config, seed=3)
+    assert other.to_bytes({}, {}) != first
+
+
+def test_targets_and_average_begin_as_their_networks():
+    """At the start the targets equal the critics and the average the actor."""
+    learner = small()
+    state = TurnToGoal().reset(seed=0)[0]
+    np.testing.assert_array_equal(
+        learner.policy({}).act(state), learner.behaviour_policy().act(state)
+    )
+    for a, b in zip(learner.targets.parameters(), learner.critics.parameters(), strict=True):
+        torch.testing.assert_close(a, b, rtol=0, atol=0)

@@ -72,10 +72,12 @@ def describe(points, grid):
 
 
 def _four(s, r):
+    """Return the four quarters of a cell."""
     return [(2 * s + a, 2 * r + b) for a in range(2) for b in range(2)]
 
 
 def _axes(cell, parts):
+    """Return the features of a principal component analysis of a cell."""
     covariance = np.cov(cell.T, bias=True)
     eigenvalues, vectors = np.linalg.eigh(covariance)
     l3, l2, l1 = np.maximum(eigenvalues, 0)
@@ -100,11 +102,13 @@ def _gradient(covariance, noise):
 
 
 def _depth(quarters, s, r):
+    """Return the extent of a cell's points outwards."""
     cell = np.concatenate([quarters[k] for k in _four(s, r) if k in quarters])
     return np.ptp(np.hypot(cell[:, 0], cell[:, 1]))
 
 
 def _compare_with_ring(values, counts):
+    """Subtract the medians of each ring."""
     for r in range(counts.shape[1]):
         here = counts[:, r] >= 3
         if here.any():
@@ -134,6 +138,7 @@ def _planes(quarters, s, r, grid):
 
 
 def _bumps(quarters, s, r, grid):
+    """Return height, third height and number of points of a cell's bumps."""
     if (grid.ring_edges[r] + grid.ring_edges[r + 1]) / 2 >= 3.2:
         return 0.0, 0.0, 0.0
     planes, last, tops = _planes(quarters, s, r, grid), None, [(0.0, 0.0, 0.0)]
@@ -151,6 +156,7 @@ def _bumps(quarters, s, r, grid):
 
 
 def _shape(quarters, s, r, grid):
+    """Return the shape of the ground around a cell's quarters."""
     found = []
     for (i, j), (gradient, middle, window, means) in _planes(quarters, s, r, grid).items():
         own, level = quarters[i, j], middle[2]
@@ -183,6 +189,7 @@ def _shape(quarters, s, r, grid):
 
 
 def _window(quarters, i, j, grid):
+    """Return the points of all quarters within reach of one."""
     sectors, rings = 2 * grid.n_sectors, 2 * grid.n_rings
     x, y, _ = quarters[i, j].mean(axis=0)
     radius = np.hypot(x, y)
@@ -204,6 +211,7 @@ def _window(quarters, i, j, grid):
 
 
 def _outwards(quarters, counts, s, r, grid):
+    """Return gaps, bends and rises along the sector."""
     middles = (grid.ring_edges[1:] + grid.ring_edges[:-1]) / 2
     after, before = [], []
     for i in (2 * s, 2 * s + 1):
@@ -226,6 +234,7 @@ def _outwards(quarters, counts, s, r, grid):
         before.append(max(near - begin, 0.0) / near)
 
     def mean(ring):
+        """Return distance and height of a cell's mean point."""
         cell = np.concatenate([quarters[k] for k in _four(s, ring) if k in quarters])
         x, y, z = cell.mean(axis=0)
         return np.hypot(x, y), z
@@ -256,9 +265,11 @@ def _outwards(quarters, counts, s, r, grid):
 
 
 def _neighbours(values, counts, s, r):
+    """Return the features that a cell takes over from its neighbours."""
     sectors, rings = counts.shape
 
     def shared(sector, ring):
+        """Return the shared features of a cell, None without one."""
         sector %= sectors
         if not 0 <= ring < rings or counts[sector, ring] < 3:
             return None

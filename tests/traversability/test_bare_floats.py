@@ -1,4 +1,4 @@
-"""Rows of floats without a header: how many belong to a point is told by what they hold."""
+"""Rows of floats without a header: the number of columns follows from the content."""
 
 import numpy as np
 import pytest
@@ -28,6 +28,7 @@ def street(count=3000, shuffled=True):
 
 
 def tables(n=3000):
+    """Return layouts of rows, each a list of columns."""
     xyz, ring, t = street(n), RNG.integers(0, 32, n), np.linspace(0, 0.1, n)
     bright, byte = RNG.random(n), RNG.integers(0, 256, n)
     normals = RNG.normal(size=(n, 3))
@@ -49,7 +50,8 @@ def tables(n=3000):
 
 @pytest.mark.parametrize("kind", ["<f4", "<f8"])
 @pytest.mark.parametrize("number", range(11))
-def test_the_number_of_columns_is_told_by_content(number, kind):
+def test_the_number_of_columns_is_inferred_from_the_content(number, kind):
+    """Eleven layouts, as float32 and as float64."""
     rows = np.column_stack(tables()[number]).astype(np.float32).astype(kind)
     columns, remark = bare_floats.parse(rows.tobytes())
     assert len(columns) == rows.shape[1]
@@ -69,18 +71,21 @@ def test_four_columns_are_never_taken_for_others(seed):
 
 
 def test_slots_without_returns_do_not_hide_the_layout():
+    """Every second row is zeros."""
     rows = np.zeros((2000, 4), dtype="<f4")
     rows[1::2] = np.column_stack([street(1000), RNG.random(1000)])
     assert len(bare_floats.parse(rows.tobytes())[0]) == 4
 
 
 def test_a_ring_is_named():
+    """The fifth column of whole numbers below 256 is the ring."""
     assert list(bare_floats.parse(np.column_stack(tables()[4]).astype("<f4").tobytes())[0]) == [
         *("x", "y", "z", "intensity", "ring")
     ]
 
 
 def test_what_the_content_leaves_open_is_refused_with_the_sizes_that_fit(tmp_path):
+    """The error names the option that decides, and the option is checked, too."""
     rows = np.random.default_rng(0).normal(size=(40, 3)).astype("<f4")
     with pytest.raises(FormatError, match="bytes that fit 3, 4, 5, 6, 8; say which with --columns"):
         bare_floats.parse(rows.tobytes())
@@ -93,6 +98,7 @@ def test_what_the_content_leaves_open_is_refused_with_the_sizes_that_fit(tmp_pat
 
 
 def test_a_cut_file_is_not_read_by_a_width_that_happens_to_fit(tmp_path):
+    """The content still looks like four columns."""
     data = np.column_stack([street(999), RNG.random(999)]).astype("<f4").tobytes()
     cut = data[: len(data) // 20 * 20]
     cut = cut if len(cut) % 16 else cut[:-20]
@@ -103,13 +109,15 @@ def test_a_cut_file_is_not_read_by_a_width_that_happens_to_fit(tmp_path):
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("kind", [">f4", "<i4", "<i2"])
 def test_numbers_of_another_type_are_refused(kind, seed):
+    """Big-endian floats and integers are no lengths."""
     RNG.bit_generator.state = np.random.default_rng(seed).bit_generator.state
     rows = (np.column_stack(tables()[1]) * (1000 if "i" in kind else 1)).astype(kind)
     with pytest.raises(FormatError, match="float32 or float64"):
         bare_floats.parse(rows.tobytes())
 
 
-def test_nuscenes_files_say_what_was_taken(tmp_path):
+def test_nuscenes_files_have_a_remark_on_their_layout(tmp_path):
+    """Five columns are noted, and four written from them need no note."""
     path = tmp_path / "five.pcd.bin"
     path.write_bytes(np.column_stack(tables()[4]).astype("<f4").tobytes())
     decoded = decode_cloud_file(path)

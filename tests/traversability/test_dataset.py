@@ -24,6 +24,7 @@ from traversability.grid import PolarGrid
 
 
 def labelled(seed):
+    """Return a labelled cloud of a flat field."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-8, 8, (6000, 3)).astype(np.float32)
     points[:, 2] = 0.05 * rng.normal(size=6000)
@@ -31,6 +32,7 @@ def labelled(seed):
 
 
 def write(folder, worlds):
+    """Write clouds and their manifest, and return it."""
     entries = []
     for number, (split, world_seed) in enumerate(worlds):
         data = cloud_to_bytes(labelled(number))
@@ -55,6 +57,7 @@ def write(folder, worlds):
 
 
 def test_what_was_written_is_read(tmp_path):
+    """Manifest, clouds, cells and card agree with each other."""
     manifest = write(tmp_path, [("train", 1), ("train", 2), ("validation", 3)])
     assert read_manifest(tmp_path) == manifest
     clouds = list(read_clouds(tmp_path, manifest, "train"))
@@ -68,6 +71,7 @@ def test_what_was_written_is_read(tmp_path):
 
 
 def test_data_sets_are_joined(tmp_path):
+    """Cells are added up, and clouds are numbered on."""
     parts = []
     for name, worlds in (("a", (1, 2)), ("b", (3,))):
         (tmp_path / name).mkdir()
@@ -82,12 +86,14 @@ def test_data_sets_are_joined(tmp_path):
 
 
 def test_a_world_on_both_sides_of_the_split_is_refused(tmp_path):
+    """Training and validation share no world."""
     write(tmp_path, [("train", 1), ("validation", 1)])
     with pytest.raises(DatasetError, match="expected each world on one side of the split"):
         read_manifest(tmp_path)
 
 
 def test_halves_have_no_world_in_common_and_lose_no_cloud(tmp_path):
+    """Worlds alternate, their clouds stay together."""
     write(tmp_path, [("train", seed) for seed in (1, 1, 2, 3, 3, 3, 4)] + [("validation", 9)])
     manifest = read_manifest(tmp_path)
     halves = every_second_world(manifest, "train")
@@ -99,6 +105,7 @@ def test_halves_have_no_world_in_common_and_lose_no_cloud(tmp_path):
 
 
 def test_a_changed_cloud_is_refused(tmp_path):
+    """Its hash is not that of the manifest."""
     manifest = write(tmp_path, [("train", 1)])
     (tmp_path / "cloud_00000.npz").write_bytes(cloud_to_bytes(labelled(9)))
     with pytest.raises(DatasetError, match="expected SHA-256"):
@@ -106,12 +113,14 @@ def test_a_changed_cloud_is_refused(tmp_path):
 
 
 def test_a_missing_manifest_names_the_next_step(tmp_path):
+    """The error names the command that makes one."""
     with pytest.raises(DatasetError, match="andabata clouds generate"):
         read_manifest(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"version": 2}', "nonsense"])
 def test_a_damaged_manifest_is_refused(tmp_path, text):
+    """Whatever is wrong, the error names the version that is expected."""
     (tmp_path / "manifest.json").write_text(text)
     with pytest.raises(DatasetError, match="expected a manifest of version 1"):
         read_manifest(tmp_path)

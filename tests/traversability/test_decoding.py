@@ -1,4 +1,4 @@
-"""What a cloud's numbers mean is the same in every kind of file: no-returns, labels, far places."""
+"""Columns are decoded alike from every kind of file: no-returns, labels, far coordinates."""
 
 import numpy as np
 import pytest
@@ -25,11 +25,13 @@ PLACES = {
 
 
 def far_cloud(place, count=400):
+    """Return coordinates far from the origin, and their cloud."""
     coordinates = np.array(PLACES[place]) + np.round(RNG.uniform(-40, 40, (count, 3)), 3)
     return coordinates, PointCloud.from_coordinates(coordinates, "sensor")
 
 
 def needs_laspy(kind):
+    """Skip a test of LAS without laspy."""
     if kind in ("las", "laz"):
         pytest.importorskip("laspy", reason="laspy is not installed (extra `las`)")
 
@@ -37,6 +39,7 @@ def needs_laspy(kind):
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_far_coordinates_are_kept_to_a_millimetre_by_every_kind(tmp_path, kind, place):
+    """Points stay near their origin in float32."""
     needs_laspy(kind)
     coordinates, cloud = far_cloud(place)
     assert cloud.points.dtype == np.float32
@@ -48,6 +51,7 @@ def test_far_coordinates_are_kept_to_a_millimetre_by_every_kind(tmp_path, kind, 
 
 
 def test_near_coordinates_are_float32_as_they_were():
+    """They need no origin."""
     points = RNG.normal(size=(20, 3)).astype(np.float32) * 100
     cloud = PointCloud.from_coordinates(points.astype(np.float64), "sensor")
     np.testing.assert_array_equal(cloud.points, points)
@@ -55,11 +59,13 @@ def test_near_coordinates_are_float32_as_they_were():
 
 
 def test_a_kitti_file_refuses_far_coordinates():
+    """The error names the kinds that hold them."""
     with pytest.raises(CloudFileError, match="write npz, ply, pcd or las"):
         cloud_to_bytes(far_cloud("utm")[1], "bin")
 
 
 def test_las_comes_back_with_its_own_steps(tmp_path):
+    """Whole numbers, scales and offsets are those of the first file."""
     laspy = pytest.importorskip("laspy", reason="laspy is not installed (extra `las`)")
     header = laspy.LasHeader(point_format=1, version="1.2")
     header.scales, header.offsets = [0.001, 0.01, 0.002], [701_000, 4_485_000, 0]
@@ -78,7 +84,8 @@ def test_las_comes_back_with_its_own_steps(tmp_path):
     np.testing.assert_array_equal(again.intensity, cloud.intensity)
 
 
-def test_a_cloud_wider_than_float32_says_how_exact_it_is():
+def test_a_cloud_wider_than_float32_has_a_remark_on_its_precision():
+    """The remark names the precision of the farthest points."""
     coordinates = RNG.uniform(-60_000, 60_000, (100, 3)) + PLACES["utm"]
     table = dict(zip("xyz", coordinates.T, strict=True))
     assert "are kept to 0.00" in decode_columns(table).remarks[0]
@@ -86,6 +93,7 @@ def test_a_cloud_wider_than_float32_says_how_exact_it_is():
 
 @pytest.mark.parametrize("kind", ["npz", "ply", "pcd"])
 def test_read_cloud_gives_far_coordinates_themselves(tmp_path, kind):
+    """They are float64, and can be written again."""
     coordinates, cloud = far_cloud("utm")
     path = tmp_path / f"far.{kind}"
     path.write_bytes(cloud_to_bytes(cloud, kind))
@@ -97,6 +105,7 @@ def test_read_cloud_gives_far_coordinates_themselves(tmp_path, kind):
 
 
 def test_parts_with_other_origins_are_not_joined():
+    """Equal origins are."""
     with pytest.raises(ValueError, match="same origin"):
         joined([far_cloud("utm")[1], far_cloud("ecef")[1]])
     both = joined([far_cloud("utm")[1].select(np.arange(400) < 3)] * 2)
@@ -112,6 +121,7 @@ def spoilt():
 
 @pytest.mark.parametrize("kind", ["own.npz", "rows.npz", "named.npz", "ply", "pcd", "vtk", "bin"])
 def test_no_returns_are_the_same_and_counted_in_every_kind(tmp_path, kind):
+    """Zeros, NaN and infinity are left out, three of ten points."""
     points, path = spoilt(), tmp_path / f"cloud.{kind}"
     table = dict(zip("xyz", points.T, strict=True))
     match kind:
@@ -137,6 +147,7 @@ def test_no_returns_are_the_same_and_counted_in_every_kind(tmp_path, kind):
 
 
 def test_a_point_in_the_origin_of_the_base_is_one():
+    """In a sensor's frame it is no return."""
     zero = np.zeros((1, 3))
     assert not are_returns(zero, "sensor").any()
     assert are_returns(zero, "base_footprint").all()
@@ -153,6 +164,7 @@ def test_a_point_in_the_origin_of_the_base_is_one():
 )
 @pytest.mark.parametrize("kind", KINDS)
 def test_labels_of_any_width_are_kept(tmp_path, kind, labels):
+    """Classes and instances come back from every kind."""
     needs_laspy(kind)
     columns = dict(zip("xyz", RNG.normal(size=(3, 40)), strict=True))
     decoded = decode_columns(columns | {"label": labels, "instance": labels[::-1]})
@@ -165,6 +177,7 @@ def test_labels_of_any_width_are_kept(tmp_path, kind, labels):
 
 @pytest.mark.parametrize("labels", [np.linspace(0, 1, 40), np.full(40, np.nan), [2**40] * 40])
 def test_labels_that_are_none_are_named(labels):
+    """Fractions, NaN and 41 bits are no classes, and stay other columns."""
     columns = dict(zip("xyz", RNG.normal(size=(3, 40)), strict=True))
     decoded = decode_columns(columns | {"label": np.asarray(labels)})
     assert decoded.data_lost
@@ -175,6 +188,7 @@ def test_labels_that_are_none_are_named(labels):
 
 @pytest.mark.parametrize("width", ["<u1", "<u2", "<u4", "<i8"])
 def test_label_files_of_any_width(tmp_path, width):
+    """The width follows from the size, and the assumed classes are noted."""
     for name in ("velodyne", "labels"):
         (tmp_path / name).mkdir()
     path = tmp_path / "velodyne" / "1.bin"
@@ -194,6 +208,7 @@ def test_label_files_of_any_width(tmp_path, width):
 
 
 def test_instances_of_semantic_kitti_come_back(tmp_path):
+    """Classes are the lower half of a label, instances the upper one."""
     for name in ("velodyne", "labels"):
         (tmp_path / name).mkdir()
     path = tmp_path / "velodyne" / "1.bin"
@@ -209,6 +224,7 @@ def test_instances_of_semantic_kitti_come_back(tmp_path):
 
 
 def test_other_numbers_of_points_come_along_or_are_named():
+    """Each kind names the columns that it cannot hold."""
     columns = dict(zip("xyz", RNG.normal(size=(3, 40)), strict=True))
     columns |= {"intensity": np.linspace(0, 1, 40), "ring": np.arange(40, dtype=np.uint16)}
     decoded = decode_columns(columns | {"id": np.full(40, 2**60)})
@@ -219,6 +235,7 @@ def test_other_numbers_of_points_come_along_or_are_named():
     np.testing.assert_array_equal(back["ring"], columns["ring"])
 
 
-def test_whole_coordinates_are_metres_and_that_is_said():
+def test_whole_coordinates_are_taken_as_metres_with_a_remark():
+    """The remark names their type."""
     table = {name: np.arange(1, 9, dtype=np.int16) for name in "xyz"}
     assert "(int16) taken as metres" in decode_columns(table).remarks[0]

@@ -1,4 +1,4 @@
-"""The exported forest judges as ours does."""
+"""The exported forest gives the same probabilities."""
 
 import numpy as np
 import pytest
@@ -15,11 +15,13 @@ runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installe
 
 
 def run(data, features):
+    """Return the probabilities of an ONNX model."""
     session = runtime.InferenceSession(data, providers=["CPUExecutionProvider"])
     return session.run(["probability"], {"features": features})[0][:, 0]
 
 
 def real_features():
+    """Return features of cells of made ground."""
     rng = np.random.default_rng(0)
     xy = rng.uniform(-10, 10, (30_000, 2))
     z = 0.3 * np.sin(xy[:, 0]) + rng.normal(0, 0.02, len(xy)) + (xy[:, 1] > 4) * rng.random(len(xy))
@@ -28,6 +30,7 @@ def real_features():
 
 
 def test_the_shipped_forest_is_the_same_in_onnx():
+    """Screen and exits included."""
     features, forest = real_features(), shipped_forest()
     expected = forest.predict_proba(features)
     assert (expected > 0.5).any()
@@ -39,6 +42,7 @@ def test_the_shipped_forest_is_the_same_in_onnx():
 
 
 def test_a_mean_of_leaves_is_the_same_in_onnx():
+    """A value on a cut goes left there, too."""
     trees = Trees(
         features=("tilt", "roughness"),
         vote="mean",

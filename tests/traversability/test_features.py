@@ -1,12 +1,10 @@
 """The features: known answers, and the compiled kernels against plain numpy."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from traversability.binning import fill_quarters, polar_tables
+from tests.traversability import reference
+from tests.traversability.made_ground import flat, rough_ground
 from traversability.features import ALL_FEATURES, OWN_FEATURES, cell_features
 from traversability.grid import PolarGrid
 
@@ -14,63 +12,21 @@ GRID = PolarGrid()
 PAPER_CUT = PolarGrid(cut="base")
 COLUMN = {name: k for k, name in enumerate(ALL_FEATURES)}
 
-_spec = importlib.util.spec_from_file_location(
-    "reference", Path(__file__).with_name("reference.py")
-)
-reference = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(reference)
-
-
-def rough_ground(n=20_000, seed=0):
-    """Slopes, a drop, a wall, a crown and gaps: something of everything."""
-    rng = np.random.default_rng(seed)
-    xy = rng.uniform(-11, 11, (n, 2))
-    z = 0.2 * xy[:, 0] + np.sin(xy[:, 1]) * 0.3 + rng.normal(0, 0.03, n)
-    z[xy[:, 0] > 3] -= 0.6
-    z[np.hypot(xy[:, 0] + 4, xy[:, 1] - 2) < 0.5] += rng.uniform(0, 2.5)
-    shadow = (np.abs(xy[:, 1]) < 0.8) & (xy[:, 0] < -5)
-    return np.column_stack([xy, z])[~shadow].astype(np.float32)
-
 
 @pytest.mark.parametrize("grid", [GRID, PAPER_CUT, PolarGrid(n_sectors=64), PolarGrid(n_rings=7)])
 @pytest.mark.parametrize("n", [400, 20_000])
 def test_kernels_equal_numpy(grid, n):
+    """Values and counts are those of the slow reference, on several grids."""
     points = rough_ground(n, seed=n)
     found = cell_features(points, grid)
     values, counts = reference.describe(points, grid)
     np.testing.assert_array_equal(found.counts, counts)
-    judged = counts >= 5
-    np.testing.assert_allclose(found.values[judged], values[judged], atol=1e-5)
-
-
-@pytest.mark.parametrize(
-    "grid", [GRID, PolarGrid(n_sectors=7, n_rings=3), PolarGrid(n_sectors=128)]
-)
-def test_quarters_are_those_of_the_arc_tangent(grid):
-    points = np.random.default_rng(1).uniform(-11, 11, (300_000, 3)).astype(np.float32)
-    quarters = fill_quarters(points, grid.model_copy(update={"max_height": 1e3}))
-    sector, ring = reference.bin_points(points, grid)
-    expected = np.where(sector >= 0, sector * 2 * grid.n_rings + ring, -1)
-    np.testing.assert_array_equal(quarters.bins[: len(points)], expected)
-
-
-def test_points_on_the_axes_fall_into_the_sector_that_begins_there():
-    points = np.array([[2, 0, 0], [0, 2, 0], [0, -2, 0]], dtype=np.float32)
-    bins = fill_quarters(points, GRID).bins[:3]
-    np.testing.assert_array_equal(bins // (2 * GRID.n_rings), [32, 48, 16])
-
-
-def test_tables_are_made_once():
-    assert polar_tables(GRID) is polar_tables(PolarGrid())
-
-
-def flat(height=-0.1, n=20_000):
-    rng = np.random.default_rng(0)
-    points = np.column_stack([rng.uniform(-10, 10, (n, 2)), np.full(n, height)])
-    return points.astype(np.float32)
+    known = counts >= 5
+    np.testing.assert_allclose(found.values[known], values[known], atol=1e-5)
 
 
 def test_a_flat_plane_has_roughness_zero_and_orientation_one():
+    """Level ground has a vertical normal, and no slope, step or bend."""
     found = cell_features(flat(), GRID)
     values = found.values[found.counts >= 5]
     for name, expected in (
@@ -88,6 +44,7 @@ def test_a_flat_plane_has_roughness_zero_and_orientation_one():
 
 
 def test_a_plane_of_20_degrees_has_that_slope_and_no_step():
+    """The largest slope is that of the plane."""
     points = flat(n=60_000)
     points[:, 2] = np.tan(np.deg2rad(20.0)) * points[:, 0]
     found = cell_features(points, GRID)
@@ -98,17 +55,19 @@ def test_a_plane_of_20_degrees_has_that_slope_and_no_step():
 
 
 def test_a_wall_has_orientation_zero():
+    """Its normal is level, its height difference that of the wall."""
     rng = np.random.default_rng(0)
     points = np.column_stack(
         [np.full(500, 3.0), rng.uniform(-0.2, 0.2, 500), rng.uniform(0, 1.2, 500)]
     )
     found = cell_features(points.astype(np.float32), GRID)
-    judged = found.counts >= 5
-    np.testing.assert_allclose(found.values[judged][:, 1], 0.0, atol=1e-4)
-    assert found.values[judged][:, COLUMN["height_difference"]].min() > 1.0
+    known = found.counts >= 5
+    np.testing.assert_allclose(found.values[known][:, 1], 0.0, atol=1e-4)
+    assert found.values[known][:, COLUMN["height_difference"]].min() > 1.0
 
 
 def test_a_drop_shows_as_a_gap_behind_its_edge():
+    """The cell before the edge has a gap, other cells have none."""
     points = flat(0.0, 60_000)
     edge, height = 3.0, 0.72
     beyond = points[:, 0] > edge
@@ -121,6 +80,7 @@ def test_a_drop_shows_as_a_gap_behind_its_edge():
 
 
 def test_a_low_rock_on_a_slope_is_a_bump_and_the_slope_is_none():
+    """A rock of 7 cm is a bump as high, with its points, in its cell alone."""
     points = flat(0.0, 120_000)
     points[:, 2] = np.tan(np.deg2rad(12.0)) * points[:, 0]
     on_rock = (np.abs(points[:, 0] - 2.0) < 0.07) & (np.abs(points[:, 1] - 0.2) < 0.07)
@@ -135,6 +95,7 @@ def test_a_low_rock_on_a_slope_is_a_bump_and_the_slope_is_none():
 
 
 def test_the_ground_of_a_slope_is_not_cut_away_and_a_crown_is():
+    """Counts are those without the crown."""
     points = flat(0.0, 40_000)
     points[:, 2] = np.tan(np.deg2rad(20.0)) * points[:, 0]
     crown = points[:4000] + np.float32([0, 0, 2.0])
@@ -147,6 +108,7 @@ def test_the_ground_of_a_slope_is_not_cut_away_and_a_crown_is():
 
 
 def test_own_features_do_not_change_when_the_robot_turns_by_a_sector():
+    """The cells move on by one sector."""
     points = rough_ground(seed=1)
     angle = 2 * np.pi / GRID.n_sectors
     c, s = np.cos(angle), np.sin(angle)
@@ -161,6 +123,7 @@ def test_own_features_do_not_change_when_the_robot_turns_by_a_sector():
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e30, -1e30])
 def test_points_that_are_no_measurement_are_left_out(bad):
+    """A cloud with bad points equals the one without."""
     points = rough_ground(4000)
     for column in range(3):
         spoilt = points.copy()
@@ -173,12 +136,14 @@ def test_points_that_are_no_measurement_are_left_out(bad):
 
 @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((7, 3)), np.full((50, 3), 2.0)])
 def test_no_points_and_one_place_give_finite_features(points):
+    """Neither divides by zero."""
     found = cell_features(points.astype(np.float32), GRID)
     assert np.isfinite(found.values).all()
     assert found.counts.sum() == (50 if len(points) == 50 else 0)
 
 
 def test_the_input_is_not_changed_and_its_shape_and_type_are_checked():
+    """Errors name shape and type."""
     points = rough_ground(1000)
     copy = points.copy()
     cell_features(points, GRID)
@@ -187,3 +152,19 @@ def test_the_input_is_not_changed_and_its_shape_and_type_are_checked():
         cell_features(points[:, :2], GRID)
     with pytest.raises(ValueError, match=r"float64"):
         cell_features(points.astype(np.float64), GRID)
+
+
+def test_neighbours_features_come_from_the_side_of_their_name():
+    """Sector 16 begins ahead: its left neighbour is 17; before is inwards, after is outwards."""
+    values = cell_features(rough_ground(), GRID).values
+    counts = cell_features(rough_ground(), GRID).counts
+    assert (counts[15:19, 3:8] >= 3).all()
+    own = values[..., COLUMN["height_difference"]]
+    for name, ring in (("two_before", 3), ("before", 4), ("after", 6), ("two_after", 7)):
+        assert values[16, 5, COLUMN[f"{name}:height_difference"]] == own[16, ring]
+    for name, ring in (("", 5), ("before_", 4), ("after_", 6)):
+        sides = own[[15, 17], ring]
+        assert values[16, 5, COLUMN[f"{name}sides_low:height_difference"]] == sides.min()
+        assert values[16, 5, COLUMN[f"{name}sides_high:height_difference"]] == sides.max()
+    next_sides = values[16, 5, COLUMN["next_sides_high:height_difference"]]
+    assert next_sides == own[[14, 18], 5].max()

@@ -14,6 +14,7 @@ POINTS = RNG.normal(size=(40, 3)).astype(np.float32)
 
 
 def ply(form):
+    """Return a PLY file of the points."""
     head = f"ply\nformat {form} 1.0\nelement vertex {len(POINTS)}\nproperty float x\n"
     head += "property double y\nproperty float z\nproperty uchar red\nend_header\n"
     if form == "ascii":
@@ -31,6 +32,7 @@ def lzf_literal(data):
 
 
 def pcd(form):
+    """Return a PCD file of the points, with padding."""
     head = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z _ intensity\nSIZE 4 4 4 1 4\nTYPE F F F U F\n"
     head += f"COUNT 1 1 1 3 1\nWIDTH {len(POINTS)}\nHEIGHT 1\nPOINTS {len(POINTS)}\nDATA {form}\n"
     if form == "ascii":
@@ -47,6 +49,7 @@ def pcd(form):
 
 
 def vtk():
+    """Return a VTK file of the points."""
     head = (
         f"# vtk DataFile Version 3.0\ndata\nASCII\nDATASET POLYDATA\nPOINTS {len(POINTS)} float\n"
     )
@@ -55,6 +58,7 @@ def vtk():
 
 
 def structured(path):
+    """Return an npz file with a structured array."""
     fields = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4")]
     cloud = np.zeros(len(POINTS), dtype=fields)
     for k, name in enumerate("xyz"):
@@ -64,6 +68,7 @@ def structured(path):
 
 
 def files(tmp_path):
+    """Return files of all kinds by name."""
     kitti = np.column_stack([POINTS, np.ones(len(POINTS), np.float32)]).astype("<f4").tobytes()
     own = PointCloud(
         POINTS,
@@ -102,12 +107,14 @@ NAMES = (
 
 @pytest.mark.parametrize("name", NAMES)
 def test_points_come_back(tmp_path, name):
+    """All kinds of files hold the same points."""
     path = tmp_path / name
     path.write_bytes(files(tmp_path)[name])
     np.testing.assert_allclose(read_cloud(path).points, POINTS, rtol=1e-6)
 
 
 def test_our_own_file_keeps_every_column_and_its_bytes(tmp_path):
+    """Written again, it is the same file."""
     data = files(tmp_path)["own.npz"]
     path = tmp_path / "own.npz"
     path.write_bytes(data)
@@ -119,6 +126,7 @@ def test_our_own_file_keeps_every_column_and_its_bytes(tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_damaged_files_are_refused_or_read_but_never_crash(tmp_path, name):
+    """Errors are one line with the file's name."""
     data = files(tmp_path)[name]
     rng = np.random.default_rng(len(name))
     path = tmp_path / f"damaged_{name}"
@@ -141,12 +149,14 @@ def test_damaged_files_are_refused_or_read_but_never_crash(tmp_path, name):
 
 @pytest.mark.parametrize("name", ["empty.npz", "empty.ply", "empty.pcd", "empty.vtk", "empty.bin"])
 def test_an_empty_file_is_named(tmp_path, name):
+    """Whatever its kind."""
     (tmp_path / name).write_bytes(b"")
     with pytest.raises(CloudFileError, match=f"{name}: expected a point cloud, got an empty file"):
         read_cloud(tmp_path / name)
 
 
 def test_no_returns_of_an_organised_cloud_are_left_out(tmp_path):
+    """A file of nothing else is refused."""
     points = np.column_stack([POINTS, np.ones(40, np.float32)]).astype("<f4")
     points[::4, :3] = np.nan
     (tmp_path / "some.bin").write_bytes(points.tobytes())
@@ -158,6 +168,7 @@ def test_no_returns_of_an_organised_cloud_are_left_out(tmp_path):
 
 
 def labelled():
+    """Return a cloud with all columns."""
     severity = np.where(np.arange(40) % 3 == 0, np.float32(np.inf), np.float32(-2.5))
     return PointCloud(
         POINTS,
@@ -172,6 +183,7 @@ def labelled():
 
 @pytest.mark.parametrize("kind", ["npz", "ply", "pcd", "las", "laz"])
 def test_labels_and_stamps_are_kept(tmp_path, kind):
+    """LAS has no room for some of the labels."""
     if kind in ("las", "laz"):
         pytest.importorskip("laspy", reason="laspy is not installed (extra `las`)")
     cloud, path = labelled(), tmp_path / f"cloud.{kind}"
@@ -187,6 +199,7 @@ def test_labels_and_stamps_are_kept(tmp_path, kind):
 
 
 def kitti(folder, labels, traversable=None):
+    """Write a cloud in the layout of SemanticKITTI and return its path."""
     for name in ("velodyne", "labels"):
         (folder / name).mkdir()
     path = folder / "velodyne" / "000007.bin"
@@ -198,6 +211,7 @@ def kitti(folder, labels, traversable=None):
 
 
 def test_labels_beside_a_kitti_file_are_semantic_kittis(tmp_path):
+    """Points without a label are left out."""
     terrain, trunk, unlabelled = 72, 71 | (5 << 16), 0  # The upper half is the instance.
     cloud = read_cloud(kitti(tmp_path, [terrain] * 20 + [trunk] * 15 + [unlabelled] * 5))
     assert len(cloud) == 35
@@ -206,17 +220,20 @@ def test_labels_beside_a_kitti_file_are_semantic_kittis(tmp_path):
 
 
 def test_a_sequence_may_name_its_own_traversable_classes(tmp_path):
+    """``traversable.txt`` replaces the assumed classes."""
     cloud = read_cloud(kitti(tmp_path, [0, 1, 2, 3] * 10, "0 1\n"))
     np.testing.assert_array_equal(cloud.nontraversable, np.arange(40) % 4 > 1)
 
 
 @pytest.mark.parametrize(("labels", "words"), [([72] * 39, None), ([72] * 40, "grass")])
 def test_labels_that_do_not_fit_are_refused(tmp_path, labels, words):
+    """One label too few, or a class that is no number."""
     with pytest.raises(CloudFileError, match=r"expected (40 labels, got 39|class numbers)"):
         read_cloud(kitti(tmp_path, labels, words))
 
 
 def test_zeros_of_a_foreign_sensor_are_no_returns(tmp_path):
+    """Every second slot is empty."""
     slots = np.zeros((130_000, 4), dtype="<f4")
     slots[1::2, :3] = np.resize(POINTS, (65_000, 3))
     (tmp_path / "slots.bin").write_bytes(slots.tobytes())
@@ -224,6 +241,7 @@ def test_zeros_of_a_foreign_sensor_are_no_returns(tmp_path):
 
 
 def test_an_unknown_kind_and_a_missing_file_are_errors(tmp_path):
+    """The error lists the known kinds."""
     (tmp_path / "cloud.docx").write_bytes(b"x")
     with pytest.raises(
         CloudFileError, match=r"expected a file of kind npz, ply, pcd, vtk, las, laz, bin"
@@ -234,6 +252,7 @@ def test_an_unknown_kind_and_a_missing_file_are_errors(tmp_path):
 
 
 def test_a_small_file_that_unpacks_into_too_much_is_refused():
+    """Declared sizes are checked before anything is unpacked."""
     data = pack({"points": np.zeros((1_000_000, 3), dtype=np.float32)}, {})
     assert len(data) < 100_000
     with pytest.raises(ArrayFileError, match="expected at most 1000000 bytes unpacked"):

@@ -1,4 +1,4 @@
-"""The ground plane is found under trunks, and a pitched sensor is noticed and undone."""
+"""The ground plane is found under trunks, and the pitch of a sensor is undone."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from traversability.levelling import ground_plane, levelled, tilt_of
 
 
 def ground_with_trunks(tilt_deg, height=-0.7, seed=0):
+    """Return tilted ground with trunks on it, and its rotation."""
     rng = np.random.default_rng(seed)
     points = np.column_stack([rng.uniform(-8, 8, (8000, 2)), rng.normal(0, 0.02, 8000)])
     trunks = np.column_stack([rng.uniform(1, 3, (3000, 2)), rng.uniform(0, 2, 3000)])
@@ -18,6 +19,7 @@ def ground_with_trunks(tilt_deg, height=-0.7, seed=0):
 
 @pytest.mark.parametrize("tilt", [0.0, 16.0, -25.0])
 def test_the_tilt_of_the_ground_is_found_and_undone(tilt):
+    """The levelled ground is z = 0, and distances are kept."""
     points, _ = ground_with_trunks(tilt)
     plane = ground_plane(points)
     assert np.rad2deg(tilt_of(plane[0])) == pytest.approx(abs(tilt), abs=1.5)
@@ -33,5 +35,6 @@ def test_the_tilt_of_the_ground_is_found_and_undone(tilt):
 
 
 def test_too_few_points_have_no_ground():
+    """Three points, or points out of range, make no plane."""
     assert ground_plane(np.zeros((3, 3), dtype=np.float32)) is None
     assert ground_plane(np.full((100, 3), 50.0, dtype=np.float32)) is None

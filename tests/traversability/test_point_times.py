@@ -1,4 +1,4 @@
-"""Times of points are seconds, whatever unit and zero a driver counts them by."""
+"""Times of points are seconds, from any unit and zero of a driver."""
 
 import numpy as np
 import pytest
@@ -32,28 +32,32 @@ SCAN = np.linspace(0.0, 0.1, 50)
     ],
 )
 def test_every_unit_gives_the_same_seconds_after_the_header(name, values):
-    told = read_point_times({"intensity": values, name: values}, EPOCH)
-    assert told.field == name
-    np.testing.assert_allclose(told.seconds, SCAN, atol=1.1e-3 if values.dtype == "u2" else 2e-6)
+    """Nanoseconds to seconds, from the header or from 1970."""
+    times = read_point_times({"intensity": values, name: values}, EPOCH)
+    assert times.field == name
+    np.testing.assert_allclose(times.seconds, SCAN, atol=1.1e-3 if values.dtype == "u2" else 2e-6)
 
 
 def test_times_before_the_header_count_back_from_the_end_of_the_turn():
-    told = read_point_times({"time": (SCAN - 0.1).astype("f4")}, EPOCH)
-    np.testing.assert_allclose(told.seconds, SCAN - 0.1, atol=1e-6)
-    assert told.remarks == ()
+    """They are negative, without a remark."""
+    times = read_point_times({"time": (SCAN - 0.1).astype("f4")}, EPOCH)
+    np.testing.assert_allclose(times.seconds, SCAN - 0.1, atol=1e-6)
+    assert times.remarks == ()
 
 
 def test_an_unusual_unit_is_named():
-    told = read_point_times({"t": (SCAN * 1e6).astype("u4")}, EPOCH)
-    assert told.remarks == ("field t: taken as microseconds (0 to 100000)",)
+    """Integers are nanoseconds by default."""
+    times = read_point_times({"t": (SCAN * 1e6).astype("u4")}, EPOCH)
+    assert times.remarks == ("field t: taken as microseconds (0 to 100000)",)
 
 
 @pytest.mark.parametrize("begin", [37.0, 250.0, -18.0])
-def test_another_clock_counts_from_the_first_point_and_is_told(begin):
+def test_another_clock_counts_from_the_first_point_with_a_remark(begin):
+    """Its zero is not the header's."""
     for values in (EPOCH + begin + SCAN, 5000.0 + begin + SCAN):
-        told = read_point_times({"timestamp": values}, EPOCH)
-        np.testing.assert_allclose(told.seconds, SCAN, atol=1e-6)
-        assert "taken from the first point on" in told.remarks[0]
+        times = read_point_times({"timestamp": values}, EPOCH)
+        np.testing.assert_allclose(times.seconds, SCAN, atol=1e-6)
+        assert "taken from the first point on" in times.remarks[0]
 
 
 @pytest.mark.parametrize(
@@ -68,21 +72,24 @@ def test_another_clock_counts_from_the_first_point_and_is_told(begin):
     ],
 )
 def test_implausible_times_are_named_and_not_used(values, words):
-    told = read_point_times({"time": values}, EPOCH)
-    assert told.seconds is None
-    assert len(told.remarks) == 1
-    assert told.remarks[0].startswith("field time: expected")
-    assert words in told.remarks[0]
+    """The remark names what was expected and what came."""
+    times = read_point_times({"time": values}, EPOCH)
+    assert times.seconds is None
+    assert len(times.remarks) == 1
+    assert times.remarks[0].startswith("field time: expected")
+    assert words in times.remarks[0]
 
 
 def test_the_next_field_stands_in_for_an_implausible_one():
+    """A remark names the first one."""
     columns = {"t": np.array([0, 2**32 - 1], dtype="u4"), "timestamp": EPOCH + np.array([0, 0.1])}
-    told = read_point_times(columns, EPOCH)
-    assert told.field == "timestamp"
-    assert "field t" in told.remarks[0]
+    times = read_point_times(columns, EPOCH)
+    assert times.field == "timestamp"
+    assert "field t" in times.remarks[0]
 
 
 def test_files_keep_what_they_count_and_slow_scans():
+    """Without a header, times stay as they are."""
     slow = np.linspace(0, 3.3, 20)
     np.testing.assert_allclose(read_point_times({"t": (slow * 1e9).astype("u4")}).seconds, slow)
     np.testing.assert_array_equal(read_point_times({"time": EPOCH + slow}).seconds, EPOCH + slow)
@@ -108,4 +115,5 @@ def test_files_keep_what_they_count_and_slow_scans():
     ],
 )
 def test_names_of_times(name, expected):
+    """A name shows a time and its unit, or none."""
     assert time_unit_of(name) == expected

@@ -280,8 +280,8 @@ def _label(
     """
     if cloud.forbidden is None:
         raise ValueError(
-            "forbidden: expected clouds that know which places the true map forbids, got one "
-            "without; make them with `andabata clouds generate`"
+            "forbidden: expected clouds with the places that the true map forbids, got one without"
+            "; make them with `andabata clouds generate`"
         )
     blocked = label_ground_cells(cloud, cloud.forbidden, _FORBIDDEN_SHARE, elevation, cells)
     objects = label_ground_cells(cloud, object_points(cloud), MIN_SHARE, elevation, cells)

@@ -1,0 +1,47 @@
+"""Trees as flat arrays: equal to scikit-learn's, on cuts and without splits, too."""
+
+import numpy as np
+import pytest
+
+from tests.traversability.made_cells import GRID, SMALL, cells
+from traversability.features import ALL_FEATURES
+from traversability.forest import Forest, Thresholds, leaf_sums
+from traversability.forest_training import PAPER_RECIPE, train_forest
+from traversability.trees import Trees
+
+
+@pytest.mark.parametrize("recipe", [SMALL, PAPER_RECIPE.model_copy(update={"trees": 10})])
+def test_log_odds_and_probability_agree(recipe):
+    """Log odds are the logit of the probability, infinite and NaN included."""
+    trees = train_forest(cells(), GRID, recipe, seed=1).trees
+    shares = np.array([0.1, 0.5, 0.9])
+    sums = trees.sum_at(shares)
+    np.testing.assert_allclose(trees.probability(sums), shares)
+    np.testing.assert_allclose(trees.log_odds(sums), np.log(shares / (1 - shares)), atol=1e-12)
+    assert trees.log_odds(np.array([-np.inf]))[0] == -np.inf
+    assert np.isnan(trees.log_odds(np.array([np.nan]))[0])
+
+
+def test_trees_without_a_split_add_their_leaves():
+    """The probability is the mean of the leaves."""
+    trees = Trees(
+        features=("tilt",),
+        vote="mean",
+        base=0.0,
+        roots=np.array([0, 1], dtype=np.int32),
+        feature=np.array([-1, -1], dtype=np.int16),
+        cut=np.zeros(2),
+        left=np.zeros(2, dtype=np.int32),
+        leaf=np.array([0.25, 0.75], dtype=np.float32),
+    )
+    forest = Forest(trees, Thresholds(), GRID)
+    features = np.random.default_rng(1).random((20, len(ALL_FEATURES))).astype(np.float32)
+    np.testing.assert_allclose(forest.predict_proba(features), 0.5, atol=1e-6)
+
+
+def test_parts_of_the_trees_add_up_to_the_whole():
+    """The base belongs to the first part."""
+    trees = train_forest(cells(), GRID, SMALL, seed=1).trees
+    features = cells(300, seed=2).features
+    parts = leaf_sums(trees.between(0, 5), features) + leaf_sums(trees.between(5, 12), features)
+    np.testing.assert_allclose(parts, leaf_sums(trees, features), atol=1e-12)

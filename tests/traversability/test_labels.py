@@ -69,7 +69,7 @@ def test_five_points_of_an_object_block_a_near_cell_alone(count, ring, state):
 
 
 def test_objects_are_the_points_of_infinite_severity():
-    """Without severity they cannot be told from steep ground, and all bad points are objects."""
+    """Without severity they look like steep ground, and all bad points are objects."""
     severity = np.float32([np.inf, 5.0, -np.inf, -1.0])
     cloud = PointCloud(np.zeros((4, 3), np.float32), nontraversable=severity > 0, severity=severity)
     assert object_points(cloud).tolist() == [True, False, False, False]

@@ -140,7 +140,7 @@ EVERYWHERE = GeofenceBounds(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, 
 """Bounds of a geofence that holds everything."""
 
 
-def fence_in_odom(
+def geofence_in_odom(
     geofence: Geofence | None, turn: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)
 ) -> GeofenceBounds:
     """Return a geofence of the map as it lies in ``odom``.

@@ -26,7 +26,7 @@ from andabata.navigation.planning.grid_planner import (
     CostWeights,
     GridPlanner,
     Passage,
-    fence_in_odom,
+    geofence_in_odom,
 )
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
@@ -176,13 +176,13 @@ class LocalPlanner:
             odometry: The same in ``odom``.
         """
         if pose is None or odometry is None:
-            self._fence = fence_in_odom(geofence)
+            self._fence = geofence_in_odom(geofence)
             return
         turn = pose.yaw - odometry.yaw
         c, s = math.cos(turn), math.sin(turn)
         x, y = odometry.position[:2]
         shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._fence = fence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
+        self._fence = geofence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
 
     def bearing(
         self,

@@ -65,9 +65,9 @@ def test_transforms_outrank_names_and_options_outrank_both():
     np.testing.assert_allclose(found.points, [[0.3, 1, 0.9]], atol=1e-6)
     assert found.frame == "base_link"
     assert extrinsics.as_dict(0.72)["laser"]["source"] == "tf_static"
-    told = GivenMounting(0.1, 0.0, None, turn((0, 0, 180)))
+    given = GivenMounting(0.1, 0.0, None, turn((0, 0, 180)))
     for key in (UNNAMED, "laser"):
-        extrinsics = Extrinsics({key: told}, tree)
+        extrinsics = Extrinsics({key: given}, tree)
         found = extrinsics.transform_cloud(cloud([[1, 0, 0]], "os_lidar"), 0.0)
         np.testing.assert_allclose(found.points, [[-0.9, 0, 0]], atol=1e-6)
         assert found.frame == "sensor"  # At robot.lidar_height.
@@ -76,10 +76,10 @@ def test_transforms_outrank_names_and_options_outrank_both():
 
 def test_only_a_named_option_moves_a_cloud_in_the_bodys_frame():
     """The bare option leaves clouds of the base as they are."""
-    told = GivenMounting(0.0, 0.0, 0.5, Rotation.identity())
-    bare = Extrinsics({UNNAMED: told}).transform_cloud(cloud([[1, 0, 0]], "base_link"), 0.0)
+    given = GivenMounting(0.0, 0.0, 0.5, Rotation.identity())
+    bare = Extrinsics({UNNAMED: given}).transform_cloud(cloud([[1, 0, 0]], "base_link"), 0.0)
     np.testing.assert_allclose(bare.points, [[1, 0, 0]])
-    named = Extrinsics({"laser": told}).transform_cloud(cloud([[1, 0, 0]], "base_link"), 0.0)
+    named = Extrinsics({"laser": given}).transform_cloud(cloud([[1, 0, 0]], "base_link"), 0.0)
     np.testing.assert_allclose(named.points, [[1, 0, 0.5]])
     assert named.frame == "base_link"
 

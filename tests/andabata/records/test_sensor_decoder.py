@@ -74,7 +74,7 @@ def test_a_live_session_infers_units_at_first_and_after_turns():
             last = sensor_decoder._rows[topics.IMU][-1]
             rates.append(abs(last[3]))
             forces.append(last[6])
-    assert max(rates[:900]) > 5.0  # Nothing told it yet.
+    assert max(rates[:900]) > 5.0  # The units are not inferred yet.
     assert max(rates[-300:]) < 0.5
     assert np.median(forces) == pytest.approx(9.81, rel=0.01)
     assert len(forces) == 1400 - 25

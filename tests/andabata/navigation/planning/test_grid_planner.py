@@ -11,7 +11,7 @@ from andabata.navigation.planning.grid_planner import (
     CostWeights,
     GridPlanner,
     Passage,
-    fence_in_odom,
+    geofence_in_odom,
 )
 
 CELLS, CELL = 64, 0.2
@@ -45,10 +45,10 @@ def cells_of(plan, *places):
     return [tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in places]
 
 
-def planned(log_odds, start=ORIGIN, goal=(3.0, 0.0), fence=EVERYWHERE, **options):
+def planned(log_odds, start=ORIGIN, goal=(3.0, 0.0), geofence=EVERYWHERE, **options):
     """Return a planner around the origin with its plan, and the sub-goal."""
     plan = make(**options)
-    return plan, plan.plan(log_odds, CENTRE, fence, np.array(start), np.array(goal))
+    return plan, plan.plan(log_odds, CENTRE, geofence, np.array(start), np.array(goal))
 
 
 def a_plan(seed, margin=4.0, goal=None):
@@ -257,8 +257,8 @@ def test_the_square_lies_around_its_centre():
 def test_cells_beyond_the_geofence_are_obstacles(turn):
     """A cell is inside when its middle, turned and shifted into the map, lies in the bounds."""
     shift = (10.0, 20.0)
-    fence = fence_in_odom((8.0, 18.5, 30.0, 23.0), turn, shift)
-    plan, _ = planned(free(), fence=fence)
+    geofence = geofence_in_odom((8.0, 18.5, 30.0, 23.0), turn, shift)
+    plan, _ = planned(free(), geofence=geofence)
     x, y = (np.mgrid[:CELLS, :CELLS] - MIDDLE + 0.5) * CELL
     map_x = shift[0] + np.cos(turn) * x - np.sin(turn) * y
     map_y = shift[1] + np.sin(turn) * x + np.cos(turn) * y
@@ -269,7 +269,7 @@ def test_cells_beyond_the_geofence_are_obstacles(turn):
 
 def test_without_a_geofence_everywhere_is_inside():
     """No bounds leave the whole square as it is."""
-    assert fence_in_odom(None, 0.3, (1.0, 2.0)) == EVERYWHERE
+    assert geofence_in_odom(None, 0.3, (1.0, 2.0)) == EVERYWHERE
     plan, _ = planned(free())
     assert (plan.clearance == 6.5).all()
 

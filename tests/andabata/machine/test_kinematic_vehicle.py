@@ -100,7 +100,7 @@ def test_slip_has_the_configured_spread_and_correlation(make_ground):
     """The relative error of the speed is a Gauss-Markov process of the configured numbers."""
     config = KinematicConfig(slip_sigma=0.1, slip_time=0.5)
     parameters = plant_parameters(ROBOT, config)
-    decay, sigma = parameters.limits.slip_decay, parameters.slip
+    decay, sigma = parameters.limits[0], parameters.slip
     assert decay == pytest.approx(np.exp(-TICK / 0.5))
     assert sigma / np.sqrt(1 - decay**2) == pytest.approx(0.1)
     world = make_ground(size=40.0)

@@ -43,7 +43,7 @@ class Engine:
 
         Args:
             work: Function that a process can import.
-            tasks: Its arguments.
+            tasks: Arguments of the calls, one each.
 
         Raises:
             ValueError: If there are several workers, and the engine is not in a ``with`` block.
@@ -80,7 +80,7 @@ def run_tasks(
 
     Args:
         work: Function that a process can import.
-        tasks: Its arguments.
+        tasks: Arguments of the calls, one each.
         workers: Number of processes; one works in this process.
     """
     waiting = list(tasks)

@@ -100,7 +100,7 @@ class ActorCritic(Learner):
 
         Args:
             episodes: New ones.
-            rng: Not needed: decisions are taken in their own order.
+            rng: Ignored: decisions are taken in their own order.
             lr_scale: Share of the learning rates.
 
         Returns:

@@ -24,10 +24,10 @@ def to_bytes(
     """Return a learner as safetensors.
 
     Args:
-        parameters: What is learnt, by name.
+        parameters: Learnt parameters by name.
         optimisers: Adam, by name.
         others: Whatever else there is to keep.
-        progress: Where the run stands, ready for JSON.
+        progress: Progress of the run, ready for JSON.
     """
     from safetensors.torch import save
 

@@ -23,8 +23,8 @@ class BaseLearnerConfig(BaseModel):
 
     Attributes:
         hidden: Width of the hidden layers (paper: 200, 200).
-        action_repeat: Number of control steps that an action is held for while learning; judged at
-            10 Hz (paper: 1).
+        action_repeat: Number of control steps that an action is held for in learning; evaluations
+            act at 10 Hz (paper: 1).
         reward_scale: Factor of the rewards.
         episodes_per_iteration: Number of episodes that are played before each update.
         device: Device of the gradients; see ``Device``.

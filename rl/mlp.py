@@ -41,7 +41,7 @@ class MlpPolicy:
             shape (outputs,), by name.
         observations: Space of its observations.
         actions: Space of its actions.
-        info: How it was trained: config, commit, stage; ready for JSON.
+        info: Origin of the policy: config, commit, stage; ready for JSON.
     """
 
     weights: Tensors

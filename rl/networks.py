@@ -75,7 +75,7 @@ class Actor(nn.Module):
         """Return the actor as a policy that runs without torch.
 
         Args:
-            info: How it was trained, ready for JSON.
+            info: Origin of the policy, ready for JSON.
         """
         weights = {}
         for number, layer in enumerate(self.linear):

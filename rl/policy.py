@@ -36,7 +36,7 @@ class Policy(Protocol):
         architecture: Name of the class in the files.
         observations: Space of its observations.
         actions: Space of its actions.
-        info: How it was trained: config, commit, stage; ready for JSON.
+        info: Origin of the policy: config, commit, stage; ready for JSON.
     """
 
     architecture: str

@@ -17,7 +17,7 @@ MIDDLE_RANGE = 2.0
 """Range that is neither near nor far for the networks [m]."""
 
 Scaling = Literal["linear", "proximity"]
-"""How networks see a part: divided by its upper bound, or bent by nearness (ranges)."""
+"""Scaling of a term for networks: division by its upper bound, or nearness (ranges)."""
 
 
 class ObservationTerm(BaseModel):

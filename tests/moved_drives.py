@@ -87,7 +87,7 @@ def watched(monkeypatch):
     found, add = [], Comparison.add
 
     def watch(self, period, step):
-        found.append(None if step.view is None else step.view.scan.ranges.copy())
+        found.append(None if step.scan is None else step.scan.ranges.copy())
         add(self, period, step)
 
     with monkeypatch.context() as patch:

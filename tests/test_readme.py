@@ -44,31 +44,31 @@ BRIEFLY = "".join(
     f" --set 'stages.{stage}.environment.seeds=[0]'"
     for stage in ("Maze2D", "Maze3D", "Natural")
 )
-# What is added to a command, by its first words, so that it takes seconds; of an option that
-# stands twice the last one counts.
+# Options added to a command, by its first words, so that it takes seconds; of an option given twice
+# the last one counts.
 REDUCED = {
     "clouds generate": "--train 2 --validation 1 --workers 1",
     "classifier train": "--set trees=8",
     "classifier ground": "--set trees=8",
-    "train": "--workers 1 --set validation=0 --set learner.batch=2" + BRIEFLY,
+    "train": "--workers 1 --set validation=0 --set learner.episodes_per_iteration=2" + BRIEFLY,
     "report": "--tests 1 --workers 1",
-    "drive": "--time-limit 5",  # The first cloud, without which a replay fails, takes 3.4 s.
+    "drive": "--time-limit 5",  # The first cloud takes 3.4 s, and a replay needs one.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
-    # A robot that has seen nothing is not drawn, and the first cloud takes 3.4 s.
+    # A failure is drawn only after the first cloud, which takes 3.4 s.
     "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",
     "ros robot": "--set plant=kinematic",
 }
-# Targets of make, which set up a virtual environment of their own: what they run is looked at with
-# `make -n`, and is run elsewhere.
+# Targets of make, which set up a virtual environment of their own: their commands are listed with
+# `make -n`, and run elsewhere.
 MAKE = {
     "demo": "tests/andabata/app/test_demonstration.py runs the verb",
-    "test": "this is it",
+    "test": "runs this test",
     "check": "`.ci/run` runs it in a fresh clone",
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
     "peers": "installs packages; the benchmarks name those that are missing",
-    "bench": "takes half an hour; its commands' options are looked at here",
+    "bench": "takes half an hour; the options of its commands are checked here",
     "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
@@ -76,35 +76,39 @@ DOCUMENTS = documents()
 
 
 def kind(line: str) -> str:
-    """Return who runs a line of a block: ours, make, ros, or nobody."""
+    """Return the program of a line of a block: ours, make, ros or unknown."""
     words = line.rstrip("& ").split()
     if words[0] == "make" and len(words) == 2 and words[1] in MAKE:
         return "make"
     if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
         return "ros"
-    return "ours" if words[0].split("/")[-1] == "andabata" and is_ours(words) else "nobody"
+    return "ours" if words[0].split("/")[-1] == "andabata" and is_ours(words) else "unknown"
 
 
 def lines_of_a_graph(document: str) -> list[str]:
-    """Return what is typed beside each other in a ROS graph, each in a terminal of its own."""
+    """Return the lines of a ROS graph, each for a terminal of its own."""
     found = [line for block in blocks(document) for line in block.commands if kind(line) == "ros"]
     return [line.rstrip("& ") for line in found]
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_every_line_of_a_block_is_run_by_a_test(document):
+    """Every block is Python or a shell's, and every line a command that a test knows."""
     for block in blocks(document):
-        assert block.language in ("", "python"), f"{document}: nobody runs {block.language} blocks"
+        assert block.language in ("", "python"), (
+            f"{document}: expected shell or python, got {block.language}"
+        )
         if block.language == "python":
             continue
         assert block.commands, f"{document}: expected a command in every block"
         for line in block.commands:
-            assert kind(line) != "nobody", f"{document}: nobody runs {line!r}"
+            assert kind(line) != "unknown", f"{document}: expected a known command, got {line!r}"
             assert kind(line) == "ros" or not line.endswith("&"), f"{document}: {line!r} goes on"
             assert complaint(line.rstrip("& ")) is None
 
 
 def test_the_commands_of_the_shipped_classifiers_are_known(tmp_path):
+    """The commands that trained the shipped classifiers have known options."""
     for words in commands(tmp_path):
         assert complaint(f"andabata {shlex.join(words)}") is None
 
@@ -127,7 +131,8 @@ def test_the_commands_of_the_shipped_classifiers_are_known(tmp_path):
         ("clouds generate --out X && andabata classifier judge", "got 'judge'"),
     ],
 )
-def test_words_that_the_command_line_does_not_know_are_found(text, wrong):
+def test_unknown_words_are_found(text, wrong):
+    """An unknown verb or option of a text is found; other prose passes."""
     found = complaint(text)
     assert (found is None) if wrong is None else wrong in found
 
@@ -139,35 +144,39 @@ def test_words_that_the_command_line_does_not_know_are_found(text, wrong):
         (".venv/bin/andabata ros navigator", "ros"),
         ("rostopic hz /cmd_vel", "ros"),
         ("make test", "make"),
-        ("make tea", "nobody"),
-        ("pip install andabata", "nobody"),
-        ("curl https://example.org", "nobody"),
-        ("andabata fly", "ours"),  # Which is found to be no verb.
+        ("make tea", "unknown"),
+        ("pip install andabata", "unknown"),
+        ("curl https://example.org", "unknown"),
+        ("andabata fly", "ours"),  # The verb itself is checked elsewhere.
     ],
 )
-def test_a_line_that_nobody_runs_is_found(line, who):
+def test_the_program_of_a_line_is_found(line, who):
+    """A line of another program is unknown."""
     assert kind(line) == who
 
 
 def test_comments_and_ends_of_lines_are_those_of_a_shell():
+    """Comments are dropped outside quotes, and a backslash joins lines."""
     text = "drive --set 'a=\"#1\"'  # one\n\n# two\nscan a#b.ply \\\n  --level\n"
     assert Block("x.md", "", text).commands == ["drive --set 'a=\"#1\"'", "scan a#b.ply    --level"]
 
 
 class Sheet:
-    """A working folder like a fresh clone, in which a document's lines are typed in their order."""
+    """Working folder like a fresh clone, in which the lines of a document run in their order."""
 
     def __init__(self, folder: Path) -> None:
+        """Set up the folder and the environment."""
         assert (Path(sys.prefix) / "bin/andabata").exists(), "expected an installed andabata"
         self.folder = folder
         (folder / ".venv").symlink_to(sys.prefix)
-        # Of several checkouts the one that is tested; some documents say `andabata` alone.
+        # This checkout comes first; some documents have `andabata` without a path.
         path = f"{folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self.environment = os.environ | {"PYTHONPATH": str(ROOT), "PATH": path}
         # Beside other tests the threads of one command would wait for each other.
         self.environment["OMP_NUM_THREADS"] = "1"
 
     def start(self, line: str) -> "subprocess.Popen[str]":
+        """Start a line in a shell."""
         return subprocess.Popen(
             ["bash", "-c", line],
             cwd=self.folder,
@@ -180,7 +189,7 @@ class Sheet:
         )
 
     def run(self, line: str) -> None:
-        """Run a line to its good end; what it is told to write is there afterwards."""
+        """Run a line to its good end; the files of its options exist afterwards."""
         process = self.start(line)
         out, err = process.communicate()
         assert process.returncode == 0, f"{line}\n{out}\n{err}"
@@ -189,14 +198,14 @@ class Sheet:
 
 
 def reduced(line: str) -> str:
-    """Return a command with what makes it short."""
+    """Return a command with the options that make it short."""
     words = line.partition("andabata ")[2]
     found = [start for start in REDUCED if f"{words} ".startswith(f"{start} ")]
     return f"{line} {REDUCED[max(found, key=len)]}" if found else line
 
 
 def bring_a_cloud(sheet: Sheet, line: str) -> None:
-    """Scan a cloud of the data set, seen from a sensor at the height that the line gives."""
+    """Scan a cloud of the data set, in the frame of a sensor at the height that the line gives."""
     cloud = read_cloud(sorted((sheet.folder / "data/clouds").rglob("*.npz"))[0])
     height = float(line.split("--sensor-height ")[1].split()[0])
     points = (cloud.points - np.array([0.0, 0.0, height])).astype(np.float32)
@@ -205,7 +214,7 @@ def bring_a_cloud(sheet: Sheet, line: str) -> None:
 
 
 def break_off_and_go_on(sheet: Sheet, line: str) -> None:
-    """Break an evaluation off, say that all other trials ended like the first, and go on."""
+    """Interrupt an evaluation, copy the first trial to all others in its journal, and go on."""
     journal = sheet.folder / line.split("--out ")[1].split()[0] / "trials.jsonl"
     process = sheet.start(line)
     while process.poll() is None and (not journal.exists() or journal.read_text().count("\n") < 2):
@@ -246,6 +255,7 @@ def type_in(sheet: Sheet, block: Block) -> None:
 
 @pytest.mark.parametrize("document", [each for each in DOCUMENTS if blocks(each)])
 def test_the_lines_of_a_document_run_in_their_order(document, tmp_path):
+    """All lines of a document run to a good end, each after those before it."""
     sheet = Sheet(tmp_path)
     for block in blocks(document):
         type_in(sheet, block)
@@ -253,6 +263,7 @@ def test_the_lines_of_a_document_run_in_their_order(document, tmp_path):
 
 @pytest.mark.parametrize("target", MAKE)
 def test_make_knows_the_targets_and_calls_commands_that_exist(target):
+    """The targets of the documents exist, with known commands and existing scripts."""
     command = ["make", "--dry-run", "--directory", str(ROOT), target]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -265,6 +276,7 @@ def test_make_knows_the_targets_and_calls_commands_that_exist(target):
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_commands_and_options_in_the_text_exist(document):
+    """Commands, options, targets and scripts in running text exist."""
     named = spans((ROOT / document).read_text(encoding="utf-8"))
     assert [wrong for wrong in map(complaint, named) if wrong] == []
     targets = [span.split()[1] for span in named if span.startswith("make ")]
@@ -278,6 +290,7 @@ def test_commands_and_options_in_the_text_exist(document):
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_settings_in_the_text_exist(document):
+    """Every `--set` in the text names a field of a configuration."""
     bases = [
         SimulatedRobotConfig(),
         EvaluationConfig(),
@@ -292,7 +305,7 @@ def test_settings_in_the_text_exist(document):
 
 
 def knows(base: object, text: str) -> bool:
-    """Return whether a configuration has a field, whatever it says about the value."""
+    """Return True if a configuration has the field of a setting, whatever the value."""
     try:
         resolve(type(base), None, [text], base)
     except SettingsError as error:
@@ -302,6 +315,7 @@ def knows(base: object, text: str) -> bool:
 
 @pytest.mark.parametrize(("name", "command"), verbs())
 def test_what_the_help_names_exists(name, command):
+    """Commands, options and targets in a help text exist."""
     texts = [command.help or "", *(getattr(each, "help", None) or "" for each in command.params)]
     for text in texts:
         assert [wrong for wrong in map(complaint, spans(text)) if wrong] == [], name
@@ -314,6 +328,7 @@ def test_what_the_help_names_exists(name, command):
 )
 @pytest.mark.parametrize("document", [each for each in DOCUMENTS if lines_of_a_graph(each)])
 def test_the_lines_of_a_graph_run_side_by_side(document, tmp_path):
+    """The nodes of a document run in one graph, and its topics have rates."""
     graph, sheet = Graph(tmp_path), Sheet(tmp_path)
     graph.environment = sheet.environment | graph.environment | {"PYTHONPATH": str(ROOT)}
     begun = {}

@@ -1,4 +1,4 @@
-"""A point cloud whose arrays travel together."""
+"""Point cloud: coordinates with labels and stamps of each point."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,42 +18,43 @@ COLUMNS: Mapping[str, type[Any]] = MappingProxyType(
         "forbidden": np.bool_,
     }
 )
-"""What may be known about each point, by name, with its type."""
+"""Names and types of the optional columns of a cloud."""
 
 BASE_FRAMES = ("base_footprint", "base_link")
-"""Frames whose origin is no sensor: a point there may be at (0, 0, 0)."""
+"""Frames whose origin is no sensor, so that a point may lie at (0, 0, 0)."""
 
 FLOAT32_REACH = 8192.0
-"""float32 holds coordinates up to here to a quarter of a millimetre [m]."""
+"""Largest magnitude of a coordinate that float32 holds to a quarter of a millimetre [m]."""
 
-_FARTHEST = 1e8  # No place on Earth has such coordinates [m].
+_MAX_COORDINATE = 1e8
+"""Magnitude that no coordinate on Earth reaches [m]."""
 
-_HERE = np.zeros(3)
-_HERE.setflags(write=False)
+_NO_OFFSET = np.zeros(3)
+_NO_OFFSET.setflags(write=False)
 
 
 @dataclass(frozen=True)
 class PointCloud:
-    """3D points with what is known about each of them.
+    """3D points with optional columns of each of them.
 
     Attributes:
         points: Coordinates in ``frame`` after ``origin`` [m], float32, or float64 as ``absolute``
             gives them, shape (n, 3).
-        frame: Frame's name after REP-105; ``base_footprint`` is levelled, its origin under the
+        frame: Name of the frame after REP-105; ``base_footprint`` is levelled, its origin under the
             robot on the ground.
         stamps: Time of each point [s], float64, shape (n,), or None.
         classes: Semantic class of each point, any integer, shape (n,), or None.
         instances: Number of the object that each point belongs to, any integer, shape (n,), or
             None.
-        nontraversable: Whether the point belongs to something that the robot must not drive on,
-            bool, shape (n,), or None.
-        severity: How far the true surface under the point is beyond what the robot may drive on,
-            in units of the margin of doubt: more than 0 is non-traversable, -1 to 1 is borderline,
-            things are infinite. float32, shape (n,), or None.
-        forbidden: Whether the true map forbids the place that the point was measured at, however
-            high it is and whatever it belongs to, bool, shape (n,), or None.
-        origin: Place in ``frame`` that ``points`` count from [m], float64, shape (3,). It is zero
-            unless coordinates are too far from the frame's origin for float32, as in UTM.
+        nontraversable: True for points of something that the robot must not drive on, bool, shape
+            (n,), or None.
+        severity: Excess of the true surface under the point over what the robot may drive on, in
+            units of the margin of doubt: more than 0 is non-traversable, -1 to 1 is borderline,
+            objects are infinite. float32, shape (n,), or None.
+        forbidden: True for points at places that the true map forbids, at any height and whatever
+            they belong to, bool, shape (n,), or None.
+        origin: Position in ``frame`` from which ``points`` are counted [m], float64, shape (3,). It
+            is zero unless coordinates are too far from the frame's origin for float32, as in UTM.
     """
 
     points: NDArray[np.float32]
@@ -64,10 +65,14 @@ class PointCloud:
     severity: NDArray[np.float32] | None = None
     forbidden: NDArray[np.bool_] | None = None
     instances: NDArray[np.integer] | None = None
-    origin: NDArray[np.float64] = field(default_factory=lambda: _HERE)
+    origin: NDArray[np.float64] = field(default_factory=lambda: _NO_OFFSET)
 
     def __post_init__(self) -> None:
-        """Check shapes once, at the border."""
+        """Check all shapes once, when the cloud is made.
+
+        Raises:
+            ValueError: If an array has another shape.
+        """
         if self.points.ndim != 2 or self.points.shape[1] != 3:
             raise ValueError(f"points: expected shape (n, 3), got {self.points.shape}")
         if self.origin.shape != (3,):
@@ -85,9 +90,9 @@ class PointCloud:
         """Return a cloud that holds coordinates of any size, exact to a millimetre near its middle.
 
         Args:
-            coordinates: In ``frame`` [m], shape (n, 3).
+            coordinates: Coordinates in ``frame`` [m], shape (n, 3).
             frame: Name of the frame.
-            **columns: Those of ``COLUMNS`` that are known.
+            **columns: Columns of ``COLUMNS`` by name.
         """
         origin = origin_of(coordinates)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -103,14 +108,18 @@ class PointCloud:
         return self.points.astype(np.float64) + self.origin
 
     def absolute(self) -> Self:
-        """Return the cloud with its coordinates themselves: float64 where ``origin`` counts."""
+        """Return the cloud without an origin: its coordinates are float64 if they are far."""
         if not self.origin.any():
             return self
         points: NDArray[Any] = self.coordinates()
-        return replace(self, points=points, origin=_HERE)
+        return replace(self, points=points, origin=_NO_OFFSET)
 
     def select(self, mask: NDArray[np.bool_]) -> Self:
-        """Return the points where ``mask`` holds, bool, shape (n,), with all columns."""
+        """Return some of the points, with all columns.
+
+        Args:
+            mask: True for the points to return, bool, shape (n,).
+        """
         columns = {
             name: column[mask]
             for name in ("points", *COLUMNS)
@@ -120,22 +129,26 @@ class PointCloud:
 
 
 def origin_of(coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the whole metres to count coordinates from: zero unless float32 cannot hold them."""
-    known = coordinates[(np.abs(coordinates) < _FARTHEST).all(axis=1)]
+    """Return an origin of whole metres for coordinates: zero unless float32 cannot hold them.
+
+    Args:
+        coordinates: Coordinates [m], shape (n, 3).
+    """
+    known = coordinates[(np.abs(coordinates) < _MAX_COORDINATE).all(axis=1)]
     if not len(known) or np.abs(known).max() <= FLOAT32_REACH:
-        return _HERE
+        return _NO_OFFSET
     middle = np.asarray(np.round(np.median(known, axis=0)), dtype=np.float64)
-    return middle if np.abs(middle).max() > 0 else _HERE
+    return middle if np.abs(middle).max() > 0 else _NO_OFFSET
 
 
 def are_returns(coordinates: NDArray[Any], frame: str) -> NDArray[np.bool_]:
-    """Return which points a sensor measured, shape (n,).
+    """Return which points a sensor measured, bool, shape (n,).
 
     Drivers fill beams without a return with NaN, infinity or zeros. At (0, 0, 0) of a sensor's
-    frame there is the sensor itself, in a frame of the base there may be a point.
+    frame there is the sensor itself; in a frame of the base there may be a point.
 
     Args:
-        coordinates: In ``frame`` [m], shape (n, 3).
+        coordinates: Coordinates in ``frame`` [m], shape (n, 3).
         frame: Name of the frame.
     """
     found = np.asarray(np.isfinite(coordinates).all(axis=1))
@@ -145,10 +158,10 @@ def are_returns(coordinates: NDArray[Any], frame: str) -> NDArray[np.bool_]:
 
 
 def joined(parts: Sequence[PointCloud]) -> PointCloud:
-    """Return the points of clouds in one frame, with the columns that all of them have.
+    """Return the points of several clouds in one, with the columns that all of them have.
 
     Args:
-        parts: At least one, with the same ``origin``.
+        parts: Clouds in one frame, at least one, with the same ``origin``.
 
     Raises:
         ValueError: If their origins differ.

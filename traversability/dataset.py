@@ -1,4 +1,4 @@
-"""A folder of labelled clouds: a manifest with hashes and splits, and the cells for training."""
+"""Data set of labelled clouds: a manifest with hashes and splits, and the cells for training."""
 
 import hashlib
 import json
@@ -24,23 +24,25 @@ from traversability.labels import (
 )
 
 MANIFEST = "manifest.json"
+"""Name of the manifest's file in the folder of a data set."""
 
 Split = Literal["train", "validation"]
+"""Name of a part of a data set."""
 
 
 class DatasetError(ValueError):
-    """A folder that is not a data set of labelled clouds."""
+    """A folder that holds no data set of labelled clouds."""
 
 
 class CloudEntry(BaseModel):
     """One cloud of a data set.
 
     Attributes:
-        file: Its name in the folder.
-        sha256: Hash of its bytes.
-        split: What it is for.
-        world: Preset of its world.
-        world_seed: Seed of its world; a world is on one side of a split only.
+        file: Name of the cloud's file in the folder.
+        sha256: SHA-256 of the file.
+        split: Split that the cloud belongs to.
+        world: Preset of the cloud's world.
+        world_seed: Seed of the cloud's world; a world belongs to one split only.
         points: Number of points.
     """
 
@@ -55,14 +57,14 @@ class CloudEntry(BaseModel):
 
 
 class Manifest(BaseModel):
-    """What a data set is made of.
+    """Contents of a data set and the configuration that it was made with.
 
     Attributes:
-        version: Of this form.
+        version: Version of the manifest's format.
         seed: Seed of the whole set.
-        config: Resolved configuration.
-        config_sha256: Its hash.
-        clouds: The clouds, by file name.
+        config: Resolved configuration, ready for JSON.
+        config_sha256: Hash of the configuration; see ``config_hash``.
+        clouds: Clouds in the order of their files.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -74,11 +76,11 @@ class Manifest(BaseModel):
     clouds: tuple[CloudEntry, ...]
 
     def of(self, split: Split) -> tuple[CloudEntry, ...]:
-        """Return the clouds of a split."""
+        """Return the clouds of a split, in order."""
         return tuple(entry for entry in self.clouds if entry.split == split)
 
     def to_bytes(self) -> bytes:
-        """Return the manifest's file."""
+        """Return the bytes of the manifest's file."""
         return (json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True) + "\n").encode()
 
 
@@ -90,8 +92,11 @@ def config_hash(config: dict[str, Any]) -> str:
 def read_manifest(folder: Path) -> Manifest:
     """Return the manifest of a folder.
 
+    Args:
+        folder: Folder of the data set.
+
     Raises:
-        DatasetError: If there is none or it is damaged, or a world is on both sides of the split.
+        DatasetError: If there is none, it is damaged, or a world is on both sides of the split.
     """
     path = folder / MANIFEST
     if not path.is_file():
@@ -119,7 +124,15 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 def every_second_world(manifest: Manifest, split: Split) -> tuple[Manifest, Manifest]:
-    """Return the clouds of a split in two halves that have no world in common."""
+    """Return the clouds of a split in two halves that have no world in common.
+
+    Args:
+        manifest: Manifest of the data set.
+        split: Split to halve.
+
+    Returns:
+        Two manifests: the worlds at even and at odd places, in the order of their first clouds.
+    """
     entries = manifest.of(split)
     worlds = {(entry.world, entry.world_seed): None for entry in entries}
     first = set(list(worlds)[::2])
@@ -137,10 +150,10 @@ def read_clouds(
     """Yield the labelled clouds of a split, their hashes checked.
 
     Args:
-        folder: Of the data set.
-        manifest: Its own.
-        split: Which clouds.
-        on_cloud: Is told when somebody is done with a cloud.
+        folder: Folder of the data set.
+        manifest: Manifest of the data set.
+        split: Split whose clouds are read.
+        on_cloud: Callback after each cloud has been used, for progress bars.
 
     Raises:
         DatasetError: If a file is missing, is not the one of the manifest, or has no labels.
@@ -165,14 +178,14 @@ def read_clouds(
 
 @dataclass(frozen=True)
 class CellSamples:
-    """Judged cells of several clouds.
+    """Labelled cells of several clouds, without the empty ones.
 
     Attributes:
-        features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
-        blocked: Whether each is non-traversable, bool, shape (n,).
-        clear: Whether its label is beyond doubt: it is the same with the limits moved by their
-            margins and with 5 to 30 % of bad points for 15 %. bool, shape (n,).
-        n_empty: Number of empty cells that are left out.
+        features: Features in the order of ``ALL_FEATURES``, float32, shape (n, f).
+        blocked: True for non-traversable cells, bool, shape (n,).
+        clear: True for cells whose label is beyond doubt: it is the same with the limits moved by
+            their margins and with 5 to 30 % of bad points for 15 %. bool, shape (n,).
+        n_empty: Number of empty cells that were left out.
         ring: Ring of each cell, int32, shape (n,).
         cloud: Number of the cloud of each cell, int32, shape (n,).
         world: Seed of the world of each cell, int64, shape (n,).
@@ -187,7 +200,11 @@ class CellSamples:
     world: NDArray[np.int64]
 
     def select(self, mask: NDArray[np.bool_]) -> "CellSamples":
-        """Return the cells where ``mask`` holds, bool, shape (n,)."""
+        """Return some of the cells.
+
+        Args:
+            mask: True for the cells to return, bool, shape (n,).
+        """
         columns = ("features", "blocked", "clear", "ring", "cloud", "world")
         return replace(self, **{name: getattr(self, name)[mask] for name in columns})
 
@@ -195,46 +212,50 @@ class CellSamples:
 def cell_samples(
     clouds: Iterable[PointCloud], grid: PolarGrid, worlds: Sequence[int] | None = None
 ) -> CellSamples:
-    """Return the judged cells of labelled clouds.
+    """Return the cells of labelled clouds that are not empty.
 
     Args:
-        clouds: Labelled clouds.
-        grid: The cells.
-        worlds: Seed of each cloud's world; None when each cloud has a world of its own.
+        clouds: Labelled clouds in ``base_footprint``.
+        grid: Polar grid of cells.
+        worlds: Seed of each cloud's world; None if each cloud has a world of its own.
 
     Raises:
         ValueError: If there are no clouds, or one has no labels.
     """
     parts: list[tuple[NDArray[Any], ...]] = []
-    white = 0
+    n_empty = 0
     for number, cloud in enumerate(clouds):
         cells = cell_features(cloud.points, grid)
         states = label_cells(
             cloud.points, nontraversable(cloud), grid, objects=object_points(cloud)
         )
-        judged = states != CellState.EMPTY
-        n = int(judged.sum())
-        white += judged.size - n
+        known = states != CellState.EMPTY
+        n = int(known.sum())
+        n_empty += known.size - n
         parts.append(
             (
-                cells.values[judged],
-                states[judged] == CellState.NON_TRAVERSABLE,
-                beyond_doubt(cloud, grid)[judged],
-                np.nonzero(judged)[1].astype(np.int32),
+                cells.values[known],
+                states[known] == CellState.NON_TRAVERSABLE,
+                beyond_doubt(cloud, grid)[known],
+                np.nonzero(known)[1].astype(np.int32),
                 np.full(n, number, dtype=np.int32),
                 np.full(n, worlds[number] if worlds is not None else number, dtype=np.int64),
             )
         )
     if not parts:
         raise ValueError("clouds: expected at least one, got none")
-    features, red, clear, ring, cloud_, world = (
+    features, blocked, clear, ring, cloud_, world = (
         np.concatenate(part) for part in zip(*parts, strict=True)
     )
-    return CellSamples(features, red, clear, white, ring, cloud_, world)
+    return CellSamples(features, blocked, clear, n_empty, ring, cloud_, world)
 
 
 def join_samples(parts: Sequence[CellSamples]) -> CellSamples:
-    """Return the cells of several data sets; their clouds are counted on."""
+    """Return the cells of several data sets in one; their clouds are numbered on.
+
+    Args:
+        parts: Cells of each data set, at least one.
+    """
     first, *rest = parts
     for part in rest:
         columns = ("features", "blocked", "clear", "ring", "world")
@@ -253,18 +274,30 @@ def split_samples(
     grid: PolarGrid,
     on_cloud: Callable[[], object] | None = None,
 ) -> CellSamples:
-    """Return the judged cells of a split of a data set; see ``read_clouds``."""
+    """Return the labelled cells of a split of a data set; see ``cell_samples``.
+
+    Args:
+        folder: Folder of the data set.
+        manifest: Manifest of the data set.
+        split: Split whose cells are returned.
+        grid: Polar grid of cells.
+        on_cloud: Callback after each cloud has been used.
+
+    Raises:
+        DatasetError: See ``read_clouds``.
+        ValueError: If the split has no clouds.
+    """
     worlds = [entry.world_seed for entry in manifest.of(split)]
     return cell_samples(read_clouds(folder, manifest, split, on_cloud), grid, worlds)
 
 
 def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -> str:
-    """Return the data set's card, Markdown.
+    """Return the card of a data set, in Markdown.
 
     Args:
-        manifest: What the set is made of.
-        cells: White, green and red cells of each split, and hits, false alarms and misses of the
-            one-line rule on them, shape (6,).
+        manifest: Manifest of the data set.
+        cells: Numbers of empty, free and blocked cells of each split, and of hits, false alarms and
+            misses of the quantile rule on them, shape (6,).
     """
     lines = [
         "# Labelled clouds",
@@ -274,17 +307,18 @@ def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -
         "",
         f"* Seed {manifest.seed}, configuration `{manifest.config_sha256[:12]}` (in `{MANIFEST}`).",
         "* A world is on one side of the split only.",
-        "* How hard they are: F1 (red) of a one-line rule, by which a point is an obstacle when",
+        "* Difficulty: F1 (blocked) of a one-line rule, by which a point is an obstacle when",
         "  it stands 0.2 m over the lower quartile of its cell.",
         "",
-        "| split | clouds | worlds | points | green cells | red cells | white cells | rule's F1 |",
+        "| split | clouds | worlds | points | free cells | blocked cells | empty cells "
+        "| rule's F1 |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for split, (white, green, red, tp, fp, fn) in cells.items():
+    for split, (empty, free, blocked, tp, fp, fn) in cells.items():
         entries = manifest.of(split)
         worlds = len({(entry.world, entry.world_seed) for entry in entries})
         points = sum(entry.points for entry in entries)
         rule = round(2 * tp / max(2 * tp + fp + fn, 1), 3)
-        row = (split, len(entries), worlds, points, green, red, white, rule)
+        row = (split, len(entries), worlds, points, free, blocked, empty, rule)
         lines.append(f"| {' | '.join(str(cell) for cell in row)} |")
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""What the numbers of a point mean, whichever file or message they came in."""
+"""Decoding of columns of numbers, from any file or message, to a point cloud."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -19,19 +19,19 @@ _LABELS: Mapping[str, tuple[str, ...]] = {
     "severity": ("severity",),
     "forbidden": ("forbidden",),
 }
-_LARGEST = float(np.finfo(np.float32).max)
+_MAX_FLOAT32 = float(np.finfo(np.float32).max)
 _WHOLE = (np.uint8, np.uint16, np.uint32, np.int8, np.int16, np.int32)
 
 
 @dataclass(frozen=True)
 class Labelling:
-    """Which label numbers were taken for obstacles.
+    """Interpretation of a cloud's class numbers as traversable or not.
 
     Attributes:
-        traversable: Numbers that a robot may drive on.
-        assumed: Whether nothing beside the cloud says so.
-        found: Numbers that the cloud holds.
-        unlabelled: Number of points that are left out because they have no label.
+        traversable: Class numbers that a robot may drive on.
+        assumed: True if they are assumed, as no file beside the cloud names them.
+        found: Class numbers in the cloud.
+        unlabelled: Number of points that were left out because they have no label.
     """
 
     traversable: tuple[int, ...]
@@ -42,18 +42,18 @@ class Labelling:
 
 @dataclass(frozen=True)
 class DecodedCloud:
-    """A cloud of a file or a message, and what people should know of how it was read.
+    """Point cloud of a file or a message, with remarks on how it was read.
 
     Attributes:
-        cloud: The points that a sensor measured.
-        remarks: Sentences about what was assumed, told by content, or not used.
-        no_returns: Number of points that are left out because they are NaN, infinite or zero.
-        data_lost: Whether something that matters could not be read; a remark says what.
-        others: Other numbers of each point by name, shape (n,) each: ``intensity`` and the like.
+        cloud: Points that a sensor measured.
+        remarks: Sentences about what was assumed, inferred from the content, or not used.
+        no_returns: Number of points that were left out because they are NaN, infinite or zero.
+        data_lost: True if something that matters could not be read, which a remark names.
+        others: Other columns by name, shape (n,) each: ``intensity`` and the like.
         spacing: Step and zero of the whole numbers that a LAS file holds coordinates in [m], shape
             (2, 3), or None.
-        columns: Numbers of a point in a file without a header, or None.
-        labelling: What labels were taken for, or None.
+        columns: Number of columns in a file without a header, or None.
+        labelling: Interpretation of class numbers, or None.
     """
 
     cloud: PointCloud
@@ -71,7 +71,12 @@ class DecodedCloud:
         return replace(self, cloud=self.cloud.select(mask), others=others)
 
     def noting(self, *remarks: str, lost: bool = False) -> "DecodedCloud":
-        """Return the same with more remarks; ``lost`` when they tell of data that are gone."""
+        """Return the same cloud with more remarks.
+
+        Args:
+            *remarks: Sentences to add.
+            lost: True if they report lost data.
+        """
         found = (*self.remarks, *remarks)
         return replace(self, remarks=found, data_lost=self.data_lost or lost)
 
@@ -80,29 +85,30 @@ class DecodedCloud:
 def decode_columns(
     table: Columns, frame: str = "sensor", header: float | None = None, times: bool = True
 ) -> DecodedCloud:
-    """Return the cloud of named numbers: points without no-returns, with times and labels.
+    """Return the cloud of named columns: points without no-returns, with times and labels.
 
     Args:
-        table: Numbers of each point by name, shape (n,) each.
+        table: Columns by name, shape (n,) each.
         frame: Frame of the coordinates.
         header: Stamp of a message [s since the epoch]: times count from there. None for a file.
-        times: Whether to look for the times of points.
+        times: True to search for a column of times.
 
     Raises:
         FormatError: If x, y or z is missing.
     """
     coordinates, remarks = _coordinates(table)
     real = are_returns(coordinates, frame)
+    # All other columns of numbers come along, unless they turn out to be times or labels.
     numbers = {n: c for n, c in table.items() if n not in COORDINATES and c.dtype.kind in "biuf"}
     others = {name: column[real] for name, column in numbers.items()}
     remarks += _precision(coordinates[real])
     columns: dict[str, NDArray[Any]] = {}
     if times:
-        told = read_point_times(others, header)
-        remarks += told.remarks
-        if told.seconds is not None and told.field is not None:
-            columns["stamps"] = told.seconds
-            others.pop(told.field)
+        point_times = read_point_times(others, header)
+        remarks += point_times.remarks
+        if point_times.seconds is not None and point_times.field is not None:
+            columns["stamps"] = point_times.seconds
+            others.pop(point_times.field)
     lost = False
     for name, aliases in _LABELS.items():
         alias = next((alias for alias in aliases if alias in others), None)
@@ -128,7 +134,7 @@ def _coordinates(table: Columns) -> tuple[NDArray[np.float64], list[str]]:
     if not set(COORDINATES) <= set(table):
         raise FormatError(f"expected fields x, y, z, got {', '.join(table) or 'none'}")
     found = np.stack([table[name].astype(np.float64) for name in COORDINATES], axis=1)
-    found[np.abs(found) > _LARGEST] = np.inf  # What float32 can't hold is no length.
+    found[np.abs(found) > _MAX_FLOAT32] = np.inf  # Beyond float32 there are no lengths.
     kinds = {table[name].dtype.name for name in COORDINATES if table[name].dtype.kind in "iu"}
     if not kinds:
         return found, []
@@ -136,7 +142,7 @@ def _coordinates(table: Columns) -> tuple[NDArray[np.float64], list[str]]:
 
 
 def _precision(coordinates: NDArray[np.float64]) -> list[str]:
-    """Return what is to be said of a cloud that is wider than float32 holds to a millimetre."""
+    """Return a remark on a cloud that is wider than float32 holds to a millimetre, if it is."""
     if not len(coordinates):
         return []
     origin = origin_of(coordinates)

@@ -1,4 +1,4 @@
-"""The forest as ONNX, for runtimes without Python; needs the extra ``onnx``."""
+"""Export of the forest to ONNX, for runtimes without Python; needs the extra ``onnx``."""
 
 from typing import Any
 
@@ -11,18 +11,18 @@ from traversability.trees import Trees
 
 
 class ExportError(ValueError):
-    """A forest that cannot be exported here."""
+    """An export that is not possible in this installation."""
 
 
 def forest_to_onnx(forest: Forest) -> bytes:
     """Return an ONNX model with the input ``features`` and the output ``probability``.
 
-    ``features`` is float32 of shape (n, f) in the order of ``ALL_FEATURES``; ``probability`` of red
-    is float32 of shape (n, 1). The screen, if there is one, is part of the model. Features and
-    thresholds are in the model's metadata.
+    ``features`` is float32 of shape (n, f) in the order of ``ALL_FEATURES``; ``probability``
+    (to be blocked) is float32 of shape (n, 1). The screen, if there is one, is part of the model.
+    Features and thresholds are in the model's metadata.
 
     Args:
-        forest: What to export.
+        forest: Forest to export.
 
     Raises:
         ExportError: If onnx is not installed.
@@ -38,9 +38,9 @@ def forest_to_onnx(forest: Forest) -> bytes:
         nodes += _probability(helper, forest.screen.trees, "screen")
         limit = float(np.float32(forest.screen.limit))
         constants.append(_number(helper, "limit", limit))
-        nodes.append(helper.make_node("Less", ["screen_sum", "limit"], ["spared"]))
+        nodes.append(helper.make_node("Less", ["screen_sum", "limit"], ["screened"]))
         nodes.append(
-            helper.make_node("Where", ["spared", "screen_probability", result], ["chosen"])
+            helper.make_node("Where", ["screened", "screen_probability", result], ["chosen"])
         )
         result = "chosen"
     nodes.append(helper.make_node("Identity", [result], ["probability"]))
@@ -66,9 +66,16 @@ def forest_to_onnx(forest: Forest) -> bytes:
 
 
 def _trees(helper: Any, forest: Forest, constants: list[Any]) -> tuple[list[Any], str]:  # noqa: ANN401 - onnx has few types.
-    """Return nodes from ``features`` to the probability after the exits, and its name."""
+    """Return the nodes from ``features`` to the probability after the exits, and its name.
+
+    Args:
+        helper: Module ``onnx.helper``.
+        forest: Forest to export.
+        constants: Constants of the graph, to which those of the exits are added.
+    """
     if not forest.exits:
         return _probability(helper, forest.trees, "trees"), "trees_probability"
+    # The sums so far after each stage of trees.
     nodes: list[Any] = []
     first, total = 0, ""
     stops = [exit_.trees for exit_ in forest.exits] + [len(forest.trees.roots)]
@@ -78,6 +85,7 @@ def _trees(helper: Any, forest: Forest, constants: list[Any]) -> tuple[list[Any]
         adds = helper.make_node("Add", [total, f"part{stage}_sum"], [so_far])
         nodes.append(adds if total else helper.make_node("Identity", ["part0_sum"], [so_far]))
         first, total = stop, so_far
+    # From the last exit to the first: a clear sum so far replaces all that comes after.
     for stage, exit_ in reversed(list(enumerate(forest.exits))):
         low, high = f"low{stage}", f"high{stage}"
         constants += [_number(helper, low, exit_.low), _number(helper, high, exit_.high)]
@@ -95,14 +103,14 @@ def _trees(helper: Any, forest: Forest, constants: list[Any]) -> tuple[list[Any]
 
 
 def _number(helper: Any, name: str, value: float) -> Any:  # noqa: ANN401 - onnx has few types.
-    """Return a constant."""
+    """Return a float32 constant of shape (1,)."""
     from onnx import TensorProto
 
     return helper.make_tensor(name, TensorProto.FLOAT, [1], [float(np.float32(value))])
 
 
 def _probability(helper: Any, trees: Trees, name: str) -> list[Any]:  # noqa: ANN401 - onnx has few types.
-    """Return nodes from ``features`` to ``name_sum`` and ``name_probability``."""
+    """Return the nodes from ``features`` to ``name_sum`` and ``name_probability``."""
     link = "Identity" if trees.vote == "mean" else "Sigmoid"
     after = helper.make_node(link, [f"{name}_sum"], [f"{name}_probability"])
     return [*_ensemble(helper, trees, name), after]
@@ -115,6 +123,7 @@ def _ensemble(helper: Any, trees: Trees, name: str) -> list[Any]:  # noqa: ANN40
     inner = trees.feature >= 0
     leaf = np.flatnonzero(~inner)
     mean = trees.vote == "mean"
+    # A float32 cut that is not above the exact one, as in ``Trees.laid_out``.
     cut = trees.cut.astype(np.float32)
     too_high = cut.astype(np.float64) > trees.cut
     cut[too_high] = np.nextafter(cut[too_high], np.float32(-np.inf))

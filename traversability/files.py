@@ -1,4 +1,4 @@
-"""Clouds in and out of files."""
+"""Reading and writing of point clouds in the file formats of ``formats``."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,18 +25,18 @@ _KINDS = (".npz", *_READERS, *_LAS, ".bin")
 _NUSCENES_COLUMNS, _KITTI_COLUMNS = 5, 4
 
 KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)
-"""SemanticKITTI's classes that a robot may drive on: road, parking, sidewalk, other ground, lane
+"""Classes of SemanticKITTI that a robot may drive on: road, parking, sidewalk, other ground, lane
 marking and terrain. All others are obstacles (assumption)."""
 
 _KITTI_UNKNOWN = (0, 1)
 
 
 class CloudFileError(ValueError):
-    """A file that is not a point cloud that can be used."""
+    """A file that holds no point cloud that can be used."""
 
 
 def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
-    """Return the cloud of a file; see ``decode_cloud_file``, which tells how it was read.
+    """Return the cloud of a file; ``decode_cloud_file`` returns how it was read, too.
 
     Coordinates too far from their origin for float32, as in UTM, are float64.
     """
@@ -52,8 +52,8 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
     where the file has them. Beside ``velodyne/NAME.bin`` the labels are in ``labels/NAME.label``.
 
     Args:
-        path: The file.
-        columns: Numbers of a point of a bin file; None tells them by content.
+        path: Path of the file.
+        columns: Number of columns of a bin file; None infers it from the content.
 
     Raises:
         CloudFileError: If the file is empty, damaged, of an unknown kind, or has no finite point.
@@ -72,7 +72,7 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
         decoded = _decode(data, suffix, path, columns)
     except (FormatError, ArrayFileError, ValueError) as error:
         text = str(error).splitlines()[0]
-        # A text with a semicolon has said already what to do next.
+        # A text with a semicolon names the next step already.
         hint = "" if ";" in text else "; is the file whole?"
         raise CloudFileError(f"{path}: {text}{hint}") from error
     if not len(decoded.cloud):
@@ -84,7 +84,7 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
 
 
 def _decode(data: bytes, suffix: str, path: Path, columns: int | None) -> DecodedCloud:
-    """Return the cloud of a file's bytes."""
+    """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
         return _from_npz(data)
     if suffix == ".bin":
@@ -104,9 +104,10 @@ def cloud_to_bytes(
     """Return a cloud's file; equal clouds give equal bytes.
 
     Args:
-        cloud: What to write.
-        kind: npz, ply, pcd, las, laz or bin; ``kitti_labels`` gives the labels beside the last.
-        others: Other numbers of each point by name; bin has room for ``intensity`` alone.
+        cloud: Cloud to write.
+        kind: Format, one of npz, ply, pcd, las, laz and bin; ``kitti_labels`` returns the labels
+            beside the last.
+        others: Other columns by name; bin has room for ``intensity`` alone.
         spacing: Step and zero of the coordinates of a LAS file [m], shape (2, 3); None chooses.
 
     Raises:
@@ -149,7 +150,7 @@ def cloud_to_bytes(
 
 
 def columns_lost_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
-    """Return the names of what a kind of file cannot hold of a cloud."""
+    """Return the names of the columns of a cloud that a kind of file cannot hold."""
     if kind == "bin":
         known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]
         return (*known, *(name for name in decoded.others if name != "intensity"))
@@ -159,7 +160,7 @@ def columns_lost_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
 
 
 def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
-    """Return whether a kind of file holds a column: PLY has no integers of 64 bits."""
+    """Return True if a kind of file holds a column: PLY has no integers of 64 bits."""
     if len(name.split()) != 1 or not name.isascii():
         return False
     long = kind == "ply" and column.dtype.name in _LONG and len(column) > 0
@@ -196,7 +197,7 @@ def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
 
 
 def _from_npz(data: bytes) -> DecodedCloud:
-    """Return our own cloud, or that of the first array that looks like one."""
+    """Return a cloud of ``cloud_to_bytes``, or that of the first array that looks like one."""
     arrays, header = unpack(data, _MAX_BYTES)
     if header.get("format") == _FORMAT:
         return _own(arrays, header)
@@ -239,7 +240,7 @@ def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedClou
 
 
 def _from_bare_floats(data: bytes, path: Path, width: int | None) -> DecodedCloud:
-    """Return the points of a file without a header, with KITTI's labels if there are any."""
+    """Return the points of a file without a header, with SemanticKITTI's labels if it has any."""
     nuscenes = path.name.lower().endswith(".pcd.bin")
     likely = _NUSCENES_COLUMNS if nuscenes else _KITTI_COLUMNS
     table, remark = bare_floats.parse(data, width, likely)
@@ -254,7 +255,7 @@ def _from_bare_floats(data: bytes, path: Path, width: int | None) -> DecodedClou
         good = ", ".join(map(str, labelling.traversable))
         remarks.append(
             f"labels: that {good} are traversable and all others obstacles is SemanticKITTI's "
-            "numbering, assumed; a traversable.txt beside velodyne/ says otherwise"
+            "numbering, assumed; a traversable.txt beside velodyne/ overrides it"
         )
     if labelling is not None and labelling.unlabelled:
         remarks.append(f"labels: {labelling.unlabelled} points without a label are left out")
@@ -262,7 +263,7 @@ def _from_bare_floats(data: bytes, path: Path, width: int | None) -> DecodedClou
 
 
 def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
-    """Return the labelled points with classes, instances and what is an obstacle."""
+    """Return the labelled points with classes, instances and which are non-traversable."""
     count = len(table["x"])
     labels = _read_labels(beside, count)
     classes, instances = labels & 0xFFFF, labels >> 16
@@ -280,7 +281,7 @@ def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
 
 
 def _read_labels(file: Path, count: int) -> NDArray[np.int64]:
-    """Return the labels of a file: as wide as its size says, SemanticKITTI's are uint32."""
+    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32."""
     data = file.read_bytes()
     width = len(data) // count if count and len(data) % count == 0 else 4
     if width not in (1, 2, 4, 8) or len(data) != width * count:

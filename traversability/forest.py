@@ -1,4 +1,4 @@
-"""The cell classifier: trees, a screen that spares most cells, and the thresholds of red."""
+"""Cell classifier: trees, a screen that decides most cells, and thresholds of probability."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -21,16 +21,16 @@ _MAX_BYTES = 1 << 26
 
 
 class ForestFileError(ValueError):
-    """A file that is not a forest."""
+    """A file that holds no forest that can be used."""
 
 
 class Thresholds(BaseModel):
-    """From which probability on a cell is red.
+    """Probabilities from which on a cell is blocked.
 
     Attributes:
-        near: In rings that begin nearer than ``near_range``, where a miss is dear.
-        far: In the other rings.
-        near_range: See ``near`` [m].
+        near: Threshold in rings that begin nearer than ``near_range``, where a miss is costly.
+        far: Threshold in the other rings.
+        near_range: Distance up to which ``near`` holds [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -40,15 +40,23 @@ class Thresholds(BaseModel):
     near_range: float = Field(default=5.0, ge=0)
 
     def of_rings(self, grid: PolarGrid) -> NDArray[np.float64]:
-        """Return the threshold of each ring, shape (n_rings,)."""
+        """Return the threshold of each ring, shape (n_rings,).
+
+        Args:
+            grid: Polar grid with the rings.
+        """
         return np.where(grid.ring_edges[:-1] < self.near_range, self.near, self.far)
 
 
 @dataclass(frozen=True)
 class Screen:
-    """A few trees that look first; a cell whose sum of leaves stays below ``limit`` is green.
+    """First stage of a few trees: a cell whose sum of leaves stays below the limit is free.
 
-    Most cells are plain ground, and this tells so at a tenth of the cost.
+    Most cells are plain ground, which the screen decides at a tenth of the cost.
+
+    Attributes:
+        trees: Trees on a cell's own features.
+        limit: Sum of leaves from which on a cell is passed to the forest.
     """
 
     trees: Trees
@@ -56,12 +64,12 @@ class Screen:
 
 
 class Exit(NamedTuple):
-    """Where clear cells leave: a soft cascade (Bourdev and Brandt 2005).
+    """Early exit of clear cells from the trees: a soft cascade (Bourdev and Brandt 2005).
 
     Attributes:
-        trees: After so many trees,
-        low: a cell whose sum of leaves lies below this,
-        high: or above this, is decided.
+        trees: Number of trees after which cells may leave.
+        low: Sum of leaves below which a cell is decided.
+        high: Sum of leaves above which a cell is decided.
     """
 
     trees: int
@@ -71,15 +79,15 @@ class Exit(NamedTuple):
 
 @dataclass(frozen=True)
 class Forest:
-    """What tells red cells from green ones.
+    """Classifier of polar cells as blocked or free.
 
     Attributes:
-        trees: The classifier's.
-        thresholds: From which probability on a cell is red.
-        grid: The grid that the forest was trained for.
-        screen: What spares the trees the plain cells, or None.
-        exits: Where clear cells leave the trees, by growing number of trees.
-        summary: What the forest was trained on, ready for JSON.
+        trees: Trees on ``ALL_FEATURES`` or some of them.
+        thresholds: Probabilities from which on a cell is blocked.
+        grid: Polar grid that the forest was trained for.
+        screen: First stage that decides plain cells, or None.
+        exits: Early exits of clear cells, by growing number of trees.
+        summary: Account of the training, ready for JSON.
     """
 
     trees: Trees
@@ -104,10 +112,10 @@ class Forest:
             raise ValueError("an exit whose low is not below its high")
 
     def predict_proba(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the probability of red of cells.
+        """Return the probability of cells to be blocked.
 
         Args:
-            features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
+            features: Features in the order of ``ALL_FEATURES``, float32, shape (n, f).
 
         Returns:
             float64, shape (n,).
@@ -129,9 +137,15 @@ class Forest:
         return probability
 
     def _sums(self, features: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the sums of leaves of some rows, up to the exit that each one takes."""
+        """Return the sums of leaves of some rows, up to the exit that each one takes, shape (m,).
+
+        Args:
+            features: Features of all rows, float32, shape (n, f).
+            rows: Rows to sum up, int64, shape (m,).
+        """
         sums, open_, first = np.full(len(rows), self.trees.base), np.arange(len(rows)), 0
         nodes = self.trees.laid_out(ALL_FEATURES)
+        # All trees are the last stage, after which every row is decided.
         for trees, low, high in (*self.exits, Exit(len(self.trees.roots), np.inf, -np.inf)):
             part = sums[open_]
             add_leaves(features, rows[open_], len(open_), nodes, first, trees, part)
@@ -142,19 +156,26 @@ class Forest:
     def classify(self, cells: CellFeatures, grid: PolarGrid) -> NDArray[np.uint8]:
         """Return the ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
 
+        Args:
+            cells: Features and number of points of each cell.
+            grid: Polar grid of the cells.
+
         Raises:
             ValueError: If the grid is not the training's, but for its number of sectors.
         """
         self.check_grid(grid)
         limits = np.broadcast_to(self.thresholds.of_rings(grid), cells.counts.shape)
         states = np.zeros(cells.counts.shape, dtype=np.uint8)
-        judged = cells.counts >= grid.min_points
-        red = self.predict_proba(cells.values[judged]) >= limits[judged]
-        states[judged] = np.where(red, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
+        known = cells.counts >= grid.min_points
+        blocked = self.predict_proba(cells.values[known]) >= limits[known]
+        states[known] = np.where(blocked, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
         return states
 
     def check_grid(self, grid: PolarGrid) -> None:
-        """Refuse cells that the forest does not know; the number of sectors is free.
+        """Check that the forest was trained for a grid, apart from its number of sectors.
+
+        Args:
+            grid: Polar grid to check.
 
         Raises:
             ValueError: If the grid is not the training's, but for its number of sectors.
@@ -190,11 +211,11 @@ class Forest:
         """Return the forest of a file's bytes, every index checked.
 
         Args:
-            data: The bytes.
-            name: The file's name, for errors.
+            data: Bytes of the file.
+            name: Name of the file, for errors.
 
         Raises:
-            ForestFileError: If the bytes are no forest that can be walked safely.
+            ForestFileError: If the bytes are no forest whose trees can be walked safely.
         """
         try:
             arrays, header = unpack(data, _MAX_BYTES)
@@ -210,8 +231,11 @@ class Forest:
     def load(cls, path: Path) -> Self:
         """Return the forest of a file.
 
+        Args:
+            path: Path of the file.
+
         Raises:
-            ForestFileError: If the file is no forest.
+            ForestFileError: If the file holds no forest.
             OSError: If it cannot be read.
         """
         return cls.from_bytes(path.read_bytes(), str(path))
@@ -223,9 +247,9 @@ def leaf_sums(
     """Return the sums of all leaves, ``base`` included.
 
     Args:
-        trees: To walk.
-        features: In the order of ``ALL_FEATURES``, float32, shape (n, f).
-        rows: Which of them; None for all.
+        trees: Trees to walk.
+        features: Features in the order of ``ALL_FEATURES``, float32, shape (n, f).
+        rows: Rows to sum up, int64; None for all.
     """
     rows = np.arange(len(features)) if rows is None else rows
     sums = np.full(len(rows), trees.base)
@@ -236,7 +260,15 @@ def leaf_sums(
 
 
 def _parts(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of a forest's file."""
+    """Return the attributes of the ``Forest`` in a file.
+
+    Args:
+        arrays: Arrays of the file by name.
+        header: Header of the file.
+
+    Raises:
+        ValueError: If the file has another format or version, or holds no valid forest.
+    """
     if header.get("format") != _FORMAT or header.get("version") != _VERSION:
         raise ValueError(
             f"format {header.get('format')!r} version {header.get('version')!r}, not {_VERSION}, "

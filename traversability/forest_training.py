@@ -1,4 +1,4 @@
-"""Growing the trees of the cell classifier, and choosing its thresholds."""
+"""Training of the cell classifier: its trees, its screen, its exits and its thresholds."""
 
 from dataclasses import replace
 from typing import Any, Literal
@@ -15,9 +15,10 @@ from traversability.tree_fitting import fit_boosted, flatten_random
 from traversability.trees import Trees
 
 _SCREEN_RATE = 0.5
-"""Learning rate of a screen, whose few trees have to get far."""
+"""Smallest learning rate of a screen, whose trees are few."""
 
 FeatureSet = Literal["paper", "own", "all"]
+"""Name of a set of features that trees may split by."""
 
 _SETS: dict[FeatureSet, tuple[str, ...]] = {
     "paper": PAPER_FEATURES,
@@ -27,29 +28,30 @@ _SETS: dict[FeatureSet, tuple[str, ...]] = {
 
 
 class ForestConfig(BaseModel):
-    """How trees are grown.
+    """Parameters of training; see ``train_forest``.
 
     Attributes:
-        kind: ``boosted`` trees, each of which mends the sum of those before it, or a ``random``
-            forest.
-        features: The ``paper``'s five, a cell's ``own``, or ``all``, the neighbours' with them.
+        kind: Kind of trees: ``boosted``, each of which corrects the sum of those before it, or a
+            ``random`` forest.
+        features: Set of features: the ``paper``'s five, a cell's ``own``, or ``all``, the
+            neighbours' with them.
         without: Names of features to leave out, for ablations.
         trees: Number of trees.
-        max_depth: Deepest split.
-        min_leaf: Fewest cells of a leaf.
+        max_depth: Largest number of splits from the root of a tree to a leaf.
+        min_leaf: Smallest number of cells in a leaf.
         rate: Learning rate of boosted trees.
         shrink: L2 penalty of boosted leaves.
-        near_miss: What a red cell called green costs within ``near_range``, in false alarms.
-        far_miss: What it costs beyond.
-        near_range: See ``near_miss`` [m].
-        screen_trees: Number of boosted trees on a cell's own features that look first; 0 for none.
-        screen_loss: Share of the red cells that they may take for green.
-        exits: After how many trees clear cells leave.
-        exit_loss: Share of the cells called red, and of those called green, that each exit may
-            change over.
-        held_out: Share of the worlds on which the thresholds are chosen, before the trees are grown
-            afresh on all of them.
-        thresholds: Instead of choosing.
+        near_miss: Cost of a blocked cell classified as free within ``near_range`` [false alarms].
+        far_miss: Cost of the same beyond ``near_range`` [false alarms].
+        near_range: Distance up to which ``near_miss`` holds [m].
+        screen_trees: Number of boosted trees of the screen, on a cell's own features; 0 for none.
+        screen_loss: Share of the blocked cells that the screen may take for free.
+        exits: Numbers of trees after which clear cells leave.
+        exit_loss: Share of the cells classified as blocked, and of those classified as free, that
+            each exit may change.
+        held_out: Share of the worlds on which the thresholds are chosen, before the trees are
+            fitted again to all of them.
+        thresholds: Thresholds to use; None to choose them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -74,7 +76,7 @@ class ForestConfig(BaseModel):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The features that trees may split by."""
+        """Names of the features that trees may split by."""
         return tuple(name for name in _SETS[self.features] if name not in self.without)
 
 
@@ -90,10 +92,11 @@ PAPER_RECIPE = ForestConfig(
     far_miss=2.0,
     near_range=0.0,
 )
-"""The paper's protocol: a random forest on five features (its size is an assumption)."""
+"""Parameters of the paper's protocol: a random forest on five features; its size is an
+assumption."""
 
 PAPER_GRID = PolarGrid(cut="base")
-"""The paper's grid: points higher than 1.2 m above the robot's base plane are not projected."""
+"""Grid of the paper: points higher than 1.2 m above the robot's base plane are not projected."""
 
 
 def train_forest(
@@ -103,7 +106,7 @@ def train_forest(
     seed: int,
     summary: dict[str, Any] | None = None,
 ) -> Forest:
-    """Choose thresholds and screen on held-out worlds, then grow trees on all of them.
+    """Choose thresholds, screen and exits on held-out worlds, then fit the trees to all worlds.
 
     A threshold is the one that costs least on the held-out worlds, a miss counting ``near_miss`` or
     ``far_miss`` false alarms. With a single world there is nothing to hold out: no screen then, and
@@ -111,80 +114,99 @@ def train_forest(
 
     Args:
         samples: Labelled cells.
-        grid: The cells' grid, kept with the forest.
-        config: How.
-        seed: Of bootstrap, splits and held-out worlds.
-        summary: Kept with the forest, ready for JSON.
+        grid: Polar grid of the cells, kept with the forest.
+        config: Parameters of training.
+        seed: Seed of bootstrap, splits and choice of held-out worlds.
+        summary: Account of the training, kept with the forest, ready for JSON.
 
     Raises:
         ValueError: If the cells are not of both kinds.
     """
     worlds = np.unique(samples.world)
     shuffled = np.random.default_rng(seed).permutation(worlds)
-    judges = np.isin(samples.world, shuffled[: max(1, round(config.held_out * len(worlds)))])
+    is_held = np.isin(samples.world, shuffled[: max(1, round(config.held_out * len(worlds)))])
     thresholds = {"near": 1 / (1 + config.near_miss), "far": 1 / (1 + config.far_miss)}
     limit: float | None = None
     exits: tuple[Exit, ...] = ()
-    if (
-        len(worlds) > 1
-        and _both_kinds(samples.blocked[~judges])
-        and _both_kinds(samples.blocked[judges])
-    ):
-        first, held = samples.select(~judges), samples.select(judges)
+    first, held = samples.select(~is_held), samples.select(is_held)
+    if len(worlds) > 1 and _both_kinds(first.blocked) and _both_kinds(held.blocked):
         limit = _screen_limit(first, held, config, seed)
-        trial = _planted(first, grid, config, seed, limit)
+        trial = _fit_forest(first, grid, config, seed, limit)
         thresholds |= _cheapest_thresholds(trial, held, config)
         if config.kind == "boosted":
             exits = _exits(trial, held, tuple(thresholds.values()), config)
-    forest = _planted(samples, grid, config, seed, limit)
+    forest = _fit_forest(samples, grid, config, seed, limit)
     chosen = config.thresholds or Thresholds(**thresholds, near_range=config.near_range)
     return replace(forest, thresholds=chosen, exits=exits, summary=summary or {})
 
 
-def _both_kinds(red: NDArray[np.bool_]) -> bool:
-    """Return whether there are red and green cells."""
-    return bool(red.any() and not red.all())
+def _both_kinds(blocked: NDArray[np.bool_]) -> bool:
+    """Return True if there are blocked and free cells."""
+    return bool(blocked.any() and not blocked.all())
 
 
-def _planted(
+def _fit_forest(
     samples: CellSamples, grid: PolarGrid, config: ForestConfig, seed: int, limit: float | None
 ) -> Forest:
-    """Return a forest grown on all samples; behind a screen it learns what the screen lets pass."""
+    """Return a forest fitted to all samples; with a screen, to those that pass it.
+
+    Args:
+        samples: Labelled cells.
+        grid: Polar grid of the cells.
+        config: Parameters of training.
+        seed: Seed of bootstrap and splits.
+        limit: Limit of the screen; None for no screen.
+    """
     if not _both_kinds(samples.blocked):
-        red, all_ = int(samples.blocked.sum()), len(samples.blocked)
-        raise ValueError(f"red: expected cells of both kinds, got {red} red of {all_}; add clouds")
+        found = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
+        raise ValueError(f"blocked: expected cells of both kinds, got {found}; add clouds")
     screen = None
     if limit is not None:
-        screen = Screen(_grow_screen(samples, config, seed), limit)
+        screen = Screen(_fit_screen(samples, config, seed), limit)
         samples = samples.select(leaf_sums(screen.trees, samples.features) >= limit)
-    trees = _grow(samples, config, config.names, config.trees, seed)
+    trees = _fit_trees(samples, config, config.names, config.trees, seed)
     return Forest(trees, Thresholds(), grid, screen)
 
 
-def _grow_screen(samples: CellSamples, config: ForestConfig, seed: int) -> Trees:
+def _fit_screen(samples: CellSamples, config: ForestConfig, seed: int) -> Trees:
     """Return the trees of a screen, on a cell's own features."""
     names = tuple(name for name in config.names if name in OWN_FEATURES)
     eager = config.model_copy(update={"rate": max(config.rate, _SCREEN_RATE)})
-    return _grow(samples, eager, names, config.screen_trees, seed)
+    return _fit_trees(samples, eager, names, config.screen_trees, seed)
 
 
 def _screen_limit(
     samples: CellSamples, held: CellSamples, config: ForestConfig, seed: int
 ) -> float | None:
-    """Return the sum below which the screen loses no more than its share of held-out red cells."""
+    """Return the sum below which the screen loses no more than its share of blocked cells.
+
+    Args:
+        samples: Cells to fit a trial screen to.
+        held: Cells of held-out worlds, on which the limit is chosen.
+        config: Parameters of training.
+        seed: Seed of the splits.
+    """
     if config.screen_trees == 0:
         return None
-    screen = _grow_screen(samples, config, seed)
+    screen = _fit_screen(samples, config, seed)
     sums = leaf_sums(screen, held.features[held.blocked])
     return float(np.quantile(sums, config.screen_loss))
 
 
-def _grow(
+def _fit_trees(
     samples: CellSamples, config: ForestConfig, names: tuple[str, ...], trees: int, seed: int
 ) -> Trees:
-    """Return trees grown on some features of all samples."""
+    """Return trees fitted to some features of all samples.
+
+    Args:
+        samples: Labelled cells.
+        config: Parameters of training.
+        names: Names of the features.
+        trees: Number of trees.
+        seed: Seed of bootstrap and splits.
+    """
     columns = [ALL_FEATURES.index(name) for name in names]
-    features, red = samples.features[:, columns], samples.blocked
+    features, blocked = samples.features[:, columns], samples.blocked
     if config.kind == "random":
         from sklearn.ensemble import RandomForestClassifier
 
@@ -195,14 +217,14 @@ def _grow(
             random_state=seed,
             n_jobs=1,
         )
-        return flatten_random(model.fit(features, red), names)
-    return fit_boosted(features, red, names, trees, config, seed)
+        return flatten_random(model.fit(features, blocked), names)
+    return fit_boosted(features, blocked, names, trees, config, seed)
 
 
 def _cheapest_thresholds(
     forest: Forest, held: CellSamples, config: ForestConfig
 ) -> dict[str, float]:
-    """Return the thresholds near and far that cost least on held-out cells."""
+    """Return the near and far thresholds that cost least on held-out cells, by zone."""
     probability = forest.predict_proba(held.features)
     near = forest.grid.ring_edges[:-1][held.ring] < config.near_range
     return {
@@ -218,68 +240,77 @@ def _cheapest_thresholds(
 def _exits(
     forest: Forest, held: CellSamples, thresholds: tuple[float, ...], config: ForestConfig
 ) -> tuple[Exit, ...]:
-    """Return exits that change few held-out cells over, whichever of the thresholds counts."""
+    """Return exits that change few held-out cells, whichever of the thresholds applies.
+
+    Args:
+        forest: Forest fitted without the held-out worlds.
+        held: Cells of held-out worlds.
+        thresholds: Thresholds of the near and far rings.
+        config: Parameters of training.
+    """
     features = held.features
     if forest.screen is not None:
         features = features[leaf_sums(forest.screen.trees, features) >= forest.screen.limit]
     trees, limits = forest.trees, forest.trees.sum_at(np.array(thresholds))
     final = leaf_sums(trees, features)
-    # At the lower limit a cell called red must not leave as green, at the higher one the reverse.
-    red, green = final >= limits.min(), final < limits.max()
+    # Cells blocked at the lower limit must not leave as free; at the higher one the reverse.
+    blocked, free = final >= limits.min(), final < limits.max()
     found = []
     for after in config.exits:
-        if after >= len(trees.roots) or not (red.any() and green.any()):
+        if after >= len(trees.roots) or not (blocked.any() and free.any()):
             break
         part = leaf_sums(trees.between(0, after), features)
-        low = min(float(np.quantile(part[red], config.exit_loss)), limits.min())
-        high = max(float(np.quantile(part[green], 1 - config.exit_loss)), limits.max())
+        low = min(float(np.quantile(part[blocked], config.exit_loss)), limits.min())
+        high = max(float(np.quantile(part[free], 1 - config.exit_loss)), limits.max())
         found.append(Exit(after, low, high))
     return tuple(found)
 
 
 def importances(forest: Forest, samples: CellSamples, seed: int) -> dict[str, float]:
-    """Return what each feature is worth: how much cross-entropy is lost when it is shuffled.
+    """Return the permutation importance of each feature (Breiman 2001).
 
     Args:
-        forest: Whose features.
-        samples: Cells to look at; a sample of 20,000 is taken.
-        seed: Of sample and shuffles.
+        forest: Forest whose features are shuffled.
+        samples: Labelled cells, of which up to 20,000 are drawn.
+        seed: Seed of draw and shuffles.
 
     Returns:
-        Loss in nats a cell by name, the dearest first.
+        Increase of the cross-entropy when a feature is shuffled [nats per cell], by name, the
+        largest first.
     """
     rng = np.random.default_rng(seed)
     rows = rng.permutation(len(samples.blocked))[:20_000]
-    features, red = samples.features[rows], samples.blocked[rows]
+    features, blocked = samples.features[rows], samples.blocked[rows]
 
     def loss(values: NDArray[np.float32]) -> float:
+        """Return the mean cross-entropy of some features [nats]."""
         p = np.clip(forest.predict_proba(values), 1e-6, 1 - 1e-6)
-        return float(-np.where(red, np.log(p), np.log(1 - p)).mean())
+        return float(-np.where(blocked, np.log(p), np.log(1 - p)).mean())
 
     whole = loss(features)
-    worth = {}
+    increase = {}
     for name in forest.trees.features:
         shuffled = features.copy()
         column = ALL_FEATURES.index(name)
         shuffled[:, column] = rng.permutation(shuffled[:, column])
-        worth[name] = loss(shuffled) - whole
-    return dict(sorted(worth.items(), key=lambda item: -item[1]))
+        increase[name] = loss(shuffled) - whole
+    return dict(sorted(increase.items(), key=lambda item: -item[1]))
 
 
 def cheapest_threshold(
-    red: NDArray[np.bool_], probability: NDArray[np.float64], miss: float
+    blocked: NDArray[np.bool_], probability: NDArray[np.float64], miss: float
 ) -> float:
     """Return the threshold that costs least, a miss counting ``miss`` false alarms.
 
     Args:
-        red: Whether each cell is red, shape (n,).
-        probability: That it is, shape (n,).
-        miss: Cost of a red cell called green.
+        blocked: True for blocked cells, shape (n,).
+        probability: Probability of each cell to be blocked, shape (n,).
+        miss: Cost of a blocked cell classified as free [false alarms].
 
     Returns:
-        In steps of 0.01, from 0.02 to 0.8.
+        Threshold in steps of 0.01, from 0.02 to 0.8.
     """
     thresholds = np.round(np.arange(0.02, 0.805, 0.01), 2)
-    missed = np.searchsorted(np.sort(probability[red]), thresholds)
-    alarms = (~red).sum() - np.searchsorted(np.sort(probability[~red]), thresholds)
+    missed = np.searchsorted(np.sort(probability[blocked]), thresholds)
+    alarms = (~blocked).sum() - np.searchsorted(np.sort(probability[~blocked]), thresholds)
     return float(thresholds[np.argmin(miss * missed + alarms)])

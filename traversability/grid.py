@@ -1,4 +1,4 @@
-"""The polar grid around the robot (Sanchez et al. 2023, section 3.2)."""
+"""Polar grid around the robot (Sanchez et al. 2023, section 3.2)."""
 
 from functools import lru_cache
 from typing import Literal
@@ -20,10 +20,11 @@ class PolarGrid(BaseModel):
         inner_radius: First ring edge [m]. Assumption: 0.6, under the paper's 0.72 m collision
             range.
         outer_radius: Last ring edge [m] (paper: 10).
-        max_height: Points higher than this above ``cut`` are not projected [m] (paper: 1.2).
-        cut: ``base`` plane of the robot (paper), which hides the ground itself of slopes, or the
-            local ``ground``, followed from ring to ring (assumption).
-        min_points: Cells with fewer points are empty (paper: 5).
+        max_height: Height above ``cut`` over which points are not projected [m] (paper: 1.2).
+        cut: Level that heights are limited from: the ``base`` plane of the robot (paper), which
+            hides the ground itself of slopes, or the local ``ground``, followed from ring to ring
+            (assumption).
+        min_points: Number of points below which a cell is empty (paper: 5).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -38,6 +39,7 @@ class PolarGrid(BaseModel):
 
     @model_validator(mode="after")
     def _check_radii(self) -> "PolarGrid":
+        """Check that the first ring edge is smaller than the last one."""
         if not self.inner_radius < self.outer_radius:
             raise ValueError(
                 f"inner_radius: expected less than outer_radius ({self.outer_radius} m), "
@@ -58,7 +60,7 @@ class PolarGrid(BaseModel):
 
 @lru_cache(maxsize=64)
 def _ring_edges(inner: float, outer: float, rings: int) -> NDArray[np.float64]:
-    """Return geometric edges, kept: they are asked for with every cloud."""
+    """Return geometric ring edges [m], cached: they are needed with every cloud."""
     exponents = np.arange(rings + 1, dtype=np.float64) / rings
     edges = np.asarray(np.power(outer / inner, exponents) * inner, dtype=np.float64)
     edges.setflags(write=False)
@@ -67,7 +69,7 @@ def _ring_edges(inner: float, outer: float, rings: int) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=64)
 def _bearings(sectors: int) -> NDArray[np.float64]:
-    """Return the bearings of the sectors' centres, kept."""
+    """Return the bearings of the sectors' centres [rad], cached."""
     width = 2 * np.pi / sectors
     bearings = -np.pi + width * (np.arange(sectors, dtype=np.float64) + 0.5)
     bearings.setflags(write=False)

@@ -1,4 +1,4 @@
-"""True states of cells from labelled points (Sanchez et al. 2023, section 3.4)."""
+"""Labels of polar cells from labelled points (Sanchez et al. 2023, section 3.4)."""
 
 from enum import IntEnum
 
@@ -14,18 +14,18 @@ MIN_SHARE = 0.15
 """Share of non-traversable points that makes a cell non-traversable (paper: 15 %)."""
 
 MIN_OBJECT_POINTS = 5
-"""Points of a thing that make a near cell non-traversable, however small their share is.
+"""Number of points of objects that make a near cell non-traversable, however small their share.
 
 Assumption: a rock that stops a wheel fills less than 15 % of a cell, and a robot that drives by the
-paper's rule alone meets it.
+paper's rule alone collides with it.
 """
 
 OBJECT_RANGE = 3.2
-"""Cells that begin nearer than this are near [m]."""
+"""Distance within which a cell has to begin to be near [m]."""
 
 
 class CellState(IntEnum):
-    """State of a cell: white, green and red in the paper's pictures."""
+    """State of a cell: white (unknown), green (free) and red (blocked) in the paper's pictures."""
 
     EMPTY = 0
     TRAVERSABLE = 1
@@ -33,7 +33,10 @@ class CellState(IntEnum):
 
 
 def nontraversable(cloud: PointCloud) -> NDArray[np.bool_]:
-    """Return the labels of a cloud's points, shape (n,).
+    """Return the labels of a cloud's points, bool, shape (n,).
+
+    Args:
+        cloud: Labelled cloud.
 
     Raises:
         ValueError: If the cloud has none.
@@ -54,17 +57,17 @@ def label_cells(
 
     Args:
         points: Points in ``base_footprint`` [m], shape (n, 3).
-        nontraversable: Whether each belongs to something the robot must not drive on, shape (n,).
-        grid: The cells; its height limit and least number of points hold here too.
-        min_share: Share of non-traversable points from which a cell is non-traversable.
-        objects: Whether each point belongs to a thing rather than to the ground, shape (n,): a few
-            of them are enough in near cells. None keeps to the paper's share everywhere.
+        nontraversable: True for points of something the robot must not drive on, shape (n,).
+        grid: Polar grid of cells; its height limit and smallest number of points apply here, too.
+        min_share: Share of non-traversable points from which on a cell is non-traversable.
+        objects: True for points of objects rather than of the ground, shape (n,): a few of them are
+            enough in near cells. None applies the paper's share everywhere.
 
     Returns:
         ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
 
     Raises:
-        ValueError: If there is not one label a point.
+        ValueError: If the number of labels is not that of the points.
     """
     if nontraversable.shape != (len(points),):
         expected = (len(points),)
@@ -73,43 +76,58 @@ def label_cells(
     counts = np.zeros((2, grid.n_sectors, grid.n_rings), dtype=np.int64)
     _count(quarters.bins[: len(points)], nontraversable, counts)
     total = counts.sum(axis=0)
-    bad = counts[1] >= min_share * total
+    blocked = counts[1] >= min_share * total
     if objects is not None:
         _count(quarters.bins[: len(points)], objects, counts)
-        bad |= (counts[1] >= MIN_OBJECT_POINTS) & (grid.ring_edges[:-1] < OBJECT_RANGE)
-    states = np.where(bad, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
+        blocked |= (counts[1] >= MIN_OBJECT_POINTS) & (grid.ring_edges[:-1] < OBJECT_RANGE)
+    states = np.where(blocked, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
     states[total < grid.min_points] = CellState.EMPTY
     return states.astype(np.uint8)
 
 
 def object_points(cloud: PointCloud) -> NDArray[np.bool_]:
-    """Return which points of a labelled cloud belong to things, shape (n,).
+    """Return which points of a labelled cloud belong to objects, bool, shape (n,).
 
-    A cloud that does not tell them from steep ground has all that forbid it.
+    In a cloud without ``severity``, objects and steep ground are not distinguished: all
+    non-traversable points are returned.
+
+    Args:
+        cloud: Labelled cloud.
     """
     return nontraversable(cloud) if cloud.severity is None else np.isposinf(cloud.severity)
 
 
 def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
-    """Return which cells are no borderline cases, shape (n_sectors, n_rings).
+    """Return which cells are no borderline cases, bool, shape (n_sectors, n_rings).
 
-    Surely red are cells with 30 % of points more than a margin beyond the limits, surely green
+    Surely blocked are cells with 30 % of points more than a margin beyond the limits, surely free
     those with less than 5 % of points within a margin of them or beyond. Without ``severity`` the
     shares alone decide.
+
+    Args:
+        cloud: Labelled cloud in ``base_footprint``.
+        grid: Polar grid of cells.
     """
-    bad = nontraversable(cloud)
-    severity = np.where(bad, np.inf, -np.inf) if cloud.severity is None else cloud.severity
+    blocked = nontraversable(cloud)
+    severity = np.where(blocked, np.inf, -np.inf) if cloud.severity is None else cloud.severity
     surely = label_cells(cloud.points, severity > 1, grid, 0.30)
     maybe = label_cells(cloud.points, severity > -1, grid, 0.05)
     return (surely == CellState.NON_TRAVERSABLE) | (maybe == CellState.TRAVERSABLE)
 
 
 @kernel
-def _count(bins, nontraversable, counts):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Count good and bad points of each cell."""
+def _count(bins: NDArray[np.int32], marked: NDArray[np.bool_], counts: NDArray[np.int64]) -> None:
+    """Write the numbers of unmarked and of marked points of each cell.
+
+    Args:
+        bins: Quarter of each point, or -1; see ``Quarters``.
+        marked: True for marked points, shape (n,).
+        counts: Output, unmarked points first, shape (2, n_sectors, n_rings).
+    """
     counts[:] = 0
     rings = counts.shape[2]
     for k in range(len(bins)):
         if bins[k] >= 0:
+            # A quarter is half a sector by half a ring.
             sector, ring = divmod(bins[k], 2 * rings)
-            counts[int(nontraversable[k]), sector // 2, ring // 2] += 1
+            counts[int(marked[k]), sector // 2, ring // 2] += 1

@@ -1,57 +1,68 @@
-"""Is a cloud level? The ground around the robot tells."""
+"""Ground plane of a cloud, and levelling of clouds by it."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-_REACH = 5.0
-_SQUARE = 0.5
-_ROUNDS = 12
-_CLOSE = 0.10
-_FEWEST = 12
+_MAX_RANGE = 5.0
+"""Distance within which the ground is sought [m]."""
+
+_CELL = 0.5
+"""Edge of the grid cells whose lowest points are fitted [m]."""
+
+_N_ITERATIONS = 12
+"""Number of fits, each with the weights of the one before."""
+
+_SCALE = 0.10
+"""Height above the plane at which a point has half its weight [m]."""
+
+_MIN_CELLS = 12
+"""Number of grid cells with points that make a plane."""
 
 
 def ground_plane(points: NDArray[np.float32]) -> tuple[NDArray[np.float64], float] | None:
-    """Return the plane of the ground within 5 m: its upward unit normal and its height.
+    """Fit the ground plane within 5 m and return its upward unit normal and its height.
 
-    The lowest points of half-metre squares are fitted again and again, those that stand higher than
-    10 cm above the plane counting less and less, until what stands on the ground is out.
+    The lowest points of half-metre grid cells are fitted by iteratively reweighted least squares:
+    the higher a point lies above the plane, the less it counts, so that objects drop out.
 
     Args:
-        points: In ``base_footprint`` or in a frame that should be level [m], shape (n, 3).
+        points: Points in ``base_footprint`` or in a frame that should be level [m], float32, shape
+            (n, 3).
 
     Returns:
         Normal, shape (3,), and z of the plane under the origin [m], or None with too few points.
     """
-    near = points[np.hypot(points[:, 0], points[:, 1]) < _REACH].astype(np.float64)
+    near = points[np.hypot(points[:, 0], points[:, 1]) < _MAX_RANGE].astype(np.float64)
     near = near[np.isfinite(near).all(axis=1)]
-    lowest = _lowest_of_squares(near)
-    if len(lowest) < _FEWEST:
+    lowest = _lowest_of_cells(near)
+    if len(lowest) < _MIN_CELLS:
         return None
     design = np.column_stack([lowest[:, :2], np.ones(len(lowest))])
     weight = np.ones(len(lowest))
-    for _ in range(_ROUNDS):
+    for _ in range(_N_ITERATIONS):
         root = np.sqrt(weight)[:, None]
         fit, *_ = np.linalg.lstsq(design * root, lowest[:, 2] * root[:, 0], rcond=None)
         above = lowest[:, 2] - design @ fit
-        weight = 1.0 / (1.0 + (np.maximum(above, 0.3 * np.abs(above)) / _CLOSE) ** 2)
+        # Cauchy weights; points below the plane count for more, since they are ground for certain.
+        weight = 1.0 / (1.0 + (np.maximum(above, 0.3 * np.abs(above)) / _SCALE) ** 2)
     normal = np.array([-fit[0], -fit[1], 1.0])
     return normal / np.linalg.norm(normal), float(fit[2])
 
 
-def _lowest_of_squares(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the lowest point of each square that has any."""
+def _lowest_of_cells(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lowest point of each grid cell that has any, shape (m, 3)."""
     if not len(points):
         return points
-    squares = np.floor(points[:, :2] / _SQUARE).astype(np.int64)
-    order = np.lexsort((points[:, 2], squares[:, 1], squares[:, 0]))
+    cells = np.floor(points[:, :2] / _CELL).astype(np.int64)
+    order = np.lexsort((points[:, 2], cells[:, 1], cells[:, 0]))
     first = np.ones(len(order), dtype=bool)
-    first[1:] = (np.diff(squares[order], axis=0) != 0).any(axis=1)
+    first[1:] = (np.diff(cells[order], axis=0) != 0).any(axis=1)
     return points[order[first]]
 
 
 def tilt_of(normal: NDArray[np.float64]) -> float:
-    """Return the angle between a plane's normal and the vertical [rad]."""
+    """Return the angle between a plane's upward unit normal and the vertical [rad]."""
     return float(np.arccos(np.clip(normal[2], -1.0, 1.0)))
 
 
@@ -61,8 +72,11 @@ def levelled(
     """Return the points turned and shifted so that the plane becomes z = 0.
 
     Args:
-        points: [m], shape (n, 3).
-        plane: Of ``ground_plane``.
+        points: Points [m], float32, shape (n, 3).
+        plane: Normal and height of ``ground_plane``.
+
+    Returns:
+        float32, shape (n, 3).
     """
     normal, height = plane
     turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])

@@ -1,4 +1,4 @@
-"""Times of a cloud's points, in whatever unit and from whatever zero a driver counts them.
+"""Times of a cloud's points in seconds, from any unit and zero that drivers count in.
 
 Ouster writes ``t`` (uint32, ns), Livox ``offset_time`` (uint32, ns) or ``timestamp`` (float64, ns
 since the epoch), Velodyne ``time`` (float32, s, sometimes counted back from the end of the turn, or
@@ -15,15 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 LONGEST_TURN = 1.0
-"""No turn of a 3D laser lasts longer [s]: times further from the header's are not believed."""
+"""Longest turn of a 3D laser [s]: times further from the header's are implausible."""
 
 LONGEST_SCAN = 4.0
-"""No scan in a file lasts longer [s]; a turning 2D laser takes more than 3 s."""
+"""Longest scan in a file [s]; a turning 2D laser takes more than 3 s."""
 
 _SHORTEST = 1e-3
-_SHORTEST_UNUSUAL = 1e-2  # A unit that the number's type does not suggest has to fit better.
-_EPOCH = (9e8, 4.2e9)  # Years 1998 to 2103, in seconds since 1970.
+"""Shortest scan [s]."""
+
+_SHORTEST_UNUSUAL = 1e-2
+"""Shortest scan in a unit that the number's type does not suggest, which has to fit better [s]."""
+
+_EPOCH = (9e8, 4.2e9)
+"""Span of plausible stamps, the years 1998 to 2103 [s since 1970]."""
+
 _UNITS = {"seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+"""Length of each unit [s]."""
 
 _NAMES = frozenset(
     (
@@ -33,7 +40,9 @@ _NAMES = frozenset(
         *("firingtime", "gpstime"),
     )
 )
-_SECONDS = ("stamps", "gpstime")  # Columns of files, ours and LAS's, that are always seconds.
+_SECONDS = ("stamps", "gpstime")
+"""Columns that are always seconds, of our files and of LAS files."""
+
 _SUFFIX = re.compile(
     r"[_ ]?(ns|nsec|nsecs|nanoseconds|us|usec|usecs|microseconds|ms|msec|msecs|milliseconds|"
     r"s|sec|secs|seconds)$"
@@ -43,13 +52,13 @@ _SUFFIXES = {"n": "nanoseconds", "u": "microseconds", "mi": "milliseconds", "ms"
 
 @dataclass(frozen=True)
 class PointTimes:
-    """What the time field of a cloud says.
+    """Times of a cloud's points, and the field that they were read from.
 
     Attributes:
-        seconds: Time of each point [s], float64, shape (n,): after the header's stamp where there
-            is one, else as the file counts; None without a field that can be believed.
-        field: Name of the field, None where ``seconds`` is.
-        remarks: Sentences for people about what was assumed or not believed.
+        seconds: Time of each point [s], float64, shape (n,): after the header's stamp if there is
+            one, else as the file counts; None without a plausible field.
+        field: Name of the field, None if ``seconds`` is.
+        remarks: Sentences for the user about what was assumed or found implausible.
     """
 
     seconds: NDArray[np.float64] | None = None
@@ -58,7 +67,7 @@ class PointTimes:
 
 
 def time_unit_of(name: str) -> tuple[bool, str | None]:
-    """Return whether a field's name is one of a time, and the unit that the name ends with."""
+    """Return True if a field's name is one of a time, and the unit that the name ends with."""
     word = name.strip().lower()
     if _plain(word) in _NAMES:
         return True, None
@@ -70,17 +79,17 @@ def time_unit_of(name: str) -> tuple[bool, str | None]:
 
 
 def _plain(word: str) -> str:
-    """Return a name's letters."""
+    """Return the letters and digits of a name."""
     return "".join(letter for letter in word if letter.isalnum())
 
 
 def read_point_times(
     columns: Mapping[str, NDArray[Any]], header: float | None = None
 ) -> PointTimes:
-    """Return the times of points from the first field that can be believed.
+    """Return the times of points from the first plausible field.
 
     Args:
-        columns: Numbers of each point by name, shape (n,) each; no-returns left out.
+        columns: Columns by name, shape (n,) each, without no-returns.
         header: Stamp of the message [s since the epoch]; None for a file, which has none.
     """
     remarks: list[str] = []
@@ -100,7 +109,7 @@ def read_point_times(
 def _seconds(
     values: NDArray[Any], unit: str | None, header: float | None
 ) -> tuple[NDArray[np.float64] | None, str]:
-    """Return times in seconds, or None, and what is to be said of them."""
+    """Return times in seconds, or None, and a remark on them, which may be empty."""
     longest = LONGEST_SCAN if header is None else LONGEST_TURN
     numbers = values.astype(np.float64)
     if not np.isfinite(numbers).all():
@@ -108,6 +117,7 @@ def _seconds(
         return None, f"expected times, got {bad} of {len(numbers)} not finite; not used"
     low, high = float(numbers.min()), float(numbers.max())
     usual = unit or ("nanoseconds" if values.dtype.kind in "iu" else "seconds")
+    # Large numbers count from 1970; otherwise the usual unit is tried first.
     names = (usual,) if unit else (usual, *(name for name in _UNITS if name != usual))
     for name in _UNITS if unit is None else names:
         scale = _UNITS[name]
@@ -119,11 +129,11 @@ def _seconds(
                 break
     for name in names:
         if _fits(low, high, name, usual, longest, unit is not None):
-            said = "" if name == usual else f"taken as {name} ({low:.6g} to {high:.6g})"
-            return _since_begin(numbers, low, high, name, said, header, longest)
+            remark = "" if name == usual else f"taken as {name} ({low:.6g} to {high:.6g})"
+            return _since_begin(numbers, low, high, name, remark, header, longest)
     if header is None and usual == "seconds":
-        said = f"spans {high - low:.6g} s, longer than a scan of {longest:g} s; kept as seconds"
-        return numbers * _UNITS[usual], said
+        remark = f"spans {high - low:.6g} s, longer than a scan of {longest:g} s; kept as seconds"
+        return numbers * _UNITS[usual], remark
     return None, (
         f"expected point times that span 1 ms to {longest:g} s in s, ms, us or ns, got "
         f"{low:.10g} {'for all' if low == high else f'to {high:.10g}'} of {values.dtype.name}; "
@@ -132,7 +142,7 @@ def _seconds(
 
 
 def _fits(low: float, high: float, name: str, usual: str, longest: float, sure: bool) -> bool:
-    """Return whether numbers in a unit span what a scan may last."""
+    """Return True if numbers in a unit span as long as a scan may last."""
     span = (high - low) * _UNITS[name]
     if name != usual:
         return _SHORTEST_UNUSUAL <= span < longest
@@ -153,8 +163,10 @@ def _since_epoch(
     if np.abs(offsets).max() <= longest:
         return offsets, ""
     away = float(offsets[np.abs(offsets).argmin()])
-    said = f"counts by another clock, {away:.6g} s from the header's; taken from the first point on"
-    return (numbers - numbers.min()) * scale, said
+    remark = (
+        f"counts by another clock, {away:.6g} s from the header's; taken from the first point on"
+    )
+    return (numbers - numbers.min()) * scale, remark
 
 
 def _since_begin(
@@ -162,15 +174,15 @@ def _since_begin(
     low: float,
     high: float,
     name: str,
-    said: str,
+    remark: str,
     header: float | None,
     longest: float,
 ) -> tuple[NDArray[np.float64], str]:
     """Return times that count from the header's, or from the start of some clock."""
     scale = _UNITS[name]
     if low == high and len(numbers) > 1 and header is not None:
-        said = f"holds {low:.6g} for all points; motion within the scan is not undone"
+        remark = f"holds {low:.6g} for all points; motion within the scan is not undone"
     if header is None or max(abs(low), abs(high)) * scale <= longest:
-        return numbers * scale, said
+        return numbers * scale, remark
     apart = f"begins at {low * scale:.6g} s, not near the header's; taken from the first point on"
-    return (numbers - low) * scale, f"{said}; {apart}" if said else apart
+    return (numbers - low) * scale, f"{remark}; {apart}" if remark else apart

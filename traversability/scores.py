@@ -1,6 +1,6 @@
-"""Scores of a cell classifier under their right names; red (non-traversable) is the positive class.
+"""Scores of a cell classifier; blocked (non-traversable) is the positive class.
 
-The paper prints the accuracy as "precision"; here each figure bears the name of its formula.
+The paper prints the accuracy as "precision"; here each score has the name of its formula.
 """
 
 from dataclasses import dataclass
@@ -21,18 +21,18 @@ FIGURES = (
     "f1_red",
     "iou_red",
 )
-"""Names of the figures, in the order of the tables."""
+"""Names of the scores, in the order of the tables; ``_red`` is of the blocked cells."""
 
 
 @dataclass(frozen=True)
 class CellScores:
-    """A confusion matrix of judged cells.
+    """Confusion matrix of classified cells.
 
     Attributes:
-        tp: Red cells called red.
-        tn: Green cells called green.
-        fp: Green cells called red.
-        fn: Red cells called green: the dangerous ones.
+        tp: Number of blocked cells classified as blocked.
+        tn: Number of free cells classified as free.
+        fp: Number of free cells classified as blocked, the false alarms.
+        fn: Number of blocked cells classified as free, the dangerous misses.
     """
 
     tp: int
@@ -42,40 +42,46 @@ class CellScores:
 
     @classmethod
     def of(cls, truth: NDArray[np.uint8], predicted: NDArray[np.uint8]) -> "CellScores":
-        """Compare cell states of any shape; cells that either side calls empty don't count.
+        """Return the confusion matrix of cell states; cells that are empty in either don't count.
+
+        Args:
+            truth: True ``CellState`` of each cell, any shape.
+            predicted: Predicted ``CellState`` of each cell, the same shape.
 
         Raises:
             ValueError: If the shapes differ.
         """
         if truth.shape != predicted.shape:
             raise ValueError(f"predicted: expected shape {truth.shape}, got {predicted.shape}")
-        judged = (truth != CellState.EMPTY) & (predicted != CellState.EMPTY)
-        red, called = ((cells == CellState.NON_TRAVERSABLE)[judged] for cells in (truth, predicted))
+        known = (truth != CellState.EMPTY) & (predicted != CellState.EMPTY)
+        blocked, called = (
+            (cells == CellState.NON_TRAVERSABLE)[known] for cells in (truth, predicted)
+        )
         return cls(
-            tp=int((red & called).sum()),
-            tn=int((~red & ~called).sum()),
-            fp=int((~red & called).sum()),
-            fn=int((red & ~called).sum()),
+            tp=int((blocked & called).sum()),
+            tn=int((~blocked & ~called).sum()),
+            fp=int((~blocked & called).sum()),
+            fn=int((blocked & ~called).sum()),
         )
 
     @property
     def accuracy(self) -> float:
-        """Share of all cells that are right."""
+        """Share of all cells that are classified rightly."""
         return _share(self.tp + self.tn, self.fp + self.fn)
 
     @property
     def precision(self) -> float:
-        """Share of the cells called red that are red."""
+        """Share of the cells classified as blocked that are."""
         return _share(self.tp, self.fp)
 
     @property
     def recall(self) -> float:
-        """Share of the red cells that are called red."""
+        """Share of the blocked cells that are classified so."""
         return _share(self.tp, self.fn)
 
     @property
     def specificity(self) -> float:
-        """Share of the green cells that are called green."""
+        """Share of the free cells that are classified so."""
         return _share(self.tn, self.fp)
 
     @property
@@ -90,11 +96,11 @@ class CellScores:
 
     @property
     def iou_red(self) -> float:
-        """Intersection over union of the red cells."""
+        """Intersection over union of the blocked cells."""
         return _share(self.tp, self.fp + self.fn)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all figures by name, and the confusion matrix."""
+        """Return all scores by name, and the confusion matrix, ready for JSON."""
         figures: dict[str, Any] = {name: getattr(self, name) for name in FIGURES}
         confusion = {"tp": self.tp, "tn": self.tn, "fp": self.fp, "fn": self.fn}
         return figures | {"confusion": confusion}
@@ -106,16 +112,17 @@ def range_errors(
     """Return the shares of sectors whose virtual range is wrong by more than one ring.
 
     Args:
-        truth: Cell states, shape (..., n_sectors, n_rings).
-        predicted: Likewise.
-        grid: The cells.
+        truth: True ``CellState`` of each cell, shape (..., n_sectors, n_rings).
+        predicted: Predicted ``CellState`` of each cell, the same shape.
+        grid: Polar grid of the cells.
 
     Returns:
-        ``too_long``, the dangerous ones, and ``too_short``, of the sectors with a judged cell.
+        Shares ``too_long``, the dangerous ones, and ``too_short`` of the sectors with a cell that
+        is not empty.
     """
     first = [
-        np.where(red.any(axis=-1), red.argmax(axis=-1), grid.n_rings)
-        for red in (cells == CellState.NON_TRAVERSABLE for cells in (truth, predicted))
+        np.where(blocked.any(axis=-1), blocked.argmax(axis=-1), grid.n_rings)
+        for blocked in (cells == CellState.NON_TRAVERSABLE for cells in (truth, predicted))
     ]
     known = (truth != CellState.EMPTY).any(axis=-1)
     excess = (first[1] - first[0])[known]
@@ -123,9 +130,9 @@ def range_errors(
 
 
 PAPER = CellScores(tp=340, tn=780, fp=82, fn=210)
-"""The paper's own confusion matrix on its five validation clouds (Table 1)."""
+"""Confusion matrix of the paper on its five validation clouds (Table 1)."""
 
 
 def _share(right: int, wrong: int) -> float:
-    """Return right / (right + wrong); NaN of nothing."""
+    """Return right / (right + wrong), NaN if both are 0."""
     return right / (right + wrong) if right + wrong else float("nan")

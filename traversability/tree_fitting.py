@@ -1,25 +1,23 @@
-"""Boosted trees, grown by scikit-learn, and its fitted models as flat arrays."""
+"""Fitting of boosted trees by scikit-learn, and its fitted models as flat arrays."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from traversability.trees import COLUMNS, Trees, Vote
 
-Tree = tuple[NDArray[Any], ...]
 
-
-class Growth(Protocol):
-    """How boosted trees are grown; see ``ForestConfig``."""
+class Boosting(Protocol):
+    """Parameters of boosted trees; see ``ForestConfig``."""
 
     @property
     def max_depth(self) -> int:
-        """Deepest split."""
+        """Largest number of splits from the root of a tree to a leaf."""
 
     @property
     def min_leaf(self) -> int:
-        """Fewest samples of a leaf."""
+        """Smallest number of samples in a leaf."""
 
     @property
     def rate(self) -> float:
@@ -32,41 +30,46 @@ class Growth(Protocol):
 
 def fit_boosted(
     features: NDArray[np.float32],
-    red: NDArray[np.bool_],
+    blocked: NDArray[np.bool_],
     names: tuple[str, ...],
     trees: int,
-    growth: Growth,
+    config: Boosting,
     seed: int,
     weights: NDArray[np.float64] | None = None,
 ) -> Trees:
-    """Return boosted trees that tell red samples from green ones.
+    """Fit boosted trees that separate blocked samples from free ones.
 
     Args:
-        features: Shape (n, f).
-        red: Shape (n,).
-        names: Of the features.
-        trees: How many.
-        growth: How.
-        seed: Of the splits.
-        weights: What each counts, shape (n,); None for one each.
+        features: Features, float32, shape (n, f).
+        blocked: True for non-traversable samples, shape (n,).
+        names: Names of the features.
+        trees: Number of trees.
+        config: Parameters of the trees.
+        seed: Seed of the splits.
+        weights: Weight of each sample, shape (n,); None for one each.
     """
     from sklearn.ensemble import HistGradientBoostingClassifier
 
     model = HistGradientBoostingClassifier(
         max_iter=trees,
-        max_depth=growth.max_depth,
+        max_depth=config.max_depth,
         max_leaf_nodes=None,
-        min_samples_leaf=min(growth.min_leaf, max(1, len(red) // 100)),
-        learning_rate=growth.rate,
-        l2_regularization=growth.shrink,
+        min_samples_leaf=min(config.min_leaf, max(1, len(blocked) // 100)),
+        learning_rate=config.rate,
+        l2_regularization=config.shrink,
         early_stopping=False,
         random_state=seed,
     )
-    return flatten_boosted(model.fit(features, red, sample_weight=weights), names)
+    return flatten_boosted(model.fit(features, blocked, sample_weight=weights), names)
 
 
 def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
-    """Return a fitted scikit-learn random forest as flat arrays."""
+    """Return a fitted scikit-learn random forest as flat arrays.
+
+    Args:
+        model: Fitted ``RandomForestClassifier`` of two classes.
+        names: Names of the features.
+    """
     trees = []
     for estimator in model.estimators_:
         tree = estimator.tree_
@@ -78,7 +81,12 @@ def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401
 
 
 def flatten_boosted(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
-    """Return fitted scikit-learn boosted trees as flat arrays."""
+    """Return fitted scikit-learn boosted trees as flat arrays.
+
+    Args:
+        model: Fitted ``HistGradientBoostingClassifier`` of two classes.
+        names: Names of the features.
+    """
     trees = []
     for (predictor,) in model._predictors:
         nodes = predictor.nodes
@@ -91,14 +99,38 @@ def flatten_boosted(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN40
     return _in_a_row(trees, names, "logistic", float(model._baseline_prediction.ravel()[0]))
 
 
+class _Tree(NamedTuple):
+    """One tree whose siblings lie next to each other; see ``Trees`` for the columns.
+
+    Attributes:
+        feature: Index of the feature that each node splits by, -1 at a leaf.
+        cut: Largest value that goes left at each node.
+        left: Left child of each node.
+        leaf: Value that each leaf adds.
+    """
+
+    feature: NDArray[Any]
+    cut: NDArray[Any]
+    left: NDArray[Any]
+    leaf: NDArray[Any]
+
+
 def _siblings_together(
     left: NDArray[Any],
     right: NDArray[Any],
     feature: NDArray[Any],
     cut: NDArray[Any],
     leaf: NDArray[Any],
-) -> Tree:
-    """Return feature, cut, left child and leaf of a tree, its nodes renumbered."""
+) -> _Tree:
+    """Return a tree with its nodes renumbered level by level, so that siblings are neighbours.
+
+    Args:
+        left: Left child of each node, -1 at a leaf, shape (n,).
+        right: Right child of each node, shape (n,).
+        feature: Index of the feature that each node splits by, shape (n,).
+        cut: Largest value that goes left at each node, shape (n,).
+        leaf: Value that each leaf adds, shape (n,).
+    """
     order = [0]
     child = np.zeros(len(left), dtype=np.int64)
     for place in range(len(left)):
@@ -107,7 +139,7 @@ def _siblings_together(
             child[place] = len(order)
             order += [int(left[node]), int(right[node])]
     inner = left[order] >= 0
-    return (
+    return _Tree(
         np.where(inner, feature[order], -1),
         np.where(inner, cut[order], 0.0),
         child,
@@ -115,12 +147,21 @@ def _siblings_together(
     )
 
 
-def _in_a_row(trees: list[Tree], names: tuple[str, ...], vote: Vote, base: float) -> Trees:
-    """Return trees one after the other."""
-    sizes = [len(tree[0]) for tree in trees]
+def _in_a_row(trees: list[_Tree], names: tuple[str, ...], vote: Vote, base: float) -> Trees:
+    """Return trees one after the other, their children counted from the first tree's root.
+
+    Args:
+        trees: Trees to put in a row.
+        names: Names of the features.
+        vote: Way from the sum of leaves to a probability.
+        base: Start of the sum of leaves.
+    """
+    sizes = [len(tree.feature) for tree in trees]
     roots = np.concatenate([[0], np.cumsum(sizes[:-1])])
-    moved = [(a, b, left + root, c) for (a, b, left, c), root in zip(trees, roots, strict=True)]
-    columns = [np.concatenate(parts) for parts in zip(*moved, strict=True)]
-    named = dict(zip(COLUMNS, (roots, *columns), strict=True))
+    moved = [tree._replace(left=tree.left + root) for tree, root in zip(trees, roots, strict=True)]
+    named = {
+        name: np.concatenate([getattr(tree, name) for tree in moved]) for name in _Tree._fields
+    }
+    named["roots"] = roots
     typed = {name: named[name].astype(dtype) for name, dtype in COLUMNS.items()}
     return Trees(names, vote, base, **typed)

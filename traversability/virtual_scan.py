@@ -1,4 +1,4 @@
-"""The virtual 2D traversability scanner: how far is it free, in every sector?"""
+"""Virtual 2D scan: the free distance in every sector, from the states of polar cells."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,14 @@ class VirtualScan:
 
     Attributes:
         ranges: Inner edge of each sector's nearest non-traversable cell [m]; ``inf`` is free to the
-            last ring, NaN is unknown (no cell of the sector could be judged). float32, shape
+            last ring, NaN is unknown (all cells of the sector are empty). float32, shape
             (n_sectors,), sector 0 centred on bearing ``-pi + pi / n_sectors``, then
             counter-clockwise (REP-117).
         max_range: Last ring edge [m].
-        log_odds: Log odds of each cell for being non-traversable, above those from which on it is
-            called so: it is from 0 on. NaN is not judged; behind the first non-traversable cell of
-            a sector all may be. float32, shape (n_sectors, n_rings), None when nobody judged cells.
+        log_odds: Log odds of each cell for being non-traversable, minus those of the threshold:
+            from 0 on a cell is classified so. NaN is not classified, which all cells behind the
+            first non-traversable one of a sector may be. float32, shape (n_sectors, n_rings), or
+            None without a classification.
     """
 
     ranges: NDArray[np.float32]
@@ -29,33 +30,37 @@ class VirtualScan:
     log_odds: NDArray[np.float32] | None = None
 
     def finite(self) -> NDArray[np.float32]:
-        """Return the ranges as the policy sees them: free and unknown are ``max_range`` [m]."""
+        """Return ranges for the policy, free and unknown ones as ``max_range`` [m], shape (n,)."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
 
     def log_odds_of(self, grid: PolarGrid) -> NDArray[np.float32]:
-        """Return the log odds of cells, or what the ranges say where nobody judged cells.
+        """Return the log odds of cells, or those that follow from the ranges if there are none.
 
         Args:
-            grid: The cells.
+            grid: Polar grid of the cells.
 
         Returns:
-            See ``log_odds``; infinite where ranges tell. float32, shape (n_sectors, n_rings).
+            Log odds as in ``log_odds``; infinite where they follow from ranges. float32, shape
+            (n_sectors, n_rings).
         """
         if self.log_odds is not None:
             return self.log_odds
         near, far = grid.ring_edges[:-1], grid.ring_edges[1:]
         ranges = self.ranges[:, None]
-        red = (ranges >= near) & (ranges < far)
-        red[:, 0] |= self.ranges < near[0]
-        cells = np.where(red, CellState.NON_TRAVERSABLE, CellState.EMPTY)
+        blocked = (ranges >= near) & (ranges < far)
+        blocked[:, 0] |= self.ranges < near[0]
+        cells = np.where(blocked, CellState.NON_TRAVERSABLE, CellState.EMPTY)
         return certain_log_odds(np.where(ranges >= far, CellState.TRAVERSABLE, cells))
 
 
 def certain_log_odds(cells: NDArray[np.integer]) -> NDArray[np.float32]:
-    """Return the log odds of cells that are known for sure: infinite, NaN where they are empty.
+    """Return infinite log odds for cells that are known for certain, NaN where they are empty.
 
     Args:
-        cells: ``CellState`` of each, any shape.
+        cells: ``CellState`` of each cell, any shape.
+
+    Returns:
+        float32, the same shape.
     """
     odds = np.full(cells.shape, np.nan, dtype=np.float32)
     odds[cells == CellState.TRAVERSABLE] = -np.inf
@@ -71,17 +76,17 @@ def virtual_scan(cells: NDArray[np.uint8], grid: PolarGrid) -> VirtualScan:
 
     Args:
         cells: ``CellState`` of each cell in ``base_footprint``, uint8, shape (n_sectors, n_rings).
-        grid: The cells' grid.
+        grid: Polar grid of the cells.
 
     Raises:
-        ValueError: If cells and grid disagree.
+        ValueError: If the shape of the cells is not that of the grid.
 
     Source: Sanchez et al. 2023, section 3.2; the inner edge is an assumption.
     """
     if cells.shape != (grid.n_sectors, grid.n_rings):
         expected = (grid.n_sectors, grid.n_rings)
         raise ValueError(f"cells: expected shape {expected} of the grid, got {cells.shape}")
-    red = cells == CellState.NON_TRAVERSABLE
-    ranges = np.where(red.any(axis=1), grid.ring_edges[red.argmax(axis=1)], np.inf)
+    blocked = cells == CellState.NON_TRAVERSABLE
+    ranges = np.where(blocked.any(axis=1), grid.ring_edges[blocked.argmax(axis=1)], np.inf)
     ranges[(cells == CellState.EMPTY).all(axis=1)] = np.nan
     return VirtualScan(ranges.astype(np.float32), grid.outer_radius, certain_log_odds(cells))

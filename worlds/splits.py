@@ -1,7 +1,7 @@
 """Splits of the world seeds: what is trained on some worlds is evaluated on others.
 
-The ranges are disjoint: training below 100, validation below 132, evaluation from a million on, and
-data sets from a billion on.
+The ranges are disjoint: training below 100, validation below 132, development from 7300 to 7323,
+evaluation from a million on, and data sets from a billion on.
 """
 
 TRAINING_SEEDS = tuple(range(100))
@@ -9,6 +9,9 @@ TRAINING_SEEDS = tuple(range(100))
 
 VALIDATION_SEEDS = tuple(range(100, 132))
 """World seeds on which candidate policies are compared during training."""
+
+DEVELOPMENT_SEEDS = tuple(range(7300, 7324))
+"""World seeds for comparisons between changes; release figures come from the evaluation split."""
 
 EVALUATION_START = 1_000_000
 """First world seed of evaluations: ``EVALUATIONS`` worlds for each evaluation seed."""

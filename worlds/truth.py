@@ -345,7 +345,7 @@ def _rasterise(
     value: np.uint8,
     raster: NDArray[np.uint8],
 ) -> None:
-    """Write ``value`` into the cells whose centre is within half a cell of a triangle.
+    """Write ``value`` into the cells whose centre is in a triangle enlarged by half a cell.
 
     Args:
         triangles: Corners [m], shape (k, 3, 2).

@@ -8,7 +8,7 @@ import numpy as np
 
 from andabata.app.console import Console
 from andabata.app.plots.perception import confusion_picture, importance_picture
-from andabata.evaluation.classifier import judge_forest, judge_squares
+from andabata.evaluation.classifier import score_forest, score_ground_classifier
 from andabata.records import atomic_io
 from andabata.records.runs import describe, make_folder, write_json
 from traversability.cartesian.classifier import (
@@ -66,7 +66,7 @@ def train_cell_classifier(
     make_folder(out)
     # Written before the evaluation: training took minutes.
     atomic_io.write(out / "forest.npz", forest.to_bytes())
-    scores = judge_forest(forest, folders[0], manifests[0], "validation")
+    scores = score_forest(forest, folders[0], manifests[0], "validation")
     atomic_io.write(out / "confusion.png", confusion_picture(scores))
     weights = importances(forest, samples, seed)
     atomic_io.write(out / "importances.png", importance_picture(weights))
@@ -113,7 +113,7 @@ def train_ground(
     validation = read_clouds(folders[0], manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
     samples = ground_samples(validation, config.share, rng, classifier.first)
-    data = {**judge_squares(classifier, samples), "out": str(out)}
+    data = {**score_ground_classifier(classifier, samples), "out": str(out)}
     _write(out, data, describe("classifier ground", config.model_dump(), seed))
     return data
 

@@ -16,7 +16,7 @@ from andabata.app.settings import resolve, with_parts
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.datasets.generate import generate_dataset
 from andabata.datasets.labelled_cloud import CloudsConfig
-from andabata.evaluation.classifier import judge_forest
+from andabata.evaluation.classifier import score_forest
 from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
@@ -117,7 +117,7 @@ class Demonstration:
         samples = split_samples(clouds, manifest, "train", PolarGrid())
         few = ForestConfig(trees=self._config.trees, rate=0.2)
         forest = train_forest(samples, PolarGrid(), few, self._seed)
-        scores = judge_forest(forest, clouds, manifest, "validation")
+        scores = score_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
         self._console.status(
             f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds"
@@ -176,7 +176,7 @@ class Demonstration:
         picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
         atomic_io.write(self._folder / "drive.png", picture)
         self._report.picture(picture, "The driven path and the oracle's, on the true map")
-        self._report.table(self._figures["drive"]["legs"])
+        self._report.table(self._figures["drive"]["attempts"])
         self._report.picture(world_picture(driven.world), "The world")
         return driven
 

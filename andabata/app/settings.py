@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from andabata.app.renamed_settings import new_name
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -69,6 +71,9 @@ def explain(error: ValidationError) -> str:
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"]) or "configuration"
     if first["type"] == "extra_forbidden":
+        renamed = new_name(name.split("."))
+        if renamed is not None:
+            return f"{name}: expected the field's name of this version, {renamed}, got the old one"
         return f"{name}: expected a known field, got this one; check its spelling"
     message = first["msg"].removeprefix("Value error, ")
     got = first.get("input")

@@ -42,7 +42,7 @@ def drive_text(title: str, data: Data) -> str:
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
         for attempt in data["attempts"]
     ]
-    lines += [f"{name}: {data[name]}" for name in ("picture", "record") if name in data]
+    lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
 
 

@@ -22,7 +22,7 @@ class SimulatedRobotConfig(NavigatorConfig):
     """Settings of a robot in simulation.
 
     Attributes:
-        plant: ``bullet``, in which every published result is judged, or ``kinematic``, for
+        plant: Name of the plant: ``bullet``, that of all published results, or ``kinematic``, for
             training.
     """
 

@@ -48,7 +48,7 @@ def timed_calls(simulated_robot: SimulatedRobot) -> tuple[TimedCall, ...]:
         raise TypeError(f"perception: expected clouds, got {type(perception).__name__}")
     return (
         TimedCall(simulator.vehicle, "drive", "plant"),
-        TimedCall(simulator.proprioception, "sample", "senses"),
+        TimedCall(simulator.proprioception, "sample", "proprioception"),
         TimedCall(simulator.lidar, "sweeps", "laser"),
         TimedCall(lidar, "beam_rays", "rays"),
         TimedCall(simulated_robot.scene.rays, "cast", "cast"),
@@ -74,7 +74,7 @@ def _stages(spent: dict[str, float]) -> dict[str, float]:
     classified = spent["project"] + spent["features"] + spent["forest"]
     return {
         "plant": spent["plant"],
-        "senses": spent["senses"],
+        "proprioception": spent["proprioception"],
         "rays": rays,
         "cast": spent["cast"],
         "noise of ranges": spent["laser"] - rays - spent["cast"],

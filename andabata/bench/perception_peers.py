@@ -52,7 +52,7 @@ def cloth(
         rigidness: Stiffness of the cloth, 1 to 3.
         distance: Largest distance of ground points from the cloth [m].
         smooth: True to smooth the cloth on slopes.
-        grid: Not used; every peer takes it.
+        grid: Polar grid, which this peer ignores.
     """
     import CSF
 

@@ -16,8 +16,9 @@ from rich.progress import track
 from andabata.bench.privileged import AS_IT_IS, Drive, drive_with, reached_in_a_row, variant_row
 from andabata.bench.table import markdown_table
 from andabata.engine import run_tasks
+from worlds.splits import DEVELOPMENT_SEEDS
 
-WORLD, FIRST_WORLD, WORLDS = "natural-test", 7300, 24
+WORLD, FIRST_WORLD, WORLDS = "natural-test", DEVELOPMENT_SEEDS[0], len(DEVELOPMENT_SEEDS)
 """Preset, first world seed and number of worlds."""
 
 FLOOR = (22, 22, 20)

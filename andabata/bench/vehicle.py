@@ -72,7 +72,10 @@ def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
         found: Result of ``bench_vehicle``, and the ``robot``'s name.
     """
     obstacle_rows = [
-        {"obstacle": row["thing"], **{key: row[key] for key in ("size_m", "reached_m", "contact")}}
+        {
+            "obstacle": row["obstacle"],
+            **{key: row[key] for key in ("size_m", "reached_m", "contact")},
+        }
         for row in found["obstacles"]
     ]
     return [
@@ -198,7 +201,7 @@ def obstacles(robot: RobotModel) -> list[Row]:
         vehicle.close()
         rows.append(
             {
-                "thing": obstacle.name,
+                "obstacle": obstacle.name,
                 "size_m": obstacle.size,
                 "reached_m": reached,
                 "contact": touched,

@@ -43,20 +43,20 @@ def generate_dataset(
     """Write labelled clouds, then the manifest that makes them a data set.
 
     Args:
-        folder: Where; made when it is not there.
-        config: How clouds are made.
-        counts: Clouds of each split; worlds are shared within a split, never between two.
-        seed: The data set's.
-        workers: Processes.
-        on_cloud: Called after each cloud.
-        kitti: Whether to write them in the layout of SemanticKITTI, too; ``kitti/00`` is the
+        folder: Folder of the data set, made where it is missing.
+        config: Settings of the clouds.
+        counts: Number of clouds of each split; no world is in two splits.
+        seed: Seed of the data set.
+        workers: Number of processes.
+        on_cloud: Function that is called after each cloud.
+        kitti: True to write the clouds in the layout of SemanticKITTI, too; ``kitti/00`` is the
             training split, ``01`` the validation split.
 
     Raises:
         ValueError: If there are more clouds than one seed has worlds.
     """
     make_folder(folder)
-    (folder / MANIFEST).unlink(missing_ok=True)  # Half a set is no set.
+    (folder / MANIFEST).unlink(missing_ok=True)  # Half a set must not pass for a whole one.
     parties = plan(config, counts)
     entries = []
     cells = {split: np.zeros(6, dtype=np.int64) for split, count in counts.items() if count}
@@ -104,8 +104,8 @@ class CloudBatch:
 
     Attributes:
         world: Number of the world.
-        split: What the clouds are for.
-        clouds: Their numbers.
+        split: Split of the clouds.
+        clouds: Numbers of the clouds.
         first: Number of the split's first cloud.
     """
 
@@ -146,14 +146,14 @@ def file_name(number: int) -> str:
 
 @dataclass(frozen=True)
 class Made:
-    """What is known of a cloud once it is written.
+    """Summary of a written cloud.
 
     Attributes:
-        sha256: Of its file.
-        points: Their number.
-        pose: Where the robot believed to be.
-        cells: White, green and red ones, and the hits, false alarms and misses of the one-line rule
-            on them, shape (6,).
+        sha256: SHA-256 of its file.
+        points: Number of points.
+        pose: Estimated pose of the robot.
+        cells: Numbers of unknown, free and blocked ones, and the hits, false alarms and misses of
+            the one-line rule on them, shape (6,).
     """
 
     sha256: str

@@ -22,7 +22,8 @@ BARE_SLOPES_DEG = (0.0, 5.0, 10.0, 15.0, 18.0, 19.5)
 """Slopes of bare ground, all of them drivable."""
 
 BLIND_EDGE = 0.8
-"""Where the drop at the edge of the blind cone begins [m]; the cone's radius is 0.72 m."""
+"""Distance at which the drop at the edge of the blind cone begins [m]; the cone's radius is
+0.72 m."""
 
 _SUITE_SEED = 2_000_000_000
 _CONFIG = CloudsConfig(still=1.0, carry_time=0.0)
@@ -33,11 +34,11 @@ class HazardCase:
     """One cloud of the suite.
 
     Attributes:
-        hazard: Its name.
-        distance: Of its near edge [m].
-        bearing: Where it lies, in the map [rad].
-        slope_deg: Of the ground.
-        number: Within the suite.
+        hazard: Name of the hazard.
+        distance: Distance of its near edge [m].
+        bearing: Bearing of the hazard in the map [rad].
+        slope_deg: Slope of the ground [deg].
+        number: Number of the cloud within the suite.
     """
 
     hazard: str
@@ -74,7 +75,7 @@ def hazard_cloud(case: HazardCase, seed: int = 0) -> PointCloud:
 
     Args:
         case: Which.
-        seed: 0 is the suite that judges; others are for development.
+        seed: Seed of the suite: 0 for published results, others for development.
     """
     rng = np.random.default_rng([_SUITE_SEED, seed, case.number])
     slope = np.deg2rad(case.slope_deg)

@@ -28,17 +28,17 @@ Span = tuple[float, float]
 
 
 class CloudsConfig(BaseModel):
-    """How labelled clouds are made. A span is drawn from evenly, afresh for each cloud.
+    """Settings of labelled clouds. A value is drawn evenly from each span, anew for each cloud.
 
     Attributes:
         presets: World presets, taken in turn.
         difficulty: Span of the worlds' difficulty.
         patch_size: Edge of the worlds, which are patches of their presets [m]; 0 for whole worlds.
         patch_cell: Distance between grid lines of a patch [m].
-        clouds_per_world: Most clouds that share a world.
-        robot: The body.
-        sensing: The rotating laser.
-        assembly: How sweeps become clouds.
+        clouds_per_world: Largest number of clouds that share a world.
+        robot: Body of the robot.
+        sensing: Settings of the rotating laser.
+        assembly: Settings of the assembly of sweeps into clouds.
         noise: Span of the standard deviation of the laser's range [m].
         dropout: Span of the probability that a return is lost.
         tilt_sigma: Span of the standard deviation of roll and pitch of the estimated pose [rad].
@@ -47,23 +47,24 @@ class CloudsConfig(BaseModel):
         still: Share of clouds that are taken at a standstill.
         varied: Share of clouds that another robot might have taken: its laser mounted at another
             height and tilted, with fewer points, and parts of its view hidden. A classifier that
-            learns from them does not lean on any of these.
+            learns from them depends on none of these.
         heights: Span of the optical centre's height in varied clouds [m].
         tilts: Span of the laser's tilt in varied clouds [rad], towards any side.
         kept: Span of the share of points kept in varied clouds.
-        hidden: Most directions in which part of the view of a varied cloud is hidden, as by parts
-            of the robot or by ground too dark to return a beam.
+        hidden: Largest number of directions in which part of the view of a varied cloud is hidden,
+            as by parts of the robot or by ground too dark to return a beam.
         grass: Span of the height of low grass in half of the varied clouds [m]. It stops some of
             the beams above the ground, which stays drivable (assumption: to 15 cm; what is higher
             is an object of the world, high grass).
         litter: Span of the height of leaf litter and tufts in half of the varied clouds, root mean
             square [m].
-        room: Clouds are taken where the nearest forbidden ground is this far at least [m].
-        reach: And this far at most, so that there is something to see [m].
-        close: Share of the clouds that are taken closer than ``close_reach``, where misses hurt.
-        close_reach: See ``close`` [m].
-        carry_time: After the cloud is complete the robot drives on for up to this long and the
-            cloud is carried along, as it is between two clouds [s].
+        room: Least distance of the nearest forbidden ground [m].
+        reach: Largest distance of the nearest forbidden ground, so that there is something to see
+            [m].
+        close: Share of the clouds that are taken closer than ``close_reach``, where misses count.
+        close_reach: Largest distance of the nearest forbidden ground for close clouds [m].
+        carry_time: Longest time for which the robot drives on and carries the complete cloud
+            along, as it does between two clouds [s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -116,9 +117,9 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
     """Return the world that clouds are taken in, with its rays.
 
     Args:
-        config: Patch and difficulty.
-        preset: Kind of world.
-        seed: Of the world; its difficulty is drawn from it, too.
+        config: Settings with the patch and the difficulty.
+        preset: World preset.
+        seed: Seed of the world and of its difficulty.
     """
     difficulty = np.random.default_rng([seed, 1]).uniform(*config.difficulty)
     if config.patch_size > 0:
@@ -142,15 +143,15 @@ def take_cloud(
     """Drive from a place until a cloud is complete, carry it on, and label its points.
 
     Args:
-        scene: Where to drive.
-        config: How.
-        rng: Place, heading, steering and every noise.
-        start: Where to begin; None for a random place.
+        scene: World and its rays.
+        config: Settings.
+        rng: Source of place, heading, steering and every noise.
+        start: Start of the drive; None for a random place.
 
     Returns:
         The cloud in ``base_footprint`` as the robot believes it, with stamps, and with the classes,
-        ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams really met;
-        and the pose in the map that the robot believes it has.
+        ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams hit in
+        truth; and the estimated pose in the map.
     """
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})

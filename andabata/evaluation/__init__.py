@@ -1,1 +1,1 @@
-"""Controllers and classifiers judged: trials, scenarios, failure causes, statistics."""
+"""Evaluation of controllers and classifiers: trials, scenarios, failure causes, statistics."""

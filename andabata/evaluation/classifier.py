@@ -1,4 +1,4 @@
-"""Judging a forest on labelled clouds, beside the paper's own figures."""
+"""Scores of a forest on labelled clouds, beside the paper's own figures."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -19,12 +19,12 @@ from traversability.scores import FIGURES, PAPER, CellScores, range_errors
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
 
-SQUARE_BANDS = (MIN_RANGE, 1.8, 3.2, 5.0, MAX_RANGE)
-"""Squares are judged apart between these distances [m]."""
+RANGE_BANDS = (MIN_RANGE, 1.8, 3.2, 5.0, MAX_RANGE)
+"""Edges of the ranges over which ground cells are scored apart [m]."""
 
 
-def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
-    """Return a forest's scores on a split by name, with the number of cells of each colour.
+def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split) -> dict[str, Any]:
+    """Return a forest's scores on a split by name, with the number of cells of each state.
 
     Beside the scores of all cells stand those of cells beyond doubt, of near cells and of each kind
     of world, and the errors of the virtual ranges.
@@ -61,11 +61,12 @@ def judge_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
     return scores | {"n_cells": colours, "clouds": len(truth)}
 
 
-def judge_squares(forest: GroundClassifier, samples: GroundSamples) -> dict[str, Any]:
-    """Return the scores of a classifier of squares, of all and by distance.
+def score_ground_classifier(forest: GroundClassifier, samples: GroundSamples) -> dict[str, Any]:
+    """Return the scores of a ground classifier, over all ground cells and by range.
 
-    The samples are what the second look knows. A square is called red from even odds on; a map
-    weighs misses by itself. ``recall_low`` is the share of the red squares of low things that are.
+    The samples are those of the second stage. A ground cell is called blocked from even odds on;
+    the local map weighs misses itself. ``recall_low`` is the recall of blocked cells of low
+    objects.
     """
     odds = forest.second.log_odds(samples.features)
     far = samples.features[:, CONTEXT_FEATURES.index("range")]
@@ -77,20 +78,20 @@ def judge_squares(forest: GroundClassifier, samples: GroundSamples) -> dict[str,
 
     bands = {
         f"{begin:g}_to_{end:g}_m": of((far >= begin) & (far < end))
-        for begin, end in pairwise(SQUARE_BANDS)
+        for begin, end in pairwise(RANGE_BANDS)
     }
     recall_low = float(np.mean(odds[samples.low] >= 0)) if samples.low.any() else None
-    found = {"bands": bands, "squares": len(far), "recall_low": recall_low}
+    found = {"bands": bands, "ground_cells": len(far), "recall_low": recall_low}
     return {**of(np.ones(len(far), dtype=np.bool_)), **found}
 
 
-def squares_table(data: dict[str, Any]) -> str:
-    """Return a table of the scores of squares by distance."""
+def ground_classifier_table(data: dict[str, Any]) -> str:
+    """Return a table of the scores of ground cells by range."""
     rows = {"all": data, **data["bands"]}
     columns = ("balanced_accuracy", "precision", "recall", "f1_red")
     low = "none" if data["recall_low"] is None else f"{data['recall_low']:.3f}"
     lines = [
-        f"judged squares: {data['squares']}; of the red ones of low things called red: {low}",
+        f"ground cells: {data['ground_cells']}; recall of blocked ones of low objects: {low}",
         "",
         " " * 14 + "".join(f"{c:>19}" for c in columns),
     ]
@@ -105,21 +106,21 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
     """Return the paper's two tables with the right names, ours beside the paper's."""
     lines = []
     if training is not None:
-        green, red = int((~training.blocked).sum()), int(training.blocked.sum())
-        lines.append(f"training cells: {green} green, {red} red, {training.n_empty} white")
+        free, blocked = int((~training.blocked).sum()), int(training.blocked.sum())
+        lines.append(f"training cells: {free} free, {blocked} blocked, {training.n_empty} unknown")
     cells = data["n_cells"]
     lines += [
-        f"judged cells: {cells['green']} green, {cells['red']} red, {cells['white']} white "
+        f"scored cells: {cells['green']} free, {cells['red']} blocked, {cells['white']} unknown "
         f"in {data['clouds']} clouds",
         "",
-        "Table 1, confusion matrix (red is positive)      ours    paper",
+        "Table 1, confusion matrix (blocked is positive)  ours    paper",
     ]
     paper = PAPER.as_dict()
     for name, about in (
-        ("tp", "red called red"),
-        ("tn", "green called green"),
-        ("fp", "green called red"),
-        ("fn", "red called green"),
+        ("tp", "blocked called blocked"),
+        ("tn", "free called free"),
+        ("fp", "free called blocked"),
+        ("fn", "blocked called free"),
     ):
         ours, theirs = data["confusion"][name], paper["confusion"][name]
         lines.append(f"  {name.upper()}  {about:36} {ours:10d} {theirs:8d}")
@@ -131,7 +132,7 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
         "beyond doubt": data["beyond_doubt"],
         "within 5 m": data["within_5_m"],
     }
-    lines += ["cells                balanced accuracy   F1 (red)     recall"]
+    lines += ["cells                balanced accuracy   F1 (blocked) recall"]
     lines += [
         f"  {name:18} {part['balanced_accuracy']:17.3f} {part['f1_red']:10.3f} "
         f"{part['recall']:10.3f}"
@@ -141,7 +142,7 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
     lines += [f"sectors wrong by more than a ring: {long:.2f} % too long, {short:.2f} % too short"]
     limits = data["thresholds"]
     lines += [
-        f"a cell is red from probability {limits['near']:.2f} on within "
+        f"a cell is blocked from probability {limits['near']:.2f} on within "
         f"{limits['near_range']:.0f} m, {limits['far']:.2f} beyond"
     ]
     return "\n".join(lines)

@@ -134,6 +134,7 @@ def drive_once(
     on_second: Callable[[], None] | None = None,
     record: Recording | None = None,
     time_limit: float = 300.0,
+    on_robot: Callable[[SimulatedRobot], None] | None = None,
 ) -> Driven:
     """Visit the goals of a world's first task.
 
@@ -146,6 +147,7 @@ def drive_once(
         on_second: Function that is called after each simulated second.
         record: Destination of a recording; None for none.
         time_limit: Longest drive to each goal [s].
+        on_robot: Function that is called with the robot before it drives, to add observers.
 
     Raises:
         BagError: If the recording cannot be begun.
@@ -156,6 +158,8 @@ def drive_once(
     simulated_robot = SimulatedRobot(
         scene, config, models, steering, far_sighted=record is not None
     )
+    if on_robot is not None:
+        on_robot(simulated_robot)
     task = choose_task(scene.world.tasks, 0)
     writer = None
     if record is not None:

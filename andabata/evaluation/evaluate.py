@@ -41,7 +41,7 @@ class EvaluationConfig(BaseModel):
         trials: Number of trials of each controller; each has a world of its own.
         goals: Number of goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
-        simulated_robot: Robot; results are judged in bullet.
+        simulated_robot: Robot; published results are those of the bullet plant.
         terminations: Rules of each drive.
     """
 
@@ -69,7 +69,7 @@ class Failure:
     Attributes:
         row: Row of the drive in the results.
         world: World that it was driven in.
-        attempt: What the monitor measured.
+        attempt: Measures of the attempt.
         pose: True pose at its end.
         scan: Virtual scan there.
         goal: Goal in the map [m], shape (2,).
@@ -194,7 +194,8 @@ def evaluate(
         workers: Number of processes.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
             not run again, so that a killed evaluation goes on where it was, by the same code.
-        on_failure: Called with each failure, in the process that ran it: it has to be importable.
+        on_failure: Function that is called with each failure, in the process that ran it: it has
+            to be importable.
         on_trial: Function that is called after each trial.
     """
     about = config.model_dump(mode="json", exclude={"trials"})
@@ -239,8 +240,8 @@ def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list
 def _what_differs(head: str, about: dict[str, Any]) -> str:
     """Return the settings in which the first line of a journal differs."""
     try:
-        told = json.loads(head)
-        return ", ".join(name for name in about if told.get(name) != about[name])
+        recorded = json.loads(head)
+        return ", ".join(name for name in about if recorded.get(name) != about[name])
     except (json.JSONDecodeError, AttributeError):
         return "kind"
 

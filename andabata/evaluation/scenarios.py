@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from worlds.splits import evaluation_world
+from worlds.splits import DEVELOPMENT_SEEDS, evaluation_world
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,12 @@ def generalisation(seed: int) -> tuple[Scenario, ...]:
     return (*natural, *others)
 
 
-SUITES = {"generalisation": generalisation}
+def development(seed: int) -> tuple[Scenario, ...]:
+    """Return the 24 test worlds that changes are compared on; the seed only draws the noise."""
+    return tuple(Scenario("natural-test", world_seed) for world_seed in DEVELOPMENT_SEEDS)
+
+
+SUITES = {"generalisation": generalisation, "development": development}
 """Suites by name."""
 
 

@@ -60,11 +60,12 @@ class SensorMonitor:
             sensor: Name of the sensor, ``compass`` or ``gnss``.
             stamp: Time at the end of the period [s].
         """
-        multipath = sensor == "gnss" and self._looks_like_multipath()
+        if self._received[sensor] != stamp:
+            return None
         config = self._config
+        multipath = sensor == "gnss" and self._looks_like_multipath()
         patience = config.multipath_inflation_time if multipath else config.inflation_time
-        sends = self._received[sensor] == stamp
-        if not (sends and stamp - self._inflated[sensor] > patience):
+        if not stamp - self._inflated[sensor] > patience:
             return None
         factor = 2 ** self._inflations[sensor]
         self._inflations[sensor] += 1

@@ -129,6 +129,7 @@ def unscented_transform(
         P: Buffer of the covariance, shape (m, m).
     """
     p, m = points.shape
+    weights_mean, weights_covariance = weights.mean, weights.covariance
     for i in range(m):
         mean[i] = 0.0
         for j in range(m):
@@ -145,12 +146,12 @@ def unscented_transform(
     # Weighted mean of the differences, then the covariance about it.
     for k in range(p):
         for i in range(m):
-            mean[i] += weights.mean[k] * deviations[k, i]
+            mean[i] += weights_mean[k] * deviations[k, i]
     for k in range(p):
         for i in range(m):
             deviations[k, i] -= mean[i]
         for i in range(m):
-            weighted = weights.covariance[k] * deviations[k, i]
+            weighted = weights_covariance[k] * deviations[k, i]
             for j in range(m):
                 P[i, j] += weighted * deviations[k, j]
     # Back from differences to states; the covariance is made exactly symmetric.

@@ -190,12 +190,15 @@ class UkfLocalizer:
         """
         accepted = self._counts[:, ACCEPTED].copy()
         fixes = self._fixes_in_map(readings)
-        late = fixes[:, 0] <= self._now
-        for fix in fixes[late]:
-            self._replay_with(fix)
+        punctual = fixes
+        if len(fixes):
+            late = fixes[:, 0] <= self._now
+            for fix in fixes[late]:
+                self._replay_with(fix)
+            punctual = fixes[~late]
         imu, noise = self._inertial_rows(readings)
         mag = _rows(readings.mag, 4) * _TO_MICROTESLA
-        arrived = Measurements(imu, _rows(readings.encoders, 3), mag, fixes[~late])
+        arrived = Measurements(imu, _rows(readings.encoders, 3), mag, punctual)
         period = self._begin_period(self._split_reached(arrived), noise)
         self._buffer.append(period)
         self._buffer.drop_old(self._now)
@@ -209,7 +212,10 @@ class UkfLocalizer:
 
     def _fixes_in_map(self, readings: SensorReadings) -> NDArray[np.float64]:
         """Return the valid fixes as rows of ``Measurements.gnss``, without the lever arm."""
-        fixes, rejected = self._converter.to_map(_rows(readings.gnss, 5), self._x[Z])
+        given = _rows(readings.gnss, 5)
+        if not len(given):
+            return _NO_MEASUREMENTS.gnss
+        fixes, rejected = self._converter.to_map(given, self._x[Z])
         self._counts[GNSS, REJECTED] += rejected
         return remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
 

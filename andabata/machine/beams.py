@@ -7,8 +7,6 @@ A beam's direction in the head's plane is its elevation, the plane's direction i
 head's angle: both are rotations about an axis, so that the direction follows from sines of sums.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,22 +20,6 @@ _SIN, _COS = range(2)
 
 _QX, _QY, _QZ, _QW = 3, 4, 5, 6
 """Columns of a pose's quaternion; x, y, z [m] come before."""
-
-
-class _BeamAngles(NamedTuple):
-    """Sines and cosines that the directions of some sweeps' beams are made of.
-
-    Attributes:
-        heads: Head angle of each sweep's first beam, shape (s, 2).
-        steps: Rotation of the head from the first beam to each beam, shape (b, 2).
-        tilts: Elevation of each beam from the zenith, shape (1 or s, b, 2).
-        height: Height of the optical centre above the poses' origin [m].
-    """
-
-    heads: NDArray[np.float64]
-    steps: NDArray[np.float64]
-    tilts: NDArray[np.float64]
-    height: float
 
 
 class BeamTables:
@@ -87,15 +69,6 @@ class BeamTables:
             self._tilts = _sin_cos(np.atleast_2d(sweeps.elevations).astype(np.float64))
         return self._steps, self._tilts
 
-    def angles(self, sweeps: Sweeps, height: float) -> _BeamAngles:
-        """Return all sines and cosines of the sweeps' beams.
-
-        Args:
-            sweeps: Sweeps whose beams are cast or placed.
-            height: Height of the optical centre [m].
-        """
-        return _BeamAngles(_sin_cos(sweeps.head_angles), *self.sin_cos(sweeps), height)
-
 
 def _sin_cos(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sine and cosine in a last axis of two."""
@@ -118,11 +91,11 @@ def beam_rays(
         that the next call overwrites.
     """
     times, poses, rays = tables.buffers(sweeps.ranges.size)
-    angles = tables.angles(sweeps, lidar_height)
+    heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
     offsets = np.arange(sweeps.ranges.shape[1]) * sweeps.beam_period
     np.add.outer(sweeps.stamps, offsets, out=times.reshape(sweeps.ranges.shape))
     interpolate(*track.table, times, poses)
-    _fill_rays(poses, angles, rays)
+    _fill_rays(poses, heads, steps, tilts, lidar_height, rays)
     return rays
 
 
@@ -148,15 +121,24 @@ def _beam_times(
 
 
 @kernel
-def _fill_rays(poses: NDArray[np.float64], angles: _BeamAngles, rays: NDArray[np.float32]) -> None:
+def _fill_rays(
+    poses: NDArray[np.float64],
+    heads: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    tilts: NDArray[np.float64],
+    height: float,
+    rays: NDArray[np.float32],
+) -> None:
     """Fill origin and direction of every beam, in the map.
 
     Args:
         poses: Pose of each beam's instant, shape (s * b, 7).
-        angles: Sines and cosines of the beams.
+        heads: Sine and cosine of the head angle of each sweep's first beam, shape (s, 2).
+        steps: Sine and cosine of the head's rotation to each beam, shape (b, 2).
+        tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, b, 2).
+        height: Height of the optical centre above the poses' origin [m].
         rays: Rays that are filled, shape (s * b, 6).
     """
-    heads, steps, tilts, height = angles
     beams = tilts.shape[1]
     for sweep in range(len(heads)):
         for beam in range(beams):
@@ -170,7 +152,10 @@ def _fill_rays(poses: NDArray[np.float64], angles: _BeamAngles, rays: NDArray[np
 def _place_returns(
     rows: NDArray[np.int64],
     poses: NDArray[np.float64],
-    angles: _BeamAngles,
+    heads: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    tilts: NDArray[np.float64],
+    height: float,
     ranges: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Return the end points of some beams [m], float32, shape (k, 3).
@@ -178,10 +163,12 @@ def _place_returns(
     Args:
         rows: Numbers of the beams, counted through all sweeps, shape (k,).
         poses: Pose of each of these beams' instants, shape (k, 7).
-        angles: Sines and cosines of the beams.
+        heads: Sine and cosine of head angles, as in ``_fill_rays``.
+        steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
+        tilts: Sine and cosine of elevations, as in ``_fill_rays``.
+        height: Height of the optical centre above the poses' origin [m].
         ranges: Range of every beam of the sweeps [m], shape (s * b,).
     """
-    heads, steps, tilts, height = angles
     points = np.empty((len(rows), 3), dtype=np.float32)
     for place, k in enumerate(rows):
         sweep, beam = divmod(k, tilts.shape[1])
@@ -257,7 +244,8 @@ def place_beams(
         lift = lidar_height if sweeps.frame == "sensor" else 0.0
         _apply_mounting(poses, sweeps.mounting, lift, len(rows))
         lidar_height = 0.0
-    return _place_returns(rows, poses, tables.angles(sweeps, lidar_height), ranges), times
+    heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
+    return _place_returns(rows, poses, heads, steps, tilts, lidar_height, ranges), times
 
 
 @kernel

@@ -39,6 +39,14 @@ _IS_WHEEL = 2
 _CLEAR, _NEAR, _SOLID, _LOW = range(4)
 """States of a cell of the contact map; see ``contact_map``."""
 
+WheelGround = tuple[NDArray[np.float32], float, NDArray[np.float64]]
+"""Heights of the ground's nodes [m], shape (nx, ny), distance of two nodes [m], and contact points
+of the wheels [m], shape (4, 2). A plain tuple: numba takes a named one in twice the time."""
+
+ContactMap = tuple[NDArray[np.uint8], float, float, float, NDArray[np.float64]]
+"""Cells as ``contact_map`` returns them, least x, least y and width of a cell [m], and points of
+the body as in ``PlantParameters``."""
+
 
 class KinematicConfig(BaseModel):
     """Parameters of the terrain-following plant, as measured in the bullet plant.
@@ -122,8 +130,8 @@ class KinematicVehicle:
             parameters.slip * noise,
             parameters.limits,
             parameters.sliding,
-            WheelGround(self._heights, self._ground.cell, parameters.wheels),
-            ContactMap(self._contact, truth.x_min, truth.y_min, truth.cell, parameters.outline),
+            (self._heights, self._ground.cell, parameters.wheels),
+            (self._contact, truth.x_min, truth.y_min, truth.cell, parameters.outline),
             rows,
             self._flags,
         )
@@ -174,84 +182,24 @@ def contact_map(truth: TraversabilityMap, outline: NDArray[np.float64]) -> NDArr
     return states
 
 
-class DriveLimits(NamedTuple):
-    """Response and limits of the body, per tick.
-
-    Attributes:
-        slip_decay: Share of the slip that remains after a tick (first-order Gauss-Markov).
-        response: Share of a commanded change of twist that is made in a tick (first-order lag).
-        max_climb: Steepest slope that the body climbs [rad].
-        max_tilt: Roll or pitch beyond which the body rolls over [rad].
-    """
-
-    slip_decay: float
-    response: float
-    max_climb: float
-    max_tilt: float
-
-
-class Sliding(NamedTuple):
-    """Sideways motion of a body that turns on a slope.
-
-    Attributes:
-        creep: ``RobotModel.creep`` [m].
-        creep_slope: ``RobotModel.creep_slope``.
-        pivot: ``RobotModel.pivot`` [m].
-    """
-
-    creep: float
-    creep_slope: float
-    pivot: float
-
-
 class PlantParameters(NamedTuple):
     """Parameters of the plant as compiled code takes them.
 
     Attributes:
-        limits: Response and limits of the body.
-        sliding: Sideways motion on slopes.
+        limits: Share of the slip that remains after a tick (first-order Gauss-Markov), share of a
+            commanded change of twist that is made in a tick (first-order lag), steepest climb and
+            largest tilt [rad]; shape (4,).
+        sliding: ``creep``, ``creep_slope`` and ``pivot`` of ``RobotModel``, shape (3,).
         wheels: Contact points of the wheels [m], shape (4, 2).
         outline: Points of the body x, y [m] and 1 for a wheel's, 0 else; shape (k, 3).
         slip: Standard deviation of the slip that a tick adds.
     """
 
-    limits: DriveLimits
-    sliding: Sliding
+    limits: NDArray[np.float64]
+    sliding: NDArray[np.float64]
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     slip: float
-
-
-class WheelGround(NamedTuple):
-    """Ground under the wheels.
-
-    Attributes:
-        heights: Heights of the ground's nodes [m], shape (nx, ny).
-        cell: Distance between two nodes [m].
-        wheels: Contact points of the wheels in the base frame [m], shape (4, 2).
-    """
-
-    heights: NDArray[np.float32]
-    cell: float
-    wheels: NDArray[np.float64]
-
-
-class ContactMap(NamedTuple):
-    """Solid cells around the body, and the body's outline.
-
-    Attributes:
-        states: Cells as ``contact_map`` returns them, shape (n, m).
-        x_min: Least x of the map [m].
-        y_min: Least y of the map [m].
-        cell: Width of a cell [m].
-        outline: Points of the body as in ``PlantParameters``.
-    """
-
-    states: NDArray[np.uint8]
-    x_min: float
-    y_min: float
-    cell: float
-    outline: NDArray[np.float64]
 
 
 def plant_parameters(robot: RobotModel, config: KinematicConfig) -> PlantParameters:
@@ -264,10 +212,10 @@ def plant_parameters(robot: RobotModel, config: KinematicConfig) -> PlantParamet
     decay = math.exp(-TICK / config.slip_time)
     corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
     return PlantParameters(
-        limits=DriveLimits(
-            decay, 1 - math.exp(-TICK / config.time_constant), config.max_climb, config.max_tilt
+        limits=np.array(
+            [decay, 1 - math.exp(-TICK / config.time_constant), config.max_climb, config.max_tilt]
         ),
-        sliding=Sliding(robot.creep, robot.creep_slope, robot.pivot),
+        sliding=np.array([robot.creep, robot.creep_slope, robot.pivot]),
         wheels=corners * [robot.wheelbase, robot.track],
         outline=_outline(robot, config.outline_margin),
         # Keeps the variance of the Gauss-Markov process at slip_sigma^2.
@@ -297,8 +245,8 @@ def drive_ticks(
     motion: NDArray[np.float64],
     command: NDArray[np.float64],
     noise: NDArray[np.float64],
-    limits: DriveLimits,
-    sliding: Sliding,
+    limits: NDArray[np.float64],
+    sliding: NDArray[np.float64],
     ground: WheelGround,
     contact: ContactMap,
     rows: NDArray[np.float64],
@@ -311,15 +259,14 @@ def drive_ticks(
             [rad/s], relative errors of these two, sideways speed [m/s]; shape (8,).
         command: Commanded speed [m/s] and yaw rate [rad/s], shape (2,).
         noise: Slip of speed and of yaw rate that each tick adds, shape (ticks, 2).
-        limits: Response and limits of the body.
-        sliding: Sideways motion on slopes.
+        limits: ``PlantParameters.limits``.
+        sliding: ``PlantParameters.sliding``.
         ground: Ground under the wheels.
         contact: Solid cells and outline.
         rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of each tick, shape
             (ticks, 7 or more).
         flags: Collision and roll-over, set in place and never cleared here, shape (2,).
     """
-    # Unpacked by position, so that plain tuples do as well.
     slip_decay, response, max_climb, max_tilt = limits
     creep, creep_slope, pivot = sliding
     heights, cell, wheels = ground

@@ -1,7 +1,7 @@
 """Rotating 2D laser and horizontal scanner of stage 1, cast against a world's ray scene."""
 
 from itertools import pairwise
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,14 +170,8 @@ class RotatingLidar:
         self._elevations = config.elevations(0, 1)  # The same for every sweep, except of a rosette.
         self._tables = BeamTables()
         self._budgets = np.empty(0, dtype=np.float32)
-        self._errors = _RangeErrors(
-            config.noise,
-            config.dropout,
-            config.edge_step,
-            config.mixed,
-            config.min_range,
-            config.max_range,
-        )
+        errors = [config.noise, config.dropout, config.edge_step, config.mixed]
+        self._errors = np.array([*errors, config.min_range, config.max_range])
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -244,26 +238,6 @@ class RotatingLidar:
         return ranges, classes
 
 
-class _RangeErrors(NamedTuple):
-    """Errors and limits of a range, as compiled code takes them; see ``LidarConfig``.
-
-    Attributes:
-        noise: Standard deviation of the range [m].
-        dropout: Probability that a return is lost.
-        edge_step: Difference in range from which there is an edge [m].
-        mixed: Probability of a mixed pixel at an edge.
-        min_range: Range below which there is no return [m].
-        max_range: Range beyond which there is no return [m].
-    """
-
-    noise: float
-    dropout: float
-    edge_step: float
-    mixed: float
-    min_range: float
-    max_range: float
-
-
 @inlined_kernel
 def _mixing_draw(key: np.uint64, beam: int) -> np.float64:
     """Return a beam's first draw, which decides on a mixed pixel and on its place."""
@@ -307,7 +281,7 @@ def _measure(
     classes: NDArray[np.uint8],
     key: np.uint64,
     returns: NDArray[np.float32],
-    errors: _RangeErrors,
+    errors: NDArray[np.float64],
     stride: int,
 ) -> NDArray[np.float32]:
     """Return measured ranges with noise, dropouts and mixed pixels; ``inf`` is no return.
@@ -320,7 +294,8 @@ def _measure(
         classes: True semantic classes, changed in place, shape (s, b).
         key: Key of the random numbers.
         returns: Probability that each semantic class returns a beam, shape (256,).
-        errors: Errors and limits of a range.
+        errors: ``noise``, ``dropout``, ``edge_step``, ``mixed``, ``min_range`` and ``max_range`` of
+            ``LidarConfig``, shape (6,).
         stride: Number of beams from one to its neighbour, 0 without any.
 
     Returns:

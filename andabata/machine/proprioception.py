@@ -164,34 +164,6 @@ class ProprioceptiveReadings(NamedTuple):
     gnss: NDArray[np.float64]
 
 
-class _Memory(NamedTuple):
-    """State of the sensors from tick to tick, changed in place.
-
-    Attributes:
-        poses: Last two true poses, oldest first: x, y, z [m], quaternion x, y, z, w; shape (2, 7).
-        angles: Angle of the left and the right wheel [rad], shape (2,).
-        bias: Bias of gyro [rad/s] and accelerometer [m/s2], shape (6,).
-    """
-
-    poses: NDArray[np.float64]
-    angles: NDArray[np.float64]
-    bias: NDArray[np.float64]
-
-
-class _Environment(NamedTuple):
-    """Constants that the readings depend on.
-
-    Attributes:
-        flux: Magnetic flux density in the map [uT], shape (3,).
-        hard_iron: Field of the robot itself in the base frame [uT], shape (3,).
-        encoder_step: Angle of an encoder count [rad].
-    """
-
-    flux: NDArray[np.float64]
-    hard_iron: NDArray[np.float64]
-    encoder_step: float
-
-
 class Proprioception:
     """Proprioceptive sensors of one robot in one world, sampled once per control period."""
 
@@ -215,6 +187,12 @@ class Proprioception:
         self._trees = cKDTree(np.array(trees)) if trees else None
         gnss = config.gnss
         self._decay = np.exp(-1 / gnss.correlation_time)
+        # Densities become standard deviations of a tick: white noise by 1 / sqrt(dt), walks by
+        # sqrt(dt).
+        imu, root = config.imu, np.sqrt(TICK)
+        densities = [imu.gyro_noise / root, imu.acceleration_noise / root]
+        walks = [imu.gyro_walk * root, imu.acceleration_walk * root]
+        self._noise_sigma = np.repeat([*densities, *walks, config.compass.noise], 3)
         self._sigma = np.array([gnss.noise, gnss.noise, gnss.noise * gnss.vertical_ratio])
 
     def reset(self, pose: NDArray[np.float64], rng: np.random.Generator) -> None:
@@ -227,13 +205,12 @@ class Proprioception:
         self._rng = np.random.default_rng(rng.integers(2**63))
         imu, gnss = self._config.imu, self._config.gnss
         draw = self._rng.standard_normal
-        bias = np.concatenate([imu.gyro_bias * draw(3), imu.acceleration_bias * draw(3)])
-        hard_iron = self._config.compass.hard_iron * draw(3)
+        self._bias = np.concatenate([imu.gyro_bias * draw(3), imu.acceleration_bias * draw(3)])
+        self._hard_iron = self._config.compass.hard_iron * draw(3)
         self._correlated = gnss.correlated_error * draw(3)
         self._multipath = np.zeros(3)
-        self._memory = _Memory(np.tile(pose, (2, 1)), np.zeros(2), bias)
-        step = 2 * np.pi / self._config.encoders.counts
-        self._environment = _Environment(self._flux, hard_iron, step)
+        self._poses = np.tile(pose, (2, 1))  # The last two, oldest first.
+        self._angles = np.zeros(2)
         self._pending: list[NDArray[np.float64]] = []  # Fixes on their way, oldest first.
         self._second = 0
 
@@ -244,30 +221,36 @@ class Proprioception:
             rows: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w, actual left and right wheel
                 speed [rad/s] at each tick; shape (k, 10).
         """
-        imu = self._config.imu
-        # Densities become standard deviations at the tick: white noise by 1 / sqrt(dt), walks by
-        # sqrt(dt).
         noise = self._rng.standard_normal((len(rows), _NOISE_COLUMNS))
-        noise[:, 0:3] *= imu.gyro_noise / np.sqrt(TICK)
-        noise[:, 3:6] *= imu.acceleration_noise / np.sqrt(TICK)
-        noise[:, 6:9] *= imu.gyro_walk * np.sqrt(TICK)
-        noise[:, 9:12] *= imu.acceleration_walk * np.sqrt(TICK)
-        noise[:, 12:15] *= self._config.compass.noise
+        noise *= self._noise_sigma
         inertial = np.empty((len(rows), 7))
         encoders = np.empty((len(rows), 3))
         mag = np.empty((len(rows), 4))
-        _sample_ticks(rows, self._memory, self._environment, noise, inertial, encoders, mag)
+        _sample_ticks(
+            rows,
+            self._poses,
+            self._angles,
+            self._bias,
+            self._flux,
+            self._hard_iron,
+            2 * np.pi / self._config.encoders.counts,
+            noise,
+            inertial,
+            encoders,
+            mag,
+        )
         return ProprioceptiveReadings(inertial, encoders, mag, self._arrived_fixes(rows))
 
     def _arrived_fixes(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the fixes that arrive in a period, after taking one at each whole second in it."""
-        if rows[-1, _STAMP] > self._second + 1 - TICK / 2:
+        now = float(rows[-1, _STAMP])
+        if now > self._second + 1 - TICK / 2:
             for row in rows:
                 second = round(row[_STAMP])
                 if second > self._second and abs(row[_STAMP] - second) < TICK / 2:
                     self._second = second
                     self._take_fix(row)
-        latency, now = self._config.gnss.latency, rows[-1, _STAMP]
+        latency = self._config.gnss.latency
         due = [fix for fix in self._pending if fix[0] + latency <= now]
         self._pending = self._pending[len(due) :]
         return np.array(due).reshape(-1, 5)
@@ -303,8 +286,12 @@ class Proprioception:
 @kernel
 def _sample_ticks(
     rows: NDArray[np.float64],
-    memory: _Memory,
-    environment: _Environment,
+    poses: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    bias: NDArray[np.float64],
+    flux: NDArray[np.float64],
+    hard_iron: NDArray[np.float64],
+    step: float,
     noise: NDArray[np.float64],
     imu: NDArray[np.float64],
     encoders: NDArray[np.float64],
@@ -317,15 +304,17 @@ def _sample_ticks(
 
     Args:
         rows: Rows of the true track as in ``Proprioception.sample``, shape (k, 10).
-        memory: State from tick to tick, changed in place.
-        environment: Field, hard iron and encoder count.
+        poses: Last two true poses, oldest first, changed in place, shape (2, 7).
+        angles: Angles of left and right wheel [rad], changed in place, shape (2,).
+        bias: Biases of gyro [rad/s] and accelerometer [m/s2], changed in place, shape (6,).
+        flux: Magnetic flux density in the map [uT], shape (3,).
+        hard_iron: Field of the robot itself in the base frame [uT], shape (3,).
+        step: Angle of an encoder count [rad].
         noise: Scaled noise of each tick, shape (k, 15).
         imu: Inertial rows that are filled, shape (k, 7).
         encoders: Encoder rows that are filled, shape (k, 3).
         mag: Magnetometer rows that are filled [T], shape (k, 4).
     """
-    poses, angles, bias = memory
-    flux, hard_iron, step = environment
     for k in range(len(rows)):
         # Biases of gyro and accelerometer walk.
         for c in range(6):

@@ -1,1 +1,1 @@
-"""From senses to a steering command. Read ``navigator.py`` first."""
+"""From sensor readings to a steering command. Read ``navigator.py`` first."""

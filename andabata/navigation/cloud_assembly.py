@@ -25,7 +25,7 @@ class CloudAssemblyConfig(BaseModel):
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
         settle: Turn of the head after which a place was measured with what lies beside it [rad]; 0
-            for a head that turns faster than anybody looks.
+            for a head that turns faster than clouds are asked for.
         span: Time for which a 3D laser's clouds are gathered before they replace the last one [s];
             0 takes each by itself, as for a laser that sends whole turns.
         max_range: Range beyond which returns are dropped [m]: the 10 m grid and what the robot

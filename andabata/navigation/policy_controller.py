@@ -65,7 +65,7 @@ def twist_of(actions: ActionSpec, values: NDArray[np.float64], cruise_speed: flo
 
     Args:
         actions: Names of the actions: ``angular``, ``linear``.
-        values: Their values.
+        values: Values of the terms.
         cruise_speed: Forward speed without an action for it [m/s].
     """
     parts = dict(zip(actions.names, (float(value) for value in values), strict=True))

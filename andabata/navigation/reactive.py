@@ -11,7 +11,7 @@ from traversability.grid import PolarGrid
 
 
 class StraightController:
-    """Steers at the goal and looks at nothing: the lower bound.
+    """Steers at the goal and ignores the scan: the lower bound.
 
     The law is the way-point law of the paper's authors, a yaw rate proportional to the yaw error.
     """
@@ -38,10 +38,10 @@ class ReactiveConfig(BaseModel):
 
     Attributes:
         look_ahead: A sector is open when it is free this far, or as far as the goal [m].
-        margin: Room kept on each side of the body [m].
+        margin: Clearance kept on each side of the body [m].
         clearance_weight: Radians of detour accepted for a sector that is free to the last ring.
         commitment_weight: Share of the change of direction that is charged to a new one.
-        gain: From the chosen bearing to the yaw rate [1/s].
+        gain: Factor from the chosen bearing to the yaw rate [1/s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -17,7 +17,7 @@ from andabata.ros.sensor_inbox import SensorInbox
 from traversability.cloud import PointCloud
 
 POLL_NS = NS // 20
-"""Time between two looks at what was received [ns]."""
+"""Time between two checks of what was received [ns]."""
 
 _TRANSFORM_TIMEOUT = 3.0
 """Longest wait for the sensors' first messages and the transforms of their frames [s]."""

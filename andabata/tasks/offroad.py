@@ -250,8 +250,8 @@ def _truth(readings: SensorReadings) -> VehicleState:
 def stage_config(stage: str) -> OffroadConfig:
     """Return the environment of one of the paper's stages: ``Maze2D``, ``Maze3D`` or ``Natural``.
 
-    Training drives the kinematic plant; results are judged in bullet. The first stage has no senses
-    but its beams: it drives by the true pose with wandering errors (assumption).
+    Training drives the kinematic plant; published results are those of bullet. The first stage has
+    no sensors but its beams: it drives by the true pose with correlated errors (assumption).
 
     Raises:
         ValueError: If there is no such stage.
@@ -294,8 +294,8 @@ def make_offroad(
     Args:
         stage: ``Maze2D``, ``Maze3D`` or ``Natural``.
         config: Instead of the stage's own.
-        models: As for ``OffroadEnv``.
-        scenes: As for ``OffroadEnv``.
-        render_mode: As for ``OffroadEnv``.
+        models: Classifiers and policy; None for the shipped ones.
+        scenes: Scenes to share with other environments of this process.
+        render_mode: ``rgb_array`` or None.
     """
     return OffroadEnv(config or stage_config(stage), models, scenes, render_mode)

@@ -1,7 +1,7 @@
 """Compiled pass of many planar robots: plant, errors of the believed pose, beams.
 
 Plant and rays are the compiled functions that a single robot is driven with. What a drive is about
-(terminations, rewards, observations) is not here: it is told by functions over arrays.
+(terminations, rewards, observations) is not here: functions over arrays state it.
 """
 
 from typing import NamedTuple
@@ -10,13 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.clock import TICKS_PER_STEP
-from andabata.machine.kinematic_vehicle import (
-    ContactMap,
-    DriveLimits,
-    Sliding,
-    WheelGround,
-    drive_ticks,
-)
+from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
 from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
@@ -126,18 +120,18 @@ class Body(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: See ``PlantParameters``.
-        sliding: See ``PlantParameters``.
-        wheels: See ``PlantParameters``.
-        outline: See ``PlantParameters``.
+        limits: Limits of the drive (``PlantParameters``), shape (4,).
+        sliding: Slip of the wheels (``PlantParameters``), shape (3,).
+        wheels: Places of the wheels (``PlantParameters``).
+        outline: Outline of the body (``PlantParameters``).
         radius: Radius of the body for moving obstacles [m].
         keep: Share of each error that stays from step to step, shape (5,).
         spread: Standard deviation of each error, and of what a step adds, shape (2, 5).
     """
 
     slip: float
-    limits: DriveLimits
-    sliding: Sliding
+    limits: NDArray[np.float64]
+    sliding: NDArray[np.float64]
     wheels: NDArray[np.float64]
     outline: NDArray[np.float64]
     radius: float
@@ -216,7 +210,7 @@ def move(
     """Move the chosen robots, their moving obstacles and the errors for one control period.
 
     Args:
-        twists: Speed [m/s] and yaw rate [rad/s] that the wheels are told, shape (n, 2).
+        twists: Speed [m/s] and yaw rate [rad/s] that the wheels are commanded, shape (n, 2).
         chosen: True for robots that move, shape (n,).
         robots: State, changed in place.
         movers: Moving obstacles, changed in place.
@@ -240,8 +234,8 @@ def move(
             noise,
             body.limits,
             body.sliding,
-            WheelGround(worlds.heights[w], worlds.frame.cell, body.wheels),
-            ContactMap(
+            (worlds.heights[w], worlds.frame.cell, body.wheels),
+            (
                 worlds.contact[w],
                 worlds.raster[0],
                 worlds.raster[1],

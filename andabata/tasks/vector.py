@@ -74,7 +74,7 @@ def robots_in_one_process(
     Args:
         config: The stage.
         count: Robots.
-        models: As for ``OffroadEnv``.
+        models: Classifiers and policy; None for the shipped ones.
         scenes: Scenes to share with others of this process.
     """
     make = partial(OffroadEnv, config, models, scenes or SceneCache())
@@ -97,7 +97,7 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
             config: The stage.
             num_envs: Robots.
             workers: Processes.
-            models: As for ``OffroadEnv``.
+            models: Classifiers and policy; None for the shipped ones.
 
         Raises:
             ValueError: If a process ends before it has begun.

@@ -114,7 +114,7 @@ def test_nuscenes_files_say_what_was_taken(tmp_path):
     path.write_bytes(np.column_stack(tables()[4]).astype("<f4").tobytes())
     decoded = decode_cloud_file(path)
     assert decoded.columns == 5
-    assert decoded.remarks == ("5 columns, told by its content",)
+    assert decoded.remarks == ("5 columns, inferred from its content",)
     again = tmp_path / "four.bin"
     again.write_bytes(cloud_to_bytes(decoded.cloud, "bin", decoded.others))
     four = decode_cloud_file(again)

@@ -62,6 +62,28 @@ def test_a_gap_narrower_than_twice_the_clearance_is_closed():
     assert length_of(shortest_path(detour, CELL, start, goal, 0.15)) < 210
 
 
+def test_corners_are_at_the_centres_of_nodes():
+    """Through a gap of one node the path goes through its middle."""
+    clearance = clearance_of(wall_with_gaps((198, 201)))
+    path = shortest_path(clearance, CELL, np.array([50.0, 100.0]), np.array([250.0, 100.0]), 0.15)
+    inside = path[np.abs(path[:, 0] - 150.0) < 3.0]
+    assert len(inside)
+    np.testing.assert_allclose(inside[:, 1], 199.5)
+
+
+def test_a_little_detour_is_taken_for_more_clearance():
+    """Of two corridors the wide one is taken, though it is somewhat further."""
+    free = np.ones((300, 300), dtype=bool)
+    free[60:240] = False
+    free[60:240, 140:152] = True
+    start, goal = np.array([30.0, 155.0]), np.array([270.0, 155.0])
+    path = shortest_path(clearance_of(free), CELL, start, goal, 0.5)
+    assert path[:, 1].min() < 152.0
+    free[60:240, 170:200] = True
+    path = shortest_path(clearance_of(free), CELL, start, goal, 0.5)
+    assert path[:, 1].max() > 170.0
+
+
 def test_a_start_inside_of_an_obstacle_has_no_path():
     """A start or goal more than a metre from enough clearance is refused."""
     free = np.ones((300, 300), dtype=bool)

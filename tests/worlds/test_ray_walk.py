@@ -73,6 +73,17 @@ def test_the_nearest_of_several_objects_is_hit(make_ground):
     assert cast(world, (0, 0, 2.5), (1, 0, 0)) == (np.inf, NO_CLASS)
 
 
+def test_a_nearer_object_of_a_later_block_is_hit(make_ground):
+    """A long oblique wall is found in the first block of its box, before a nearer post is."""
+    wall = box(SemanticClass.WALL, (4.0, 0.0, 1.0), (11.0, 0.1, 2.0), yaw=np.pi / 4)
+    post = box(SemanticClass.POST, (3.0, 1.0, 1.0), (0.2, 0.2, 2.0))
+    east = ((-2.0, 1.0, 1.0), (1, 0, 0))
+    found = cast(make_ground(objects=(wall,)), *east)
+    assert found == (pytest.approx(7.0 - 0.05 * np.sqrt(2)), SemanticClass.WALL)
+    found = cast(make_ground(objects=(wall, post)), *east)
+    assert found == (pytest.approx(4.9), SemanticClass.POST)
+
+
 def test_from_inside_of_an_opaque_object_the_far_face_is_hit(make_ground):
     """A ray that begins in a wall ends where it leaves it."""
     wall = box(SemanticClass.WALL, (0.0, 0.0, 1.0), (1.0, 4.0, 2.0))

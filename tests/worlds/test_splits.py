@@ -5,6 +5,7 @@ import pytest
 from worlds.splits import (
     DATASET_CLOUDS,
     DATASET_START,
+    DEVELOPMENT_SEEDS,
     EVALUATION_START,
     EVALUATIONS,
     TRAINING_SEEDS,
@@ -15,9 +16,10 @@ from worlds.splits import (
 
 
 def test_the_splits_are_disjoint_and_in_order():
-    """Training, validation, evaluation and data sets share no world seed."""
+    """Training, validation, development, evaluation and data sets share no world seed."""
     assert max(TRAINING_SEEDS) < min(VALIDATION_SEEDS)
-    assert max(VALIDATION_SEEDS) < EVALUATION_START
+    assert max(VALIDATION_SEEDS) < min(DEVELOPMENT_SEEDS)
+    assert max(DEVELOPMENT_SEEDS) < EVALUATION_START
     assert evaluation_world(EVALUATIONS - 1, EVALUATIONS - 1) < DATASET_START
 
 

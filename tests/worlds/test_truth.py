@@ -113,6 +113,16 @@ def test_objects_forbid_their_footprint_by_class_and_height(semantic, base, heig
     assert truth.reason_at(2.0, 1.0) == Reason.FREE
 
 
+def test_a_thin_object_between_cell_centres_marks_its_cells():
+    """A post of 2 cm in the corner of four cells marks them, and nothing further away."""
+    post = frustum(SemanticClass.POST, (1.0, 2.0, -0.1), (0.01, 0.01), 2.0)
+    truth = truth_of(np.zeros((51, 51)), (post,))
+    near = [(1 + dx, 2 + dy) for dx in (-0.05, 0.05) for dy in (-0.05, 0.05)]
+    assert any(truth.solid_at(*place) for place in near)
+    cells = np.argwhere(truth.reason == Reason.SOLID) * 0.1 - 4.95
+    assert np.hypot(*(cells - [1.0, 2.0]).T).max() < 0.25
+
+
 def test_solid_objects_outrank_plants_and_water_outranks_slope():
     """A cell with several reasons keeps the gravest."""
     objects = (

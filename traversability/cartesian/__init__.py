@@ -1,1 +1,1 @@
-"""Cells of a Cartesian grid around the robot: features, classifier, and a grid that rolls along."""
+"""Cartesian grids around the robot: rolling grid, elevation grid, and the ground classifier."""

@@ -1,4 +1,4 @@
-"""The classifier of squares: what it learns from, how it grows, and its file."""
+"""Ground classifier: two stages of boosted trees on ground cells, their training and their file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -20,30 +20,31 @@ from traversability.labels import MIN_SHARE, object_points
 from traversability.tree_fitting import fit_boosted
 from traversability.trees import TreeNodes, Trees, add_leaves
 
-_FORMAT = "andabata-squares"
+_FORMAT = "andabata-squares"  # As files of before have it.
 _VERSION = 2
 _MAX_BYTES = 1 << 24
 
-LOW = 0.13
-"""Squares of things whose points are no further apart in height show a low one [m]."""
+LOW_OBJECT_HEIGHT = 0.13
+"""Height difference within a ground cell below which it shows a low object [m]."""
 
+_FORBIDDEN_SHARE = 0.5
+"""Share of an elevation cell's points over ground that the true map forbids, from which on the cell
+is blocked."""
 
-_HALF = 0.5
-"""Share of a tile's points over ground that the true map forbids, from which the tile is red."""
+_HEIGHT = GROUND_FEATURES.index("height")
 
 
 class GroundClassifierConfig(BaseModel):
-    """How the trees are grown.
+    """Parameters of training; see ``train_ground_classifier``.
 
     Attributes:
-        trees: Number of boosted trees of each look.
-        max_depth: Deepest split.
-        min_leaf: Fewest squares of a leaf.
+        trees: Number of boosted trees of each stage.
+        max_depth: Largest number of splits from the root of a tree to a leaf.
+        min_leaf: Smallest number of ground cells in a leaf.
         rate: Learning rate.
         shrink: L2 penalty of leaves.
-        share: Share of each cloud's squares to learn from: neighbours have much in common.
-        low: A red square of a low thing counts so many times: there are few, and no wheel may
-            touch them.
+        share: Share of each cloud's ground cells that are trained on: neighbours are much alike.
+        low: Weight of a blocked cell of a low object; there are few, and no wheel may touch them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -59,13 +60,13 @@ class GroundClassifierConfig(BaseModel):
 
 @dataclass(frozen=True)
 class GroundSamples:
-    """Labelled squares of several clouds.
+    """Labelled ground cells of several clouds.
 
     Attributes:
-        features: In the order of ``GROUND_FEATURES``, or of ``CONTEXT_FEATURES`` for the second
-            look, float32, shape (n, f).
-        blocked: Whether each is non-traversable, bool, shape (n,).
-        low: Whether that is for a thing lower than ``LOW``, bool, shape (n,).
+        features: Features in the order of ``GROUND_FEATURES``, or of ``CONTEXT_FEATURES`` for the
+            second stage, float32, shape (n, f).
+        blocked: True for non-traversable cells, bool, shape (n,).
+        low: True for those blocked by an object lower than ``LOW_OBJECT_HEIGHT``, bool, shape (n,).
     """
 
     features: NDArray[np.float32]
@@ -75,56 +76,57 @@ class GroundSamples:
 
 @dataclass(frozen=True)
 class Stage:
-    """Boosted trees that judge squares by some of what is known of them.
+    """Boosted trees that classify ground cells by some of their features.
 
     Attributes:
-        trees: Their sums are log odds.
-        names: Of the columns that they are given.
+        trees: Boosted trees, whose sums are log odds.
+        names: Names of the columns that they are given.
     """
 
     trees: Trees
     names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Check that sums are log odds.
+        """Check that the sums of leaves are log odds.
 
         Raises:
             ValueError: If they are not.
         """
         if self.trees.vote != "logistic":
-            raise ValueError(f"vote {self.trees.vote!r}")
+            raise ValueError(f"vote: expected 'logistic', got {self.trees.vote!r}")
 
     def log_odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the log odds of squares for being non-traversable, shape (n,).
+        """Return the log odds of ground cells for being non-traversable, shape (n,).
 
         Args:
-            rows: What is known of them, in the order of ``names``, float32, shape (n, c).
+            rows: Features in the order of ``names``, float32, shape (n, c).
 
         Raises:
-            ValueError: If the rows have another shape: trees look them up unchecked.
+            ValueError: If the rows have another shape, which the kernels do not check.
         """
         if rows.ndim != 2 or rows.shape[1] != len(self.names):
             raise ValueError(f"features: expected shape (n, {len(self.names)}), got {rows.shape}")
         found = np.full(len(rows), self.trees.base)
         every, flat = np.arange(len(rows)), np.ascontiguousarray(rows)
-        add_leaves(flat, every, len(every), self._nodes, 0, len(self.trees.roots), found)
+        add_leaves(flat, every, len(every), self._nodes, 0, self._nodes.n_trees, found)
         return found
 
     @cached_property
     def _nodes(self) -> TreeNodes:
-        """The trees as they are walked."""
+        """Trees laid out for the kernel, kept: they are walked with every cloud."""
         return self.trees.laid_out(self.names)
 
 
 @dataclass(frozen=True)
 class GroundClassifier:
-    """What tells red squares from green ones.
+    """Two-stage classifier of ground cells as blocked or free (auto-context).
 
     Attributes:
-        first: Knows ``GROUND_FEATURES``.
-        second: Knows ``CONTEXT_FEATURES``, so what a square and its neighbours were taken for.
-        cell: Edge of the tiles that they know [m].
-        summary: What they were trained on, ready for JSON.
+        first: First stage, on ``GROUND_FEATURES``.
+        second: Second stage, on ``CONTEXT_FEATURES``, which hold the first stage's log odds of a
+            cell and of its neighbours.
+        cell: Edge of the elevation grid cells that both were trained on [m].
+        summary: Account of the training, ready for JSON.
     """
 
     first: Stage
@@ -133,33 +135,36 @@ class GroundClassifier:
     summary: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check that the looks fit together.
+        """Check that the stages fit together.
 
         Raises:
-            ValueError: If they do not, or the tiles have no size.
+            ValueError: If they do not, or the elevation grid cells have no size.
         """
         if self.first.names != GROUND_FEATURES or self.second.names != CONTEXT_FEATURES:
-            raise ValueError(f"looks at {len(self.first.names)}, {len(self.second.names)} columns")
+            expected = f"{len(GROUND_FEATURES)} and {len(CONTEXT_FEATURES)}"
+            found = f"{len(self.first.names)} and {len(self.second.names)}"
+            raise ValueError(f"stages: expected those of {expected} features, got {found}")
         if not self.cell > 0:
-            raise ValueError(f"tiles of {self.cell} m")
+            raise ValueError(f"cell: expected an edge above 0 m, got {self.cell}")
 
     def log_odds(
         self,
         features: NDArray[np.float32],
-        places: NDArray[np.int64],
+        cells: NDArray[np.int64],
         due: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.float64]:
-        """Return the log odds of a cloud's squares for being non-traversable, shape (k,).
+        """Return the log odds of a cloud's ground cells for being non-traversable, shape (k,).
 
         Args:
-            features: Of all squares of the cloud, as ``GROUND_FEATURES``, float32, shape (n, f).
-            places: The squares, int64, shape (n, 2).
-            due: The k squares that are asked for, bool, shape (n,); None for all.
+            features: Features of all ground cells of the cloud, in the order of
+                ``GROUND_FEATURES``, float32, shape (n, f).
+            cells: The ground cells, int64, shape (n, 2).
+            due: True for the k cells that are asked for, bool, shape (n,); None for all.
 
         Raises:
             ValueError: If the features have another shape.
         """
-        rows = add_context(features, self.first.log_odds(features), places)
+        rows = add_context(features, self.first.log_odds(features), cells)
         return self.second.log_odds(rows if due is None else rows[due])
 
     def to_bytes(self) -> bytes:
@@ -167,33 +172,34 @@ class GroundClassifier:
         first, about_first = self.first.trees.packed("first_")
         second, about_second = self.second.trees.packed("second_")
         header = {"format": _FORMAT, "version": _VERSION, "cell": self.cell}
-        looks = {"first": about_first, "second": about_second}
-        return pack(first | second, {**header, **looks, "summary": self.summary})
+        stages = {"first": about_first, "second": about_second}
+        return pack(first | second, {**header, **stages, "summary": self.summary})
 
     @classmethod
-    def from_bytes(cls, data: bytes, name: str = "squares") -> Self:
+    def from_bytes(cls, data: bytes, name: str = "ground classifier") -> Self:
         """Return the classifier of a file's bytes, every index checked.
 
         Args:
-            data: The bytes.
-            name: The file's name, for errors.
+            data: Bytes of the file.
+            name: Name of the file, for errors.
 
         Raises:
-            ForestFileError: If the bytes are no classifier that can be walked safely.
+            ForestFileError: If the bytes are no classifier whose trees can be walked safely.
         """
         try:
             arrays, header = unpack(data, _MAX_BYTES)
             if header.get("format") != _FORMAT or header.get("version") != _VERSION:
-                raise ValueError(f"format {header.get('format')!r} {header.get('version')!r}")
+                found = f"{header.get('format')!r} {header.get('version')!r}"
+                raise ValueError(f"a file of format {found}")
             first, second = (
-                Stage(Trees.unpacked(arrays, header[look], f"{look}_", set(names)), names)
-                for look, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
+                Stage(Trees.unpacked(arrays, header[stage], f"{stage}_", set(names)), names)
+                for stage, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
             )
             return cls(first, second, float(header["cell"]), dict(header["summary"]))
         except (ArrayFileError, KeyError, TypeError, ValueError) as error:
             reason = str(error).splitlines()[0]
             raise ForestFileError(
-                f"{name}: expected a classifier of squares written by andabata, got {reason}; "
+                f"{name}: expected a ground classifier written by andabata, got {reason}; "
                 "train one with `andabata classifier ground`"
             ) from error
 
@@ -201,8 +207,11 @@ class GroundClassifier:
     def load(cls, path: Path) -> Self:
         """Return the classifier of a file.
 
+        Args:
+            path: Path of the file.
+
         Raises:
-            ForestFileError: If the file is none.
+            ForestFileError: If the file holds none.
             OSError: If it cannot be read.
         """
         return cls.from_bytes(path.read_bytes(), str(path))
@@ -214,56 +223,78 @@ def ground_samples(
     rng: np.random.Generator,
     first: Stage | None = None,
 ) -> GroundSamples:
-    """Return labelled squares of labelled clouds.
+    """Return labelled ground cells of labelled clouds.
 
-    A square is red when half of the points of one of its tiles were measured where the true map
-    forbids to drive: a robot that plans by squares needs to know where it must not be, not which
-    points belong to what. A map's squares lie as ``odom`` does, wherever the robot looks: clouds
-    are turned by chance.
+    A ground cell is blocked if at least half of the points of one of its elevation grid cells were
+    measured where the true map forbids to drive: a planner needs to know where the robot must not
+    be, not which points belong to which object. The ground cells of a map are aligned with
+    ``odom``, whatever the robot's heading: clouds are turned by random angles.
 
     Args:
-        clouds: Labelled, in ``base_footprint``, with ``forbidden``.
-        share: Share of each cloud's squares.
-        rng: Turns, and which squares.
-        first: What the second look goes by; None for samples of the first.
+        clouds: Labelled clouds in ``base_footprint``, with ``forbidden``.
+        share: Share of each cloud's ground cells to take.
+        rng: Random generator of the angles and of the choice of cells.
+        first: First stage, for samples of the second; None for samples of the first.
 
     Raises:
-        ValueError: If there are no squares, or one cloud has no labels.
+        ValueError: If there are no ground cells, or a cloud has no labels.
     """
-    tiles, describer, here = ElevationGrid(), GroundFeatures(), np.zeros(2)
-    height = GROUND_FEATURES.index("height")
+    elevation, describer, here = ElevationGrid(), GroundFeatures(), np.zeros(2)
     features: list[NDArray[np.float32]] = []
     labels: list[NDArray[np.bool_]] = []
     for cloud in clouds:
         turned = _turned(cloud, rng.uniform(-np.pi, np.pi))
-        tiles.describe(turned.points, here)
-        describer.describe(tiles, here)
+        elevation.describe(turned.points, here)
+        describer.describe(elevation, here)
         count = len(describer.cells)
         taken = np.sort(rng.permutation(count)[: round(share * count)])
-        places, values = describer.cells, describer.values
+        cells, values = describer.cells, describer.values
         if first is not None:
-            values = add_context(values, first.log_odds(values), places)
-        places, values = places[taken], values[taken]
-        if turned.forbidden is None:
-            raise ValueError(
-                "forbidden: expected clouds that know which places the true map forbids, got one "
-                "without; make them with `andabata clouds generate`"
-            )
-        red = label_ground_cells(turned, turned.forbidden, _HALF, tiles, places)
-        thing = label_ground_cells(turned, object_points(turned), MIN_SHARE, tiles, places)
+            # Context needs all neighbours, so it is added before cells are taken.
+            values = add_context(values, first.log_odds(values), cells)
+        cells, values = cells[taken], values[taken]
         features.append(values)
-        labels.append(np.stack([red, red & thing & (values[:, height] < LOW)]))
+        labels.append(_label(turned, elevation, cells, values))
     if not sum(map(len, features)):
         raise ValueError(
-            "clouds: expected some with squares to judge, got none; each look needs worlds of its "
+            "clouds: expected some with ground cells, got none; each stage needs worlds of its "
             "own, so make clouds of two worlds or more"
         )
-    red, low = np.concatenate(labels, axis=1)
-    return GroundSamples(np.concatenate(features), red, low)
+    blocked, low = np.concatenate(labels, axis=1)
+    return GroundSamples(np.concatenate(features), blocked, low)
+
+
+def _label(
+    cloud: PointCloud,
+    elevation: ElevationGrid,
+    cells: NDArray[np.int64],
+    values: NDArray[np.float32],
+) -> NDArray[np.bool_]:
+    """Return which ground cells are blocked, and which of them by a low object, shape (2, n).
+
+    Args:
+        cloud: Labelled cloud.
+        elevation: Elevation grid of the cloud.
+        cells: Ground cells, shape (n, 2).
+        values: Features of the cells, shape (n, f).
+    """
+    if cloud.forbidden is None:
+        raise ValueError(
+            "forbidden: expected clouds that know which places the true map forbids, got one "
+            "without; make them with `andabata clouds generate`"
+        )
+    blocked = label_ground_cells(cloud, cloud.forbidden, _FORBIDDEN_SHARE, elevation, cells)
+    objects = label_ground_cells(cloud, object_points(cloud), MIN_SHARE, elevation, cells)
+    return np.stack([blocked, blocked & objects & (values[:, _HEIGHT] < LOW_OBJECT_HEIGHT)])
 
 
 def _turned(cloud: PointCloud, yaw: float) -> PointCloud:
-    """Return a cloud turned about the vertical axis."""
+    """Return a cloud turned counter-clockwise about the vertical axis.
+
+    Args:
+        cloud: Cloud to turn.
+        yaw: Angle [rad].
+    """
     c, s = np.cos(yaw), np.sin(yaw)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], dtype=np.float32)
     return replace(cloud, points=cloud.points @ turn.T)
@@ -275,46 +306,47 @@ def train_ground_classifier(
     seed: int,
     summary: dict[str, Any] | None = None,
 ) -> GroundClassifier:
-    """Grow the classifier.
+    """Train both stages and return the classifier.
 
     Args:
-        clouds: To learn the first look from and, of other worlds, the second, which would believe
-            the first too much where that has learnt by heart. Both as ``ground_samples`` says.
-        config: How.
-        seed: Of turns, squares and splits.
-        summary: Kept with it, ready for JSON; the numbers of squares are added.
+        clouds: Clouds for the first stage and, of other worlds, for the second, which would rely
+            too much on the first where that has memorised the answer. See ``ground_samples``.
+        config: Parameters of training.
+        seed: Seed of angles, choice of cells and splits.
+        summary: Account of the training, kept with the classifier, ready for JSON; the numbers of
+            ground cells (``squares``) are added.
 
     Raises:
-        ValueError: If the squares are not of both kinds, or as ``ground_samples`` says.
+        ValueError: If the ground cells are not of both kinds, or as ``ground_samples`` says.
     """
     samples = ground_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
     first = train_stage(samples, GROUND_FEATURES, config, seed)
-    count = len(samples.blocked)
+    counts = [len(samples.blocked)]
     samples = ground_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
     second = train_stage(samples, CONTEXT_FEATURES, config, seed)
-    squares = {"squares": [count, len(samples.blocked)]}
-    return GroundClassifier(first, second, ElevationGrid().cell, {**(summary or {}), **squares})
+    counts.append(len(samples.blocked))
+    whole = {**(summary or {}), "squares": counts}
+    return GroundClassifier(first, second, ElevationGrid().cell, whole)
 
 
 def train_stage(
     samples: GroundSamples, names: tuple[str, ...], config: GroundClassifierConfig, seed: int
 ) -> Stage:
-    """Grow the trees of one look.
+    """Fit the trees of one stage.
 
     Args:
-        samples: To learn from.
-        names: Of their columns.
-        config: How.
-        seed: Of the splits.
+        samples: Labelled ground cells.
+        names: Names of their columns.
+        config: Parameters of training.
+        seed: Seed of the splits.
 
     Raises:
-        ValueError: If the squares are not of both kinds.
+        ValueError: If the ground cells are not of both kinds.
     """
     if not samples.blocked.any() or samples.blocked.all():
-        found = f"{int(samples.blocked.sum())} red of {len(samples.blocked)}"
-        raise ValueError(f"red: expected squares of both kinds, got {found}; add clouds")
+        found = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
+        raise ValueError(f"blocked: expected ground cells of both kinds, got {found}; add clouds")
     weights = np.where(samples.low, config.low, 1.0)
-    trees = fit_boosted(
-        samples.features, samples.blocked, names, config.trees, config, seed, weights
-    )
+    blocked = samples.blocked
+    trees = fit_boosted(samples.features, blocked, names, config.trees, config, seed, weights)
     return Stage(trees, names)

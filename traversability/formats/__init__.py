@@ -1,5 +1,6 @@
-"""Readers of point cloud formats that trust no header: bytes in, columns out.
+"""Readers and writers of point cloud formats: bytes in, columns out, every header checked.
 
 Each module has ``parse(data)``, which returns the points' columns by name or raises
-``FormatError``; those that we write have ``render``. ``traversability.files`` chooses among them.
+``FormatError``; formats that are written have ``render``, too. ``traversability.files`` chooses
+among them.
 """

@@ -1,4 +1,4 @@
-"""Headerless rows of floats: KITTI's x, y, z, intensity, nuScenes's with a ring, and others."""
+"""Rows of floats without a header: KITTI's x, y, z, intensity, nuScenes's with a ring, others."""
 
 from typing import Any
 
@@ -9,30 +9,40 @@ from traversability.formats.error import FormatError
 from traversability.formats.table import Columns
 
 WIDTHS = range(3, 9)
-"""Numbers of a point that are told by content."""
+"""Numbers of columns that are inferred from the content."""
 
-_LIKELY = 4  # KITTI's.
+_LIKELY = 4
+"""Number of KITTI's columns."""
+
 _ALIKE = 0.9
-_MOST_WORDS = 840 * 2500  # Whole rows of any width.
+"""Share of the best width's information from which on a smaller width is as good."""
+
+_MAX_NUMBERS = 840 * 2500
+"""Largest number of numbers that are looked at: whole rows of any width."""
+
 _GARBAGE = 0.05
+"""Share of numbers that no sensor gives, above which they are of another type."""
+
 _LOWER = 0.7
+"""Share of lower halves that are zero or garbage, above which pairs of floats are doubles."""
+
 _NANS = {
     4: (0x7FC00000, 0xFFC00000, 0x7FFFFFFF),
     8: (0x7FF8 << 48, 0xFFF8 << 48, (1 << 63) - 1),
 }
-"""NaN as processors, compilers and GPUs write it, by the size of a number [bytes]."""
+"""Bit patterns of NaN that processors and compilers write, by the size of a number [bytes]."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
 def parse(data: bytes, width: int | None = None, likely: int = _LIKELY) -> tuple[Columns, str]:
-    """Return the columns of a file without a header, and how its layout was told.
+    """Return the columns of a file without a header, and how its layout was inferred.
 
     The right width is the one whose columns differ most from each other: rows of a wrong width mix
-    heights with distances. Doubles are told from floats by values that no sensor gives.
+    heights with distances. Doubles are distinguished from floats by values that no sensor gives.
 
     Args:
-        data: The file.
-        width: Numbers of a point; None tells by content.
+        data: Bytes of the file.
+        width: Number of columns; None infers it from the content.
         likely: Width that the file's name suggests, taken where the content leaves it open.
 
     Returns:
@@ -49,7 +59,7 @@ def parse(data: bytes, width: int | None = None, likely: int = _LIKELY) -> tuple
     if width is None:
         width = _width(words, len(data), size, likely)
         if width != _LIKELY:
-            remark = f"{remark}{', ' if remark else ''}{width} columns, told by its content"
+            remark = f"{remark}{', ' if remark else ''}{width} columns, inferred from its content"
     elif width < 3:
         raise FormatError(f"--columns: expected at least 3 (x, y, z), got {width}")
     if len(data) % (size * width):
@@ -73,7 +83,7 @@ def names(rows: NDArray[Any]) -> list[str]:
 
 def _kind(data: bytes) -> str:
     """Return the type of the numbers: float32, or float64 where only that gives lengths."""
-    words = np.frombuffer(data, dtype="<f4", count=len(data) // 4)[:_MOST_WORDS]
+    words = np.frombuffer(data, dtype="<f4", count=len(data) // 4)[:_MAX_NUMBERS]
     pairs = words[: len(words) // 2 * 2].reshape(-1, 2)
     pairs = pairs[pairs[:, 1] != 0]
     # The lower half of a double is zero, or nothing that a float would hold.
@@ -81,7 +91,7 @@ def _kind(data: bytes) -> str:
     garbage = _no_length(words).mean() if len(words) else 0.0
     if garbage < _GARBAGE and not lower:
         return "<f4"
-    doubles = np.frombuffer(data, dtype="<f8", count=len(data) // 8)[:_MOST_WORDS]
+    doubles = np.frombuffer(data, dtype="<f8", count=len(data) // 8)[:_MAX_NUMBERS]
     if len(doubles) and _no_length(doubles).mean() < _GARBAGE / 5:
         return "<f8"
     if garbage < _GARBAGE:
@@ -95,7 +105,7 @@ def _kind(data: bytes) -> str:
 def _no_length(words: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return which numbers no sensor gives; zeros, NaN and infinity are no-returns.
 
-    Of the many bit patterns that are no number, programs write few: negative integers are others.
+    Of the many bit patterns of NaN, programs write few; others are negative integers.
     """
     bits = np.ascontiguousarray(words).view(f"<u{words.itemsize}")
     with np.errstate(invalid="ignore"):
@@ -107,14 +117,14 @@ def _no_length(words: NDArray[np.floating]) -> NDArray[np.bool_]:
 def _width(words: NDArray[np.floating], length: int, size: int, likely: int) -> int:
     """Return the number of columns that the content shows."""
     fitting = [width for width in WIDTHS if length % (size * width) == 0]
-    sample = words[:_MOST_WORDS]
+    sample = words[:_MAX_NUMBERS]
     if likely in fitting and _void(sample.reshape(-1, likely))[:, :3].all():
-        return likely  # No returns at all: nothing to tell by.
-    told = {width: _difference(sample, width) for width in WIDTHS if len(words) >= 4 * width}
-    best = max(told.values(), default=0.0)
+        return likely  # No returns at all: the content shows nothing.
+    shown_by = {width: _difference(sample, width) for width in WIDTHS if len(words) >= 4 * width}
+    best = max(shown_by.values(), default=0.0)
     if best > 0:
-        # Twice a width tells as much as the width itself.
-        shown = min(width for width, difference in told.items() if difference >= _ALIKE * best)
+        # Twice a width carries as much information as the width itself.
+        shown = min(width for width, difference in shown_by.items() if difference >= _ALIKE * best)
         if shown in fitting:
             return shown
         if fitting != [likely]:
@@ -138,12 +148,12 @@ def _width(words: NDArray[np.floating], length: int, size: int, likely: int) -> 
 
 
 def _void(rows: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which numbers a driver may have filled in for no return."""
+    """Return which numbers a driver may have written for no return."""
     return np.asarray(~(np.isfinite(rows) & (rows != 0)))
 
 
 def _difference(words: NDArray[np.floating], width: int) -> float:
-    """Return how much a number's column says about its value [nats], beyond chance.
+    """Return the mutual information of a number's column and its value [nats], beyond chance.
 
     Columns of nothing but zeros or NaN count as a value of their own; other zeros and NaN are
     left out, since slots without a return come in patterns.

@@ -1,4 +1,4 @@
-"""The one error of every format."""
+"""Error that all formats raise."""
 
 
 class FormatError(ValueError):

@@ -1,4 +1,4 @@
-"""LAS and LAZ through laspy, which comes with the extra ``las``."""
+"""LAS and LAZ: parser and writer on top of laspy, which comes with the extra ``las``."""
 
 import io
 from typing import Any
@@ -10,25 +10,30 @@ from traversability.formats.error import FormatError
 from traversability.formats.table import COORDINATES, Columns
 
 _FINE = 1e-4
+"""Step of coordinates where 32 bits have room for it [m]."""
+
 _STEPS = 2.0**31 - 2
+"""Largest number of steps that 32 bits hold."""
 
 _DIMENSIONS = {"gps_time": "stamps", "classification": "classes"}
-"""LAS's own names of what we call otherwise."""
+"""Names of columns here, by LAS's names of the same."""
 
 _OWN_NAMES = {ours: name for name, ours in _DIMENSIONS.items()}
 _LONGEST_NAME = 32
+"""Number of bytes that the name of an extra dimension may have."""
 
 _COLOURS, _WIDE = ("red", "green", "blue"), ("scanner_channel", "scan_angle", "overlap")
 """Dimensions of the later point formats."""
 
 _PLAIN_CLASSES = 31
+"""Largest class of the older point formats."""
 
 
 def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
-    """Return coordinates [m], GPS times [s], classes and all else that the points have.
+    """Return coordinates [m], GPS times [s], classes and all other dimensions of the points.
 
     Returns:
-        The columns; and the step and zero of the coordinates [m], shape (2, 3).
+        Columns by name; and the step and zero of the coordinates [m], shape (2, 3).
 
     Raises:
         FormatError: If the bytes are no such file, or laspy is not installed.
@@ -44,7 +49,7 @@ def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
         columns = {name: np.asarray(getattr(cloud, name), dtype=np.float64) for name in "xyz"}
         for name in cloud.point_format.dimension_names:
             values = np.asarray(cloud[name])
-            # Most files leave most of LAS's own dimensions at zero; those say nothing.
+            # Most files leave most of LAS's own dimensions at zero; those carry no information.
             if name not in ("X", "Y", "Z") and values.ndim == 1 and values.any():
                 columns.setdefault(_DIMENSIONS.get(name, name), values)
         spacing = np.array([cloud.header.scales, cloud.header.offsets], dtype=np.float64)
@@ -57,9 +62,9 @@ def render(columns: Columns, packed: bool, spacing: NDArray[np.float64] | None =
     """Return the file of points; a tenth of a millimetre is kept where 32 bits have room for it.
 
     Args:
-        columns: x, y, z [m] and, where known, ``stamps`` [s] and ``classes``; others become extra
-            dimensions.
-        packed: LAZ instead of LAS.
+        columns: Columns x, y, z [m] and, where known, ``stamps`` [s] and ``classes``; others become
+            extra dimensions.
+        packed: True for LAZ, False for LAS.
         spacing: Step and zero of the coordinates of the file that they come from, shape (2, 3);
             None chooses.
     """
@@ -101,7 +106,7 @@ def _point_format(columns: Columns) -> int:
 
 
 def _fits(column: NDArray[Any], low: float, high: float, kind: str) -> bool:
-    """Return whether a dimension of LAS holds numbers as they are."""
+    """Return True if a dimension of LAS holds numbers as they are."""
     if kind == "FloatingPoint" or not len(column):
         return True
     whole = column.dtype.kind in "iub" or bool((column % 1 == 0).all())

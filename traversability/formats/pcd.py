@@ -1,4 +1,4 @@
-"""PCD 0.7: ASCII, binary and binary_compressed."""
+"""PCD 0.7: parser of ASCII, binary and binary_compressed files, binary writer."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,7 @@ def render(columns: Columns) -> bytes:
 def _records(
     fields: list[str], kinds: list[str], sizes: list[str], repeats: list[int]
 ) -> tuple[list[str], list[str]]:
-    """Return the names and types of a record's fields; padding gets names of its own."""
+    """Return the names and types of a record's fields; padding fields get unique names."""
     codes = {"F": "f", "I": "i", "U": "u"}
     names: list[str] = []
     formats: list[str] = []
@@ -108,7 +108,15 @@ def _columns(body: bytes, points: int, dtype: np.dtype[np.void]) -> NDArray[np.v
 
 
 def _lzf(data: bytes, size: int) -> bytes:
-    """Return the bytes of an LZF stream."""
+    """Return the unpacked bytes of an LZF stream.
+
+    Args:
+        data: Packed bytes: runs of literals, and references back into what is unpacked already.
+        size: Expected number of unpacked bytes.
+
+    Raises:
+        FormatError: If the stream is damaged, or another size comes out.
+    """
     out = bytearray()
     place = 0
     try:

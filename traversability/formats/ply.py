@@ -1,4 +1,4 @@
-"""PLY: ASCII and binary, whatever properties the vertices have."""
+"""PLY: parser of ASCII and binary files with any scalar vertex properties, binary writer."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ _TYPES = {
 
 
 def parse(data: bytes) -> Columns:
-    """Return the vertices' properties by name. The vertices have to be the first element.
+    """Return the vertices' properties by name; the vertices have to be the first element.
 
     Raises:
         FormatError: If the bytes are no such file.
@@ -53,7 +53,7 @@ def parse(data: bytes) -> Columns:
 
 
 def render(columns: Columns) -> bytes:
-    """Return the binary file of vertices with these properties, whose types PLY has to know."""
+    """Return the binary file of vertices with these properties, whose types PLY has to have."""
     types = {np.dtype(code): name for name, code in _TYPES.items() if not name[-1].isdigit()}
     count = len(next(iter(columns.values())))
     head = ["ply", "format binary_little_endian 1.0", f"element vertex {count}"]

@@ -9,29 +9,37 @@ from numpy.typing import NDArray
 from traversability.formats.error import FormatError
 
 MAX_POINTS = 100_000_000
-"""More points than this are a damaged header."""
+"""Number of points above which a header is taken for damaged."""
 
 COORDINATES = ("x", "y", "z")
+"""Names of the columns that every cloud has."""
 
 Columns = dict[str, NDArray[Any]]
-"""What is known of each point, by name: arrays of equal length."""
+"""Columns of a cloud by name: arrays of equal length, one value per point."""
 
 
 def check_count(count: int) -> int:
-    """Return a number of points that is possible."""
+    """Return a number of points if it is possible.
+
+    Raises:
+        FormatError: If it is negative or above ``MAX_POINTS``.
+    """
     if not 0 <= count <= MAX_POINTS:
         raise FormatError(f"expected 0 to {MAX_POINTS} points, got {count}")
     return count
 
 
 def text_columns(body: bytes, count: int, places: dict[str, int], width: int) -> Columns:
-    """Return some columns of a text table with a number a word.
+    """Return some columns of a text table of numbers.
 
     Args:
-        body: The text after the header.
+        body: Text after the header.
         count: Number of rows.
-        places: Wanted columns by name.
-        width: Numbers of a row.
+        places: Index in a row of each wanted column, by name.
+        width: Number of numbers in a row.
+
+    Raises:
+        FormatError: If there are fewer numbers, or words that are none.
     """
     wanted = check_count(count) * width
     try:
@@ -45,7 +53,16 @@ def text_columns(body: bytes, count: int, places: dict[str, int], width: int) ->
 
 
 def packed_columns(body: bytes, count: int, dtype: np.dtype[np.void]) -> Columns:
-    """Return the columns of packed records."""
+    """Return the columns of packed records.
+
+    Args:
+        body: Bytes after the header.
+        count: Number of records.
+        dtype: Type of a record.
+
+    Raises:
+        FormatError: If there are fewer bytes.
+    """
     wanted = check_count(count) * dtype.itemsize
     if len(body) < wanted:
         raise FormatError(f"expected {wanted} bytes of {count} points, got {len(body)}")
@@ -53,7 +70,7 @@ def packed_columns(body: bytes, count: int, dtype: np.dtype[np.void]) -> Columns
 
 
 def record_columns(records: NDArray[np.void]) -> Columns:
-    """Return the columns of structured records: a field of k numbers is k columns, no padding."""
+    """Return the columns of structured records; a field of k numbers is k columns."""
     records = records.ravel()
     found: Columns = {}
     for name in records.dtype.names or ():
@@ -75,7 +92,11 @@ def packed_records(columns: Columns) -> bytes:
 
 
 def record_type(names: list[str], formats: list[str]) -> np.dtype[np.void]:
-    """Return the record type of named fields."""
+    """Return the record type of named fields.
+
+    Raises:
+        FormatError: If two fields have one name.
+    """
     try:
         return np.dtype({"names": names, "formats": formats})
     except (ValueError, TypeError) as error:
@@ -83,10 +104,15 @@ def record_type(names: list[str], formats: list[str]) -> np.dtype[np.void]:
 
 
 def header_lines(data: bytes, last: bytes, limit: int = 65_536) -> tuple[list[list[str]], bytes]:
-    """Return the words of each header line up to the line that begins with ``last``, and the rest.
+    """Return the words of each header line up to the one that begins with ``last``, and the rest.
+
+    Args:
+        data: Bytes of the file.
+        last: Beginning of the header's last line.
+        limit: Number of bytes within which that line has to begin.
 
     Raises:
-        FormatError: If no such line is near the beginning.
+        FormatError: If there is no such line.
     """
     stream = io.BytesIO(data)
     lines: list[list[str]] = []

@@ -1,4 +1,4 @@
-"""Legacy ASCII VTK, as libpointmatcher writes it."""
+"""Legacy ASCII VTK, as libpointmatcher writes it: parser."""
 
 from traversability.formats.error import FormatError
 from traversability.formats.table import Columns, header_lines, text_columns

@@ -1,4 +1,4 @@
-"""A moving picture of a drive: the turning laser paints the ground, cells turn green and red.
+"""Clip of a drive: laser points of the last half turn, and cells of the virtual scan in colour.
 
 The view is cast with the world's own rays, from a camera that follows the robot; no screen and no
 graphics card are needed.
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from andabata.assembly.simulated_robot import SimulatedRobot
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.navigation.navigator import StepResult
@@ -21,7 +21,6 @@ from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 from worlds.rays import RayScene
-from worlds.world import World
 
 WIDTH, HEIGHT = 480, 300
 """Size of the picture [pixels]."""
@@ -29,8 +28,8 @@ WIDTH, HEIGHT = 480, 300
 _SAMPLES = 2
 """Number of rays along an edge of a pixel."""
 
-_RECORD_EVERY = 2
-"""Number of control steps between two frames that are kept."""
+MAX_FRAMES = 320
+"""Largest number of frames that a recorder keeps."""
 
 _MAX_POINTS = 6000
 """Largest number of laser points of a frame."""
@@ -41,6 +40,12 @@ _NEW = 0.3
 _BACK, _UP, _AHEAD = 8.0, 5.5, 4.0
 """Place of the camera behind and above the robot, and of the point it looks at ahead [m]."""
 
+_NEAR = 5.5
+"""Distance from the camera at which its rays begin, past crowns that would hide the robot [m]."""
+
+_TINT_HEIGHT = 1.5
+"""Height above the robot's foot up to which surfaces take the colour of their cell [m]."""
+
 _FOCAL = 0.9
 """Focal length over the width of the picture."""
 
@@ -48,6 +53,8 @@ _TURN_BLEND = 0.08
 """Share of the robot's turn that the camera follows from frame to frame."""
 
 _SUN = np.array([0.4, -0.5, 0.77])
+"""Unit vector towards the sun."""
+
 _FREE, _BLOCKED = np.array([70, 180, 80]), np.array([215, 65, 55])
 _SKY, _PATH_COLOUR, _BEAM, _POINT = (200, 222, 240), (208, 0, 111), (255, 210, 40), (35, 60, 150)
 _BODY, _LASER = (45, 50, 60), (235, 120, 30)
@@ -77,45 +84,60 @@ class Frame:
         scan: Virtual scan; None before the first cloud.
         points: Points of the last half turn of the head in the map [m], float32, shape (n, 3).
         ages: Ages of the points [s], float32, shape (n,).
+        n_positions: Number of positions of the path up to this moment.
     """
 
     pose: Pose
     scan: VirtualScan | None
     points: NDArray[np.float32]
     ages: NDArray[np.float32]
+    n_positions: int
 
 
 class ClipRecorder:
-    """Observer that keeps what a clip shows.
+    """Observer of a navigator that keeps the frames of a clip.
 
     Attributes:
-        frames: Frames so far.
+        frames: Frames so far, evenly spaced in time, at most ``MAX_FRAMES``.
+        positions: True positions so far [m], each of shape (3,).
     """
 
     def __init__(self, simulated_robot: SimulatedRobot) -> None:
-        """Begin without frames.
+        """Begin without frames and watch a robot's navigator.
 
         Args:
-            simulated_robot: Robot that drives; its navigator has to be given this observer.
+            simulated_robot: Robot that drives.
 
         Raises:
             ValueError: If the robot makes no clouds.
         """
         assembler = assembler_of(simulated_robot.perception)
         if assembler is None:
-            raise ValueError("--clip: expected the rotating laser, got the horizontal scanner")
+            raise ValueError(
+                "clip: expected a robot with the rotating laser, got the horizontal scanner; "
+                "leave out --clip"
+            )
         self._assembler, self._localizer = assembler, simulated_robot.localizer
-        self._steps = 0
+        self._scene, self._config = simulated_robot.scene, simulated_robot.config
+        self._interval = 2
         self.frames: list[Frame] = []
+        self.positions: list[NDArray[np.float64]] = []
+        simulated_robot.navigator.observers.append(self)
 
     def __call__(self, result: StepResult) -> None:
-        """Keep a control step, one in ``_RECORD_EVERY``."""
+        """Keep a control step, one in as many as the drive's length asks for."""
         truth = result.readings.truth
-        self._steps += 1
-        if truth is None or self._steps % _RECORD_EVERY:
+        if truth is None:
+            return
+        self.positions.append(truth.pose.position)
+        if len(self.positions) % self._interval:
             return
         points, ages = self._recent_points(truth.pose)
-        self.frames.append(Frame(truth.pose, result.scan, points, ages))
+        self.frames.append(Frame(truth.pose, result.scan, points, ages, len(self.positions)))
+        if len(self.frames) == MAX_FRAMES:
+            # A longer drive gets wider spaced frames, so that memory has a bound.
+            self.frames = self.frames[1::2]
+            self._interval *= 2
 
     def _recent_points(self, pose: Pose) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the points of the last half turn, moved from ``odom`` into the map."""
@@ -132,6 +154,29 @@ class ClipRecorder:
         x, y, z = (points - odometry.position).T
         moved = np.stack([c * x - s * y, s * x + c * y, z], axis=1) + pose.position
         return moved.astype(np.float32), (stamps.max() - stamps).astype(np.float32)
+
+    def gif(self, seconds: float = 8.0, rate: float = 10.0) -> bytes:
+        """Return the drive as an animated GIF.
+
+        Args:
+            seconds: Longest duration of the clip [s]; longer drives are shown faster.
+            rate: Number of pictures a second [Hz].
+
+        Raises:
+            ValueError: If there are no frames.
+        """
+        if not self.frames:
+            raise ValueError("clip: expected a drive of two steps or more, got a shorter one")
+        count = min(len(self.frames), max(1, round(seconds * rate)))
+        chosen = np.linspace(0, len(self.frames) - 1, count).round().astype(int)
+        path, yaw, pictures = np.array(self.positions), self.frames[0].pose.yaw, []
+        for frame in (self.frames[number] for number in chosen):
+            turn = (frame.pose.yaw - yaw + np.pi) % (2 * np.pi) - np.pi
+            yaw += _TURN_BLEND * turn
+            camera = Camera.behind(frame.pose, yaw)
+            shown = path[: frame.n_positions]
+            pictures.append(_picture(frame, shown, camera, self._scene.rays, self._config))
+        return _animation(pictures, rate)
 
 
 class Camera(NamedTuple):
@@ -157,13 +202,16 @@ class Camera(NamedTuple):
         return cls(place, np.stack([right, np.cross(forward, right), forward]))
 
     def rays(self, width: int, height: int) -> NDArray[np.float32]:
-        """Return a ray for each pixel, row by row, float32, shape (height * width, 6)."""
+        """Return a ray for each pixel, row by row, float32, shape (height * width, 6).
+
+        Each begins ``_NEAR`` metres from the camera.
+        """
         u = (np.arange(width) + 0.5 - width / 2) / (_FOCAL * width)
         v = (np.arange(height) + 0.5 - height / 2) / (_FOCAL * width)
         columns, rows = np.meshgrid(u, v)
         directions = np.stack([columns, rows, np.ones_like(columns)], axis=-1) @ self.axes
         directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-        origins = np.broadcast_to(self.place, directions.shape)
+        origins = self.place + _NEAR * directions
         return np.concatenate([origins, directions], axis=-1).reshape(-1, 6).astype(np.float32)
 
     def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -176,50 +224,16 @@ class Camera(NamedTuple):
         return np.stack([column, row, np.where(np.isfinite(depth), distance, np.nan)], axis=1)
 
 
-def clip(
-    frames: list[Frame],
-    world: World,
-    rays: RayScene,
-    grid: PolarGrid,
-    robot: RobotModel,
-    seconds: float = 8.0,
-    rate: float = 10.0,
-) -> bytes:
-    """Return a drive as an animated GIF.
-
-    Args:
-        frames: Frames of the drive, oldest first.
-        world: World.
-        rays: Its rays.
-        grid: Polar grid of the virtual scans.
-        robot: Body of the robot.
-        seconds: Duration of the clip [s]; the drive is thinned to fit.
-        rate: Pictures a second [Hz].
-
-    Raises:
-        ValueError: If there are no frames.
-    """
-    if not frames:
-        raise ValueError("frames: expected at least one, got none; the drive was too short")
-    count = min(len(frames), max(1, round(seconds * rate)))
-    chosen = np.linspace(0, len(frames) - 1, count).round().astype(int)
-    yaw, pictures = frames[0].pose.yaw, []
-    path = np.array([frame.pose.position for frame in frames])
-    for number in chosen:
-        frame = frames[number]
-        turn = (frame.pose.yaw - yaw + np.pi) % (2 * np.pi) - np.pi
-        yaw += _TURN_BLEND * turn
-        camera = Camera.behind(frame.pose, yaw)
-        pictures.append(_picture(frame, path[: number + 1], camera, rays, grid, robot))
-    # One palette for all pictures: colours of their own would flicker.
-    palette = pictures[len(pictures) // 2].quantize(64, method=Image.Quantize.MEDIANCUT)
-    quantized = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+def _animation(pictures: list[Image.Image], rate: float) -> bytes:
+    """Return pictures as an animated GIF of one palette: palettes of their own would flicker."""
+    palette = pictures[len(pictures) // 2].quantize(96, method=Image.Quantize.MEDIANCUT)
+    frames = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
     stream = io.BytesIO()
-    quantized[0].save(
+    frames[0].save(
         stream,
         format="GIF",
         save_all=True,
-        append_images=quantized[1:],
+        append_images=frames[1:],
         duration=round(1000 / rate),
         loop=0,
         optimize=True,
@@ -232,8 +246,7 @@ def _picture(
     path: NDArray[np.float64],
     camera: Camera,
     rays: RayScene,
-    grid: PolarGrid,
-    robot: RobotModel,
+    config: SimulatedRobotConfig,
 ) -> Image.Image:
     """Return one picture: the world, the cells on it, laser points, path and robot."""
     width, height = _SAMPLES * WIDTH, _SAMPLES * HEIGHT
@@ -246,15 +259,15 @@ def _picture(
         dtype=np.float64,
     )
     colours = _COLOURS[classes] * _shade(hits.reshape(height, width, 3)).reshape(-1, 1)
-    colours = _tinted(colours, hits, frame, grid)
+    colours = _tinted(colours, hits, frame, config.grid)
     colours[~np.isfinite(ranges)] = _SKY
     colours = colours.reshape(HEIGHT, _SAMPLES, WIDTH, _SAMPLES, 3).mean(axis=(1, 3))
     image = Image.fromarray(colours.clip(0, 255).astype(np.uint8))
-    seen = ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
+    seen = _NEAR + ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
     draw = ImageDraw.Draw(image)
     _draw_points(draw, camera.project(frame.points), frame.ages, seen)
     _draw_path(draw, camera.project(path + np.array([0.0, 0.0, 0.15])), seen)
-    _draw_robot(draw, camera, frame.pose, robot)
+    _draw_robot(draw, camera, frame.pose, config.robot)
     return image
 
 
@@ -271,12 +284,13 @@ def _shade(hits: NDArray[np.float64]) -> NDArray[np.float64]:
 def _tinted(
     colours: NDArray[np.float64], hits: NDArray[np.float64], frame: Frame, grid: PolarGrid
 ) -> NDArray[np.float64]:
-    """Return colours with the polar cells of the virtual scan on them: green free, red blocked."""
+    """Return colours with the polar cells of the virtual scan on them."""
     if frame.scan is None:
         return colours
-    x, y = (hits[:, :2] - frame.pose.position[:2]).T
+    x, y, z = (hits - frame.pose.position).T
     rings = np.searchsorted(grid.ring_edges, np.hypot(x, y), side="right") - 1
-    inside = (rings >= 0) & (rings < grid.n_rings)
+    # Crowns overhead stay as they are: cells are about the ground and what stands on it.
+    inside = (rings >= 0) & (rings < grid.n_rings) & (z < _TINT_HEIGHT)
     bearing = np.arctan2(y, x) - frame.pose.yaw
     sectors = ((bearing / (2 * np.pi) + 1.5) * grid.n_sectors).astype(int) % grid.n_sectors
     log_odds = frame.scan.log_odds_of(grid)[sectors, np.where(inside, rings, 0)]

@@ -141,7 +141,7 @@ def write_failure(folder: Path, failure: Failure) -> None:
     """Write the picture of a failure into a folder, named after world, controller and goal."""
     row = failure.row
     name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
-    title = f"{name}: {row['outcome']}, {row['hazard']}"
+    title = f"{name}: {row['outcome']}, {row['cause']}"
     atomic_io.write(folder / f"{name}.png", failure_picture(failure, title))
 
 

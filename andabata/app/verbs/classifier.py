@@ -83,11 +83,11 @@ def evaluate(
         andabata classifier evaluate --clouds data/clouds --split train --json
         andabata classifier evaluate --clouds data/clouds --forest f/forest.npz
     """
-    from andabata.evaluation.classifier import judge_forest, tables
+    from andabata.evaluation.classifier import score_forest, tables
     from traversability.dataset import read_manifest
 
     loaded = forest.load()
-    scores = judge_forest(loaded, clouds, read_manifest(clouds), split.value)
+    scores = score_forest(loaded, clouds, read_manifest(clouds), split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
     output.console().result(data, tables(data))
 
@@ -110,12 +110,12 @@ def ground(
         andabata classifier ground --clouds data/clouds --out g --set trees=200
     """
     from andabata.app.classifier_training import train_ground
-    from andabata.evaluation.classifier import squares_table
+    from andabata.evaluation.classifier import ground_classifier_table
     from traversability.cartesian.classifier import GroundClassifierConfig
 
     config, console = settings.resolve(GroundClassifierConfig), output.console()
     data = train_ground((clouds, *(more or ())), out, config, seed, console)
-    console.result(data, squares_table(data))
+    console.result(data, ground_classifier_table(data))
 
 
 @app.command()

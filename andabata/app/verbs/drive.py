@@ -23,7 +23,7 @@ def drive(
         str,
         typer.Option(
             help="policy+planner, policy, actor-critic, planner, reactive, reactive+planner, "
-            "straight or oracle."
+            "straight, random+planner, away+planner or oracle."
         ),
     ] = "policy+planner",
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
@@ -34,6 +34,9 @@ def drive(
         typer.Option(help="Record to this file: .bag (ROS 1), .mcap or .db3 (ROS 2)."),
     ] = None,
     clouds: Annotated[bool, typer.Option(help="Record the clouds too: 8 MB a second.")] = True,
+    clip: Annotated[
+        Path | None, typer.Option(help="Draw the drive as an animated picture: a .gif file.")
+    ] = None,
     time_limit: Annotated[
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
@@ -49,19 +52,30 @@ def drive(
         andabata drive
         andabata drive --world hill --seed 3 --out data/runs/hill
         andabata drive --controller oracle --time-limit 60
+        andabata drive --world natural-test --seed 7300 --clip drive.gif
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
+    from andabata.app.plots.clip import ClipRecorder
     from andabata.app.run_folders import write_drive
     from andabata.app.tables import drive_text
-    from andabata.app.usage import words
+    from andabata.app.usage import UsageError, words
     from andabata.assembly.controllers import CONTROLLERS
-    from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
+    from andabata.records import atomic_io
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
+    if clip is not None and clip.suffix != ".gif":
+        raise UsageError(f"--clip: expected a file that ends in .gif, got {clip}")
     console, loaded = output.console(), models.load()
+    clips: list[ClipRecorder] = []
+
+    def watch(simulated_robot: SimulatedRobot) -> None:
+        if clip is not None:
+            clips.append(ClipRecorder(simulated_robot))
+
     with console.progress("simulated seconds", None) as step:
         driven = drive_once(
             world,
@@ -72,7 +86,11 @@ def drive(
             on_second=lambda: step(1),
             record=Recording(record, clouds) if record else None,
             time_limit=time_limit,
+            on_robot=watch,
         )
     data = write_drive(out, driven, config.model_dump(mode="json"), seed)
     data |= {"record": str(record)} if record else {}
+    if clip is not None:
+        atomic_io.write(clip, clips[0].gif())
+        data |= {"clip": str(clip)}
     console.result(data, drive_text(driven.title, data))

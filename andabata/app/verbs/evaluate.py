@@ -34,7 +34,10 @@ def evaluate(
     ] = 20,
     goals: Annotated[int, typer.Option(min=1, max=10, help="Number of goals in a row.")] = 3,
     suite: Annotated[
-        str | None, typer.Option(help="generalisation: 160 worlds, instead of --world, --trials.")
+        str | None,
+        typer.Option(
+            help="generalisation (160 worlds) or development (24), instead of --world, --trials."
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
@@ -52,6 +55,7 @@ def evaluate(
         andabata evaluate --trials 100 --workers 4
         andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
+        andabata evaluate --suite development --controllers policy,random+planner
         andabata evaluate --policy my_policy.safetensors --json
         andabata evaluate --robot jackal --set terminations.time_limit=120
     """

@@ -55,13 +55,13 @@ class CostWeights(NamedTuple):
     Attributes:
         lethal_log_odds: Log odds above which a cell is an obstacle.
         max_log_odds: Largest log odds.
-        inscribed_radius: See ``CostConfig`` [m].
-        inflation_radius: See ``CostConfig`` [m].
-        inscribed_cost: See ``CostConfig``.
-        inflation_cost: See ``CostConfig``.
-        unknown_cost: See ``CostConfig``.
-        uncertain_cost: See ``CostConfig``.
-        lethal_cost: See ``CostConfig``.
+        inscribed_radius: Distance from obstacles that the path keeps where it can [m].
+        inflation_radius: Distance from obstacles at which a metre costs no more [m].
+        inscribed_cost: Extra cost of a metre nearer than ``inscribed_radius``.
+        inflation_cost: Extra cost of a metre at ``inscribed_radius``.
+        unknown_cost: Extra cost of an unknown metre.
+        uncertain_cost: Extra cost of an almost lethal metre.
+        lethal_cost: Extra cost of a metre of twice the lethal log odds.
     """
 
     lethal_log_odds: float
@@ -112,7 +112,7 @@ class Passage(NamedTuple):
     behind: float
 
 
-class Fence(NamedTuple):
+class GeofenceBounds(NamedTuple):
     """A geofence seen from ``odom``.
 
     Attributes:
@@ -136,13 +136,13 @@ class Fence(NamedTuple):
     y_max: float
 
 
-EVERYWHERE = Fence(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, math.inf)
-"""A fence without bounds."""
+EVERYWHERE = GeofenceBounds(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, math.inf)
+"""Bounds of a geofence that holds everything."""
 
 
 def fence_in_odom(
     geofence: Geofence | None, turn: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)
-) -> Fence:
+) -> GeofenceBounds:
     """Return a geofence of the map as it lies in ``odom``.
 
     Args:
@@ -152,7 +152,7 @@ def fence_in_odom(
     """
     if geofence is None:
         return EVERYWHERE
-    return Fence(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
+    return GeofenceBounds(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
 
 
 class Queue(NamedTuple):
@@ -204,7 +204,7 @@ class GridPlanner:
             weights: Costs of a metre.
             lookahead: Nearest and farthest sub-goal [m].
             margin: The cost to go is known wherever it is no more than the robot's and this [m].
-            passage: Room where the robot has driven [m].
+            passage: Clearance where the robot has driven [m].
         """
         self._cell = cell
         self.weights = weights
@@ -232,7 +232,7 @@ class GridPlanner:
         self,
         log_odds: NDArray[np.float32],
         centre: NDArray[np.int64],
-        fence: Fence,
+        bounds: GeofenceBounds,
         position: NDArray[np.float64],
         goal: NDArray[np.float64],
     ) -> NDArray[np.float64] | None:
@@ -241,13 +241,13 @@ class GridPlanner:
         Args:
             log_odds: Occupancy, wrapped around, float32, shape (n, n).
             centre: Cell of the robot, counted from the origin of ``odom``, shape (2,).
-            fence: Geofence.
+            bounds: Bounds of the geofence.
             position: Position of the robot in ``odom`` [m], shape (2,).
             goal: Goal in ``odom`` [m], shape (2,).
         """
         n, cell, weights = len(self.costs), self._cell, self.weights
         # What a metre costs where.
-        _apply_fence(centre, cell, fence, self.clearance)
+        _apply_geofence(centre, cell, bounds, self.clearance)
         _inflate(log_odds, centre, cell, weights, self.clearance, self.costs)
         _widen_where_driven(
             *(log_odds, centre, weights.max_log_odds, self._passage),
@@ -267,19 +267,19 @@ class GridPlanner:
 
 
 @kernel
-def _apply_fence(
-    centre: NDArray[np.int64], cell: float, fence: Fence, clearance: NDArray[np.float32]
+def _apply_geofence(
+    centre: NDArray[np.int64], cell: float, bounds: GeofenceBounds, clearance: NDArray[np.float32]
 ) -> None:
-    """Write 0 into the clearance of cells beyond the fence, 1 into the others."""
+    """Write 0 into the clearance of cells outside the geofence, 1 into the others."""
     n = len(clearance)
     for i in range(n):
         for j in range(n):
-            # Middle of the cell in odom, then in the map, where the fence is straight.
+            # Middle of the cell in odom, then in the map, where the geofence is straight.
             x = (centre[0] - n // 2 + i + 0.5) * cell
             y = (centre[1] - n // 2 + j + 0.5) * cell
-            map_x = fence.c * x - fence.s * y + fence.x
-            map_y = fence.s * x + fence.c * y + fence.y
-            inside = fence.x_min < map_x < fence.x_max and fence.y_min < map_y < fence.y_max
+            map_x = bounds.c * x - bounds.s * y + bounds.x
+            map_y = bounds.s * x + bounds.c * y + bounds.y
+            inside = bounds.x_min < map_x < bounds.x_max and bounds.y_min < map_y < bounds.y_max
             clearance[i, j] = np.float32(inside)
 
 
@@ -294,8 +294,8 @@ def _inflate(
 ) -> None:
     """Write clearance and cost of each cell of the square, in its own order.
 
-    Where ``clearance`` is zero there is an obstacle already, the fence. Clearances are those of the
-    chamfer transform (Borgefors 1986): two sweeps, each from the neighbours it has passed.
+    Where ``clearance`` is zero there is an obstacle already, the geofence. Clearances are those of
+    the chamfer transform (Borgefors 1986): two sweeps, each from the neighbours it has passed.
     """
     n = len(log_odds)
     straight = np.float32(1.0)

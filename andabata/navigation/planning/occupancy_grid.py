@@ -388,7 +388,7 @@ def _add_low_obstacles(
 ) -> None:
     """Raise the log odds where low obstacles stand, or beside them.
 
-    Beside them, because obstacles and the gaps between them are told by the middles of cells.
+    Beside them, because obstacles and the gaps between them are known by the middles of cells.
     Driven ground and ground cells that are surely free have no low obstacles.
     """
     n, m, k = len(log_odds), len(low.heights), len(low.ground)

@@ -218,7 +218,7 @@ def test_five_columns_are_inferred_or_given(capsys, tmp_path):
     assert main(words) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["columns"] == 5
-    assert "5 columns, told by its content" in data["notes"]
+    assert "5 columns, inferred from its content" in data["notes"]
     assert 2.0 < ahead(data) < 4.0
     assert main([*words, "--columns", "5"]) == 0
     assert json.loads(capsys.readouterr().out)["notes"] == []

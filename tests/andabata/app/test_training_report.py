@@ -12,7 +12,8 @@ from andabata.training.run import HISTORY, learn, read_history
 
 def plan(*more):
     """Return a plan of two tiny stages."""
-    overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.batch=2", *more]
+    overrides = ["validation=1", "learner.hidden=[16, 16]", *more]
+    overrides += ["learner.episodes_per_iteration=2"]
     overrides += ["stages.Maze2D.episodes=4", "stages.Maze3D.episodes=2"]
     for name, limit in (("Maze2D", 8.0), ("Maze3D", 6.0)):
         overrides += [
@@ -81,7 +82,7 @@ def test_the_page_of_one_run_is_in_its_folder(capsys, runs):
 
 def test_runs_that_do_not_belong_together_are_refused(capsys, runs, tmp_path):
     """Runs of different plans, or with one seed twice, are refused."""
-    learn(tmp_path / "other", plan("learner.hold=4"), range(1), 7, 1)
+    learn(tmp_path / "other", plan("learner.action_repeat=4"), range(1), 7, 1)
     code, error = report(capsys, runs / "five", tmp_path / "other")
     assert code == 1
     assert "expected the settings of" in error

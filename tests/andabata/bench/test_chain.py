@@ -77,7 +77,14 @@ def test_the_table_has_a_line_for_each_stage_and_a_column_for_each_subject():
 def test_stages_leave_out_what_they_call():
     """A stage's own time is its time without that of the stages inside of it."""
     spent = {
-        **{"plant": 1.0, "senses": 2.0, "laser": 100.0, "rays": 30.0, "cast": 20.0, "filter": 3.0},
+        **{
+            "plant": 1.0,
+            "proprioception": 2.0,
+            "laser": 100.0,
+            "rays": 30.0,
+            "cast": 20.0,
+            "filter": 3.0,
+        },
         **{"assemble": 10.0, "place": 4.0, "scan": 50.0, "project": 5.0, "features": 6.0},
         **{"forest": 7.0, "update": 20.0, "step": 220.0},
     }
@@ -86,7 +93,7 @@ def test_stages_leave_out_what_they_call():
     assert stages["store"] == 6.0
     assert stages["carry, scan"] == 32.0
     assert stages["policy"] == 150.0
-    top = ("plant", "senses", "laser", "filter", "assemble", "step")
+    top = ("plant", "proprioception", "laser", "filter", "assemble", "step")
     assert sum(stages.values()) == sum(spent[name] for name in top) - spent["update"]
 
 
@@ -98,7 +105,16 @@ def test_all_names_of_a_real_robot_exist_and_their_times_add_up(capsys):
     values = {row["name"]: row["value"] for row in rows}
     assert {row["subject"] for row in rows} == {"kinematic, 271 beams"}
     assert all(row["unit"] == ("1" if row["name"] == "faster than life" else "us") for row in rows)
-    for stage in ("plant", "senses", "rays", "cast", "filter", "project", "features", "policy"):
+    for stage in (
+        "plant",
+        "proprioception",
+        "rays",
+        "cast",
+        "filter",
+        "project",
+        "features",
+        "policy",
+    ):
         assert values[stage] > 0
     assert values["faster than life"] == pytest.approx(1e5 / values["whole step"])
 

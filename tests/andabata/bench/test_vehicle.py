@@ -49,7 +49,7 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
 
 def test_obstacles_of_a_table_are_called_so():
     """The key of the JSON is kept, the heading is plain."""
-    row = {"thing": "step", "size_m": 0.1, "reached_m": 1.2, "contact": True}
+    row = {"obstacle": "step", "size_m": 0.1, "reached_m": 1.2, "contact": True}
     found = {"robot": "husky", "turning": [], "slopes": [], "obstacles": [row]}
     tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": {"b": 2}}))
     assert list(tables["10 s towards an obstacle 1.5 m ahead"][0]) == [

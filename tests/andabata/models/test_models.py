@@ -1,14 +1,13 @@
 """The trained parts of a robot: shipped or given, by file or by bytes."""
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from andabata.assembly.controllers import make_controller
-from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.models import Models, shipped_forest, shipped_ground_classifier, shipped_policy
-from andabata.navigation.guided import GuidedController
+from rl.policy import with_info
 from traversability.cartesian.classifier import (
     GroundClassifier,
     GroundClassifierConfig,
@@ -21,17 +20,18 @@ from traversability.cartesian.features import GROUND_FEATURES
 
 @pytest.fixture(scope="module")
 def others():
-    """Return ground_classifier that are not the shipped ones."""
+    """Return a ground classifier that is not the shipped one."""
     rng = np.random.default_rng(0)
-    looks = []
+    stages = []
     for names in (GROUND_FEATURES, CONTEXT_FEATURES):
         features = rng.uniform(0, 1, (500, len(names))).astype(np.float32)
         samples = GroundSamples(features, features[:, 0] > 0.5, np.zeros(500, bool))
-        looks.append(train_stage(samples, names, GroundClassifierConfig(trees=2), 0))
-    return GroundClassifier(*looks, 0.1)
+        stages.append(train_stage(samples, names, GroundClassifierConfig(trees=2), 0))
+    return GroundClassifier(*stages, 0.1)
 
 
 def test_what_is_not_given_is_shipped(tmp_path, others):
+    """A file replaces the shipped model of its kind and no other."""
     file = tmp_path / "ground_classifier.npz"
     file.write_bytes(others.to_bytes())
     models = Models.load(ground_classifier=file)
@@ -45,18 +45,28 @@ def test_what_is_not_given_is_shipped(tmp_path, others):
     assert Models.load() == Models()
 
 
-def test_they_come_back_from_bytes_and_hashes_tell_them_apart(others):
+def test_forest_and_policy_are_read_from_files(tmp_path):
+    """A policy and a forest of files are those of the robot."""
+    policy = with_info(shipped_policy(), {"name": "another"})
+    (tmp_path / "policy.safetensors").write_bytes(policy.to_bytes())
+    (tmp_path / "forest.npz").write_bytes(shipped_forest().to_bytes())
+    models = Models.load(tmp_path / "forest.npz", policy=tmp_path / "policy.safetensors")
+    assert models.policy.info == {"name": "another"}
+    assert models.forest.to_bytes() == shipped_forest().to_bytes()
+    assert models.ground_classifier is shipped_ground_classifier()
+
+
+def test_models_survive_bytes_and_their_hashes_differ(others):
+    """The hash of each file is its SHA-256, so that one changed model changes one hash."""
     models = replace(Models(), ground_classifier=others)
     again = Models.from_bytes(models.to_bytes())
     assert again.to_bytes() == models.to_bytes()
     shipped, given = Models().hashes, again.hashes
     assert given == models.hashes
     assert [name for name in shipped if shipped[name] != given[name]] == ["ground_classifier"]
+    assert given["ground_classifier"] == hashlib.sha256(others.to_bytes()).hexdigest()
 
 
-def test_a_controller_drives_with_the_squares_that_it_is_given(others):
-    driver = make_controller(
-        "learned", None, SimulatedRobotConfig(), replace(Models(), ground_classifier=others)
-    )
-    assert isinstance(driver, GuidedController)
-    assert driver.local_planner.evidence.ground_classifier._forest is others
+def test_shipped_policies_differ():
+    """``actor-critic`` is the policy of the paper's scheme, not the default one."""
+    assert shipped_policy("actor-critic").to_bytes() != shipped_policy().to_bytes()

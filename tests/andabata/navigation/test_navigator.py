@@ -1,4 +1,4 @@
-"""A robot that sees nothing, or does not know where it is, stands still and goes on later."""
+"""Navigator: readings in, wheel speeds out; without a scan or a pose the robot stands still."""
 
 from dataclasses import replace
 
@@ -8,41 +8,309 @@ import pytest
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.localization.initial_pose import initial_pose
 from andabata.localization.localizer import Health
+from andabata.machine.kinematics import Twist
 from andabata.machine.pose import wrap
-from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
-from andabata.models import shipped_forest
-from andabata.navigation.navigator import STANDSTILL
+from andabata.machine.robot import RobotModel
+from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
+from andabata.models import Models
+from andabata.navigation.controller import NoPlanner, Steering
+from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
 from andabata.navigation.reactive import StraightController
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.records.topics import DIAGNOSTICS
+from tests.situations import (
+    StubController,
+    StubLocalizer,
+    StubPerception,
+    pose_at,
+    scan_of,
+)
 from worlds.world import Start
+
+ROBOT = RobotModel()
+STANDSTILL = WheelSpeeds(0.0, 0.0)
+
+
+class StubPlanner(NoPlanner):
+    """Planner that changes the heading error and the command, and keeps what it was given."""
+
+    def __init__(self):
+        self.guided, self.selected, self.layers, self.resets = [], [], [], 0
+
+    def reset(self):
+        self.resets += 1
+
+    def guide(self, situation, layers):
+        self.guided.append(situation)
+        self.layers.append(layers)
+        return replace(situation, heading_error=1.5)
+
+    def select(self, situation, command):
+        self.selected.append((situation, command))
+        return Twist(command.linear, command.angular / 2)
+
+
+def make(*twists, planner=None, repeat=1, pose=None, odometry=None, scan=None, **more):
+    """Return a navigator of stubs with its localizer, perception and controller."""
+    localizer, perception = StubLocalizer(pose, odometry), StubPerception(scan)
+    controller = StubController(*(twists or (Twist(0.3, 0.0),)))
+    steering = Steering(controller, planner or NoPlanner(), repeat)
+    navigator = Navigator(ROBOT, localizer, perception, steering, **more)
+    return navigator, localizer, perception, controller
+
+
+def steps(navigator, count):
+    """Return the results of some steps."""
+    return [navigator.step(SensorReadings(0.1 * (k + 1))) for k in range(count)]
+
+
+def driven(wheels):
+    """Return forward speed and yaw rate of wheel speeds [m/s, rad/s]."""
+    left, right = wheels.left * ROBOT.wheel_radius, wheels.right * ROBOT.wheel_radius
+    return (left + right) / 2, (right - left) / ROBOT.effective_track
+
+
+@pytest.mark.parametrize(
+    ("goal", "error"),
+    [((2.0, 4.0), 0.0), ((2.0, 9.0), 0.0), ((-3.0, 1.0), np.pi / 2), ((7.0, 1.0), -np.pi / 2)],
+)
+def test_the_heading_error_is_the_goals_bearing_less_the_heading(goal, error):
+    """Positive to the left; distance and goal are those of the map's pose, not of odometry."""
+    navigator, *_, controller = make(pose=pose_at(2.0, 1.0, np.pi / 2), odometry=pose_at(7.0))
+    navigator.set_goal(np.array(goal))
+    steps(navigator, 1)
+    (given,) = controller.situations
+    assert given.heading_error == pytest.approx(error)
+    assert given.goal_distance == pytest.approx(np.hypot(goal[0] - 2.0, goal[1] - 1.0))
+    np.testing.assert_array_equal(given.goal, goal)
+
+
+@pytest.mark.parametrize(("yaw", "error"), [(3.0, 2 * np.pi - 6.0), (-3.0, 6.0 - 2 * np.pi)])
+def test_the_heading_error_is_wrapped(yaw, error):
+    """The short way round is taken across the heading of pi."""
+    navigator, *_, controller = make(pose=pose_at(yaw=yaw))
+    navigator.set_goal(10.0 * np.array([np.cos(-yaw), np.sin(-yaw)]))
+    steps(navigator, 1)
+    assert controller.situations[0].heading_error == pytest.approx(error)
+
+
+def test_a_situation_holds_what_the_robot_knows():
+    """Stamp, scan, both poses, truth and geofence reach the controller."""
+    pose, odometry, scan = pose_at(1.0, 2.0, 0.3), pose_at(4.0, 5.0, -0.3), scan_of(3.0)
+    navigator, *_, controller = make(pose=pose, odometry=odometry, scan=scan)
+    navigator.geofence = (-1.0, -2.0, 30.0, 40.0)
+    truth = VehicleState(0.7, pose, np.zeros(3), np.zeros(3), STANDSTILL)
+    navigator.step(SensorReadings(0.7, truth=truth))
+    (given,) = controller.situations
+    assert given.stamp == 0.7
+    assert given.perceived is scan
+    assert given.scan is scan
+    assert given.pose is pose
+    assert given.odometry is odometry
+    assert given.truth is truth
+    assert given.geofence == (-1.0, -2.0, 30.0, 40.0)
+
+
+def test_previous_steering_is_what_was_executed_newest_first():
+    """The last two yaw rates, after limit and dead zone; zero at the start."""
+    navigator, *_, controller = make(*(Twist(0.3, rate) for rate in (0.2, 0.9, 0.1, -0.4)))
+    steps(navigator, 4)
+    previous = [given.previous_steering for given in controller.situations]
+    assert previous == [(0.0, 0.0), (0.2, 0.0), (0.5, 0.2), (0.0, 0.5)]
+
+
+def test_a_reset_forgets_the_last_drive():
+    """Localizer, perception, planner and controller are reset; the executed rates are forgotten."""
+    planner = StubPlanner()
+    navigator, localizer, perception, controller = make(Twist(0.3, 0.4), planner=planner, repeat=4)
+    steps(navigator, 1)
+    pose = pose_at(1.0)
+    navigator.reset(pose, 5.0, rough=True)
+    assert localizer.resets == [(pose, 5.0, True)]
+    assert (perception.resets, planner.resets, controller.resets) == (1, 1, 1)
+    assert navigator.start == (pose, 5.0)
+    steps(navigator, 1)  # A decision is due again at once.
+    assert len(controller.situations) == 2
+    assert controller.situations[1].previous_steering == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_a_decision_is_repeated_for_as_many_steps_as_asked(repeat):
+    """The controller acts at steps 0, n, 2n; in between its command is driven again."""
+    twists = [Twist(0.3, rate) for rate in (0.2, -0.2, 0.4)]
+    navigator, _, perception, controller = make(*twists, repeat=repeat)
+    results = steps(navigator, 2 * repeat + 1)
+    due = [result.situation is not None for result in results]
+    assert due == [k % repeat == 0 for k in range(2 * repeat + 1)]
+    assert perception.scans == len(controller.situations) == 3
+    assert [r.twist for r in results] == [twists[k // repeat] for k in range(2 * repeat + 1)]
+
+
+def test_a_new_goal_is_decided_on_at_once():
+    """Another goal ends the repetition of a command; the same one again does not."""
+    navigator, *_, controller = make(repeat=10)
+    navigator.set_goal(np.array([5.0, 0.0]))
+    steps(navigator, 2)
+    navigator.set_goal(np.array([5.0, 0.0]))
+    steps(navigator, 1)
+    assert len(controller.situations) == 1
+    navigator.set_goal(np.array([5.0, 1.0]))
+    (result,) = steps(navigator, 1)
+    assert len(controller.situations) == 2
+    np.testing.assert_array_equal(result.goal, [5.0, 1.0])
+
+
+def test_a_goal_that_is_changed_from_outside_stays_as_it_was_given():
+    """The navigator keeps a copy of its goal."""
+    navigator, *_, controller = make()
+    goal = np.array([5.0, 0.0])
+    navigator.set_goal(goal)
+    goal[:] = -5.0
+    steps(navigator, 1)
+    np.testing.assert_array_equal(controller.situations[0].goal, [5.0, 0.0])
+
+
+def test_the_planner_guides_the_controller_and_checks_its_command():
+    """The controller sees the planner's situation, the wheels its command."""
+    planner = StubPlanner()
+    navigator, _, perception, controller = make(Twist(0.3, 0.4), planner=planner)
+    perception.layers = object()
+    (result,) = steps(navigator, 1)
+    assert controller.situations[0].heading_error == 1.5
+    assert planner.selected == [(controller.situations[0], Twist(0.3, 0.4))]
+    assert planner.layers == [perception.layers]
+    assert result.situation is controller.situations[0]
+    assert result.twist == Twist(0.3, 0.2)
+    assert driven(result.wheels) == pytest.approx((0.3, 0.2))
+
+
+@pytest.mark.parametrize("linear", [0.3, 0.6, -0.3, 0.1])
+def test_the_commanded_speed_reaches_the_wheels(linear):
+    """Twice the robot's speed, half of it and driving backwards are driven as commanded."""
+    navigator, *_ = make()
+    twist, wheels = navigator.execute(Twist(linear, 0.3))
+    assert twist == Twist(linear, 0.3)
+    assert driven(wheels) == pytest.approx((linear, 0.3))
+
+
+def test_a_turn_on_the_spot_turns_the_wheels_against_each_other():
+    """Without forward speed the sides turn alike in opposite directions."""
+    navigator, *_ = make()
+    _, wheels = navigator.execute(Twist(0.0, 0.5))
+    assert wheels.left == -wheels.right < 0.0
+    _, driving = navigator.execute(Twist(ROBOT.speed, 0.5))
+    mean = (driving.left + driving.right) / 2 * ROBOT.wheel_radius
+    assert mean == pytest.approx(ROBOT.speed)
+
+
+@pytest.mark.parametrize(
+    ("rate", "executed"), [(2.0, 0.5), (-2.0, -0.5), (0.14, 0.0), (-0.14, 0.0), (0.16, 0.16)]
+)
+def test_limit_and_dead_zone_apply_to_what_is_executed(rate, executed):
+    """The executed twist, its wheel speeds and the next situation agree."""
+    navigator, *_ = make()
+    twist, wheels = navigator.execute(Twist(0.3, rate))
+    assert twist == Twist(0.3, executed)
+    assert driven(wheels) == pytest.approx((0.3, executed))
+    situation = navigator.observe(SensorReadings(0.1))
+    assert situation.previous_steering == (executed, 0.0)
+
+
+@pytest.mark.parametrize("command", [Twist(np.nan, 0.0), Twist(0.3, np.inf)])
+def test_a_command_that_is_not_finite_is_refused(command):
+    """No wheel gets a speed that is no number."""
+    navigator, *_ = make()
+    with pytest.raises(ValueError, match="expected a finite twist"):
+        navigator.execute(command)
+
+
+def test_a_lost_robot_stands_still_and_remembers_it():
+    """What is executed while lost is a standstill, also in the next situation."""
+    navigator, localizer, *_ = make()
+    navigator.execute(Twist(0.3, 0.4))
+    localizer.health = Health.LOST
+    assert navigator.execute(Twist(0.3, 0.4)) == (Twist(0.0, 0.0), STANDSTILL)
+    localizer.health = Health.DEGRADED
+    assert navigator.observe(SensorReadings(0.1)).previous_steering == (0.0, 0.4)
+    assert navigator.execute(Twist(0.3, 0.4))[0] == Twist(0.3, 0.4)
+
+
+def test_without_a_scan_the_robot_stands_still_and_asks_again():
+    """No decision is made before the first scan; each step tries again."""
+    navigator, _, perception, controller = make(Twist(0.3, 0.4), repeat=5)
+    scan, perception.result = perception.result, None
+    results = steps(navigator, 3)
+    assert [result.wheels for result in results] == [STANDSTILL] * 3
+    assert [result.twist for result in results] == [Twist(0.0, 0.0)] * 3
+    assert perception.scans == 3
+    assert not controller.situations
+    assert navigator.observe(SensorReadings(0.4)) is None
+    perception.result = scan
+    assert steps(navigator, 1)[0].twist == Twist(0.3, 0.4)
+
+
+def test_observers_see_each_step_and_change_nothing():
+    """For observers the scan is made at each step; decisions and commands stay the same."""
+    twists = [Twist(0.3, rate) for rate in (0.2, -0.2, 0.4)]
+    alone, _, lone_perception, lone = make(*twists, repeat=3)
+    watched, _, perception, controller = make(*twists, repeat=3)
+    seen, also = [], []
+    watched.observers += [seen.append, also.append]
+    results, expected = steps(watched, 7), steps(alone, 7)
+    assert seen == also == results
+    assert [r.wheels for r in results] == [r.wheels for r in expected]
+    assert [r.twist for r in results] == [r.twist for r in expected]
+    assert len(controller.situations) == len(lone.situations) == 3
+    assert (perception.scans, lone_perception.scans) == (7, 3)
+    assert all(result.scan is perception.result for result in results)
+    assert [r.scan is not None for r in expected] == [r.situation is not None for r in expected]
+
+
+def test_readings_pass_the_filter_before_anything_sees_them():
+    """Localizer, perception, situation and result get the filtered readings."""
+    late = lambda readings: replace(readings, stamp=readings.stamp + 100.0)  # noqa: E731
+    navigator, localizer, perception, controller = make(readings_filter=late)
+    readings = SensorReadings(1.0)
+    result = navigator.step(readings)
+    assert readings.stamp == 1.0
+    assert localizer.readings[0].stamp == perception.readings[0].stamp == 101.0
+    assert controller.situations[0].stamp == result.readings.stamp == 101.0
+    assert navigator.update(readings).stamp == 101.0
+
+
+def test_a_learner_drives_from_outside():
+    """Without a controller the robot is driven through update, observe and execute."""
+    navigator = Navigator(ROBOT, StubLocalizer(), StubPerception())
+    readings = navigator.update(SensorReadings(0.1))
+    assert navigator.observe(readings).stamp == 0.1
+    with pytest.raises(ValueError, match="controller: expected one, got None"):
+        navigator.step(SensorReadings(0.2))
 
 
 @pytest.fixture
 def simulated_robot(make_scene):
     config = SimulatedRobotConfig(plant="kinematic")
     scene = make_scene(size=60.0, cell=0.2)
-    simulated_robot = SimulatedRobot(scene, config, shipped_forest(), StraightController())
-    yield simulated_robot
-    simulated_robot.close()
+    robot = SimulatedRobot(scene, config, Models(), Steering(StraightController(ROBOT.speed)))
+    robot.readings = robot.place(Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0))
+    yield robot
+    robot.close()
 
 
-def drive(simulated_robot, seconds, change=lambda readings: readings):
-    """Return the commands of some seconds, with senses spoilt on their way to the navigator."""
+def drive(robot, seconds, change=lambda readings: readings):
+    """Return the wheel speeds of some seconds whose readings change on their way in."""
     commands = []
     for _ in range(round(seconds * 10)):
-        wheels = simulated_robot.navigator.step(change(simulated_robot.readings))
+        wheels = robot.navigator.step(change(robot.readings)).wheels
         commands.append(wheels)
-        simulated_robot.readings = simulated_robot.simulator.step(wheels)
+        robot.readings = robot.simulator.step(wheels)
     return commands
 
 
-def test_it_holds_when_the_laser_falls_silent_and_goes_on_when_it_speaks(simulated_robot):
-    simulated_robot.readings = simulated_robot.place(
-        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
-    )
+def test_the_robot_stops_when_the_laser_is_silent_and_goes_on_afterwards(simulated_robot):
+    """It drives on by the last cloud until that is stale, then stands until there is a new one."""
     assert drive(simulated_robot, 6.0)[-1] != STANDSTILL
     silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
     moving = [wheels != STANDSTILL for wheels in silent]
@@ -54,10 +322,8 @@ def test_it_holds_when_the_laser_falls_silent_and_goes_on_when_it_speaks(simulat
     assert again[-1] != STANDSTILL
 
 
-def test_it_holds_when_it_is_lost(simulated_robot):
-    simulated_robot.readings = simulated_robot.place(
-        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
-    )
+def test_the_robot_stops_when_it_is_lost(simulated_robot):
+    """Without inertial readings and encoders the filter is lost, until they are back."""
     assert drive(simulated_robot, 6.0)[-1] != STANDSTILL
     deaf = drive(simulated_robot, 1.0, lambda readings: replace(readings, imu=None, encoders=None))
     assert simulated_robot.localizer.health is Health.LOST
@@ -66,10 +332,8 @@ def test_it_holds_when_it_is_lost(simulated_robot):
     assert simulated_robot.localizer.health is not Health.LOST
 
 
-def test_a_command_is_never_a_lie(simulated_robot):
-    simulated_robot.readings = simulated_robot.place(
-        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
-    )
+def test_commands_are_finite_whatever_the_imu_sends(simulated_robot):
+    """Inertial readings that are no numbers never become wheel speeds that are none."""
     spoilt = drive(
         simulated_robot, 6.0, lambda s: s if s.imu is None else replace(s, imu=s.imu * np.nan)
     )
@@ -77,8 +341,8 @@ def test_a_command_is_never_a_lie(simulated_robot):
     assert all(isinstance(w, WheelSpeeds) for w in spoilt)
 
 
-class Heard:
-    """A writer that keeps what it is told."""
+class Writer:
+    """Message writer that keeps what it is given."""
 
     ros = 1
 
@@ -89,51 +353,45 @@ class Heard:
         self.messages.append((topic, stamp_ns, message))
 
 
-def test_a_silent_laser_is_said_when_the_robot_holds(simulated_robot):
-    heard = Heard()
-    builder = MessageBuilder(1)
-    queue = MessageQueue(heard, builder)
-    assembler = assembler_of(simulated_robot.perception)
+def test_a_silent_laser_is_reported_when_the_robot_stops(simulated_robot):
+    """Diagnostics warn before the first cloud, are well with one, and fail when it is stale."""
+    robot, written, builder = simulated_robot, Writer(), MessageBuilder(1)
     recorder = Recorder(
-        queue,
-        simulated_robot.localizer,
-        assembler,
-        simulated_robot.config.grid.bearings,
+        MessageQueue(written, builder),
+        robot.localizer,
+        assembler_of(robot.perception),
+        robot.config.grid.bearings,
         clouds=False,
     )
-    simulated_robot.navigator.watch(recorder.record)
-    simulated_robot.readings = simulated_robot.place(
-        Start(0, 0, 0), np.array([25.0, 0.0]), np.random.default_rng(0)
-    )
-    drive(simulated_robot, 6.0)
-    silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
+    robot.navigator.observers.append(recorder.record)
+    drive(robot, 6.0)
+    silent = drive(robot, 9.0, lambda readings: replace(readings, sweeps=None))
     held = 6.0 + [wheels != STANDSTILL for wheels in silent].index(False) / 10
-    said = [
+    reported = [
         (stamp - builder.epoch_ns) / NS
-        for topic, stamp, message in heard.messages
+        for topic, stamp, message in written.messages
         if topic is DIAGNOSTICS and "cloud: 5" in message.status[0].message
     ]
-    assert said[0] == pytest.approx(held, abs=0.2)
-    levels = [m.status[0].level for topic, _, m in heard.messages if topic is DIAGNOSTICS]
+    assert reported[0] == pytest.approx(held, abs=0.2)
+    levels = [m.status[0].level for topic, _, m in written.messages if topic is DIAGNOSTICS]
     assert levels[0] == 1  # No cloud yet.
     assert 0 in levels
     assert levels[-1] == 2
 
 
-def test_a_robot_at_rest_tells_where_it_stands(simulated_robot):
-    simulated_robot.readings = simulated_robot.place(
+def test_a_robot_at_rest_finds_its_initial_pose(simulated_robot):
+    """Two and a half seconds of readings at rest give position, heading and tilt."""
+    robot = simulated_robot
+    robot.readings = robot.place(
         Start(3.0, -2.0, 0.7), np.array([25.0, 0.0]), np.random.default_rng(0)
     )
-    first, kept = simulated_robot.readings, []
-    assert initial_pose(first, simulated_robot.config.sensing.geo_reference) is None
-    for _ in range(25):
-        readings = simulated_robot.simulator.step(STANDSTILL)
-        kept.append(readings)
+    assert initial_pose(robot.readings, robot.config.sensing.geo_reference) is None
+    kept = [robot.simulator.step(STANDSTILL) for _ in range(25)]
     rows = {
         name: np.concatenate([getattr(s, name) for s in kept if len(getattr(s, name))])
-        for name in ("imu", "field", "fixes")
+        for name in ("imu", "mag", "gnss")
     }
-    pose = initial_pose(SensorReadings(2.5, **rows), simulated_robot.config.sensing.geo_reference)
+    pose = initial_pose(SensorReadings(2.5, **rows), robot.config.sensing.geo_reference)
     truth = kept[-1].truth.pose
     assert np.hypot(*(pose.position - truth.position)[:2]) < 3.0
     assert abs(wrap(pose.yaw - truth.yaw)) < np.deg2rad(10)

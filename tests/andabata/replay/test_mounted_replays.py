@@ -41,7 +41,7 @@ def replay(recorded, capsys, monkeypatch):
     add, seen = Comparison.add, []
 
     def keep(self, period, step):
-        seen.append(None if step.view is None else step.view.scan.finite().copy())
+        seen.append(None if step.scan is None else step.scan.finite().copy())
         add(self, period, step)
 
     monkeypatch.setattr(Comparison, "add", keep)

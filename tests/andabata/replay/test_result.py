@@ -26,8 +26,8 @@ def period(ranges=None, wheels=MOVING):
 
 def step(ranges=None, wheels=MOVING):
     """Return the outcome of a navigator's step."""
-    view = None if ranges is None else SimpleNamespace(scan=SimpleNamespace(ranges=ranges))
-    return SimpleNamespace(view=view, wheels=wheels)
+    scan = None if ranges is None else SimpleNamespace(ranges=ranges)
+    return SimpleNamespace(scan=scan, wheels=wheels)
 
 
 def compared(*pairs):
@@ -86,7 +86,7 @@ def test_complaints_are_counted_without_their_numbers():
     statistics = LocalizerStatistics()
     for seconds in (0.5, 0.6):
         text = f"imu: silent for {seconds} s"
-        localizer = SimpleNamespace(health="lost", complaints=[text], counts={"imu": (3, 2, 1)})
+        localizer = SimpleNamespace(health="lost", warnings=[text], counts={"imu": (3, 2, 1)})
         statistics.add(localizer)
         statistics.end(localizer)
     assert statistics.health == {"lost": 2}

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.assembly.controllers import make_controller
+from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig, with_geo_reference
 from andabata.localization.datum import DatumError
 from andabata.localization.fix_check import NO_ALTITUDE
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose, wrap
+from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.models import Models
-from andabata.navigation.navigator import STANDSTILL
 from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import DATUM, MessageQueue, queue_readings
@@ -41,7 +41,9 @@ def standing():
     queue = MessageQueue(writer, MessageBuilder(1, EPOCH))
     simulator.reset(Start(-8.0, 0.0, 0.3))
     for _ in range(160):
-        queue_readings(queue, replace(simulator.step(STANDSTILL, skip_scan=True), sweeps=None))
+        queue_readings(
+            queue, replace(simulator.step(WheelSpeeds(0.0, 0.0), skip_scan=True), sweeps=None)
+        )
         queue.flush()
     simulator.close()
     return writer.messages
@@ -58,10 +60,8 @@ def navigate(messages, models, given=None, seconds=14.0):
     played = [(stamp, topic.ros1, message) for stamp, topic, message in messages]
     graph, status = PlayedGraph(played, EPOCH, EPOCH + round(seconds * NS)), []
     config = SimulatedRobotConfig()
-    controller = make_controller("straight", None, config, models)
-    node = NavigatorNode(
-        graph, config, models.forest, controller, given=given, status=status.append
-    )
+    steering = make_steering("straight", None, config, models)
+    node = NavigatorNode(graph, config, models, steering, given=given, status=status.append)
     return graph, node, status
 
 

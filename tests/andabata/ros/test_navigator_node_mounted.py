@@ -6,7 +6,8 @@ import pytest
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
-from andabata.models import shipped_forest
+from andabata.models import Models
+from andabata.navigation.controller import Steering
 from andabata.navigation.reactive import StraightController
 from andabata.records import topics
 from andabata.records.frames import FrameError
@@ -57,8 +58,8 @@ def run(path, seconds=3.0):
     node = NavigatorNode(
         graph,
         config,
-        shipped_forest(),
-        StraightController(),
+        Models(),
+        Steering(StraightController(config.robot.speed)),
         topics.LASER_CLOUD,
         status=status.append,
     )
@@ -99,7 +100,7 @@ def test_missing_transforms_are_reported_and_gravity_stops_the_robot(recorded, t
     """A missing transform is reported, and wrong gravity ends the run before any motion."""
     error, status, graph = run(copy_bag(recorded, tmp_path / "x.bag", edit))
     assert "gravity points down in the IMU's frame" in str(error)
-    assert "imu: nothing tells where frame imu_link is" in " ".join(status)
+    assert "imu: the pose of frame imu_link is unknown" in " ".join(status)
     moving = [
         m for _, topic, m in graph.messages if topic is topics.WHEEL_COMMAND and (m.left or m.right)
     ]

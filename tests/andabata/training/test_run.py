@@ -73,7 +73,7 @@ def test_a_classifier_of_squares_is_trained_and_judged(capsys, clouds, tmp_path)
     out = tmp_path / "squares"
     words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30", "--set", "share=1"]
     data = result(capsys, "classifier", "ground", *words)
-    assert data["squares"] > 1000
+    assert data["ground_cells"] > 1000
     assert data["f1_red"] > 0.5  # Two clouds teach that much.
     assert list(data["bands"]) == ["0.7_to_1.8_m", "1.8_to_3.2_m", "3.2_to_5_m", "5_to_10_m"]
     learned = GroundClassifier.load(out / "ground_classifier.npz")
@@ -140,7 +140,7 @@ def test_a_drive_is_drawn(capsys, tmp_path):
     words += ["--set", "sensing.scanner=horizontal", "--out", str(tmp_path / "drive")]
     data = result(capsys, *words)
     assert data["success"]
-    assert data["legs"][0]["trespass_m"] == 0.0
+    assert data["attempts"][0]["trespass_m"] == 0.0
     assert (tmp_path / "drive/drive.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "drive/run.json").read_text())["config"]["plant"] == "kinematic"
 

@@ -337,9 +337,10 @@ def test_bad_input_is_refused():
     samples = few_samples()
     green = np.zeros(10, bool)
     few = GroundSamples(samples.features[:10], green, green)
-    with pytest.raises(ValueError, match="expected squares of both kinds, got 0 red of 10"):
+    both = "expected ground cells of both kinds, got 0 blocked of 10"
+    with pytest.raises(ValueError, match=both):
         train_stage(few, GROUND_FEATURES, GroundClassifierConfig(), 0)
-    with pytest.raises(ValueError, match="expected some with squares to judge, got none"):
+    with pytest.raises(ValueError, match="expected some with ground cells, got none"):
         ground_samples([], 1.0, np.random.default_rng(0))
     unknown = PointCloud(sheet(flat), nontraversable=np.zeros(len(sheet(flat)), bool))
     with pytest.raises(ValueError, match="expected clouds that know which places the true map"):
@@ -350,9 +351,9 @@ def test_bad_input_is_refused():
     forest = GroundClassifier(first, second, 0.1)
     with pytest.raises(ValueError, match=r"features: expected shape \(n, 26\), got \(5, 25\)"):
         forest.log_odds(samples.features[:5, :-1], np.zeros((5, 2), int))
-    with pytest.raises(ValueError, match="looks at 30, 26 columns"):
+    with pytest.raises(ValueError, match="expected those of 26 and 30 features, got 30 and 26"):
         GroundClassifier(second, first, 0.1)
     data = forest.to_bytes()
     for damaged in (b"", data[:100], data[:-40]):
-        with pytest.raises(ForestFileError, match="classifier of squares"):
+        with pytest.raises(ForestFileError, match="expected a ground classifier"):
             GroundClassifier.from_bytes(damaged)

@@ -99,7 +99,7 @@ def test_a_failure_is_named_after_world_controller_and_goal(world, drawn, tmp_pa
             "controller": "reactive",
             "goal": 2,
             "outcome": "collision",
-            "hazard": "wall",
+            "cause": "wall",
         },
         world=world,
         attempt=SimpleNamespace(path=np.zeros((2, 3))),

@@ -1,46 +1,72 @@
-"""The plan over a local map: its costs are those of a search that is right by its slowness."""
+"""Grid planner: costs of known value, cost to go of a plain search, and sub-goals on the path."""
 
 from heapq import heapify, heappop, heappush
 
 import numpy as np
 import pytest
 
-from andabata.navigation.planning.grid_planner import EVERYWHERE, CostWeights, GridPlanner
-
-CELLS, CELL = 64, 0.2
-PRICES = CostWeights(
-    wall=1.0,
-    room=0.5,
-    shy=1.3,
-    tight=15.0,
-    crowd=2.0,
-    unseen=0.5,
-    doubt=3.0,
-    sure=50.0,
-    certain=3.0,
+from andabata.navigation.planning.grid_planner import (
+    EVERYWHERE,
+    CostConfig,
+    CostWeights,
+    GridPlanner,
+    Passage,
+    fence_in_odom,
 )
 
+CELLS, CELL = 64, 0.2
+WEIGHTS = CostWeights(
+    lethal_log_odds=1.0,
+    max_log_odds=3.0,
+    inscribed_radius=0.5,
+    inflation_radius=1.3,
+    inscribed_cost=15.0,
+    inflation_cost=2.0,
+    unknown_cost=0.5,
+    uncertain_cost=3.0,
+    lethal_cost=50.0,
+)
+MIDDLE = CELLS // 2
+ORIGIN, CENTRE = np.zeros(2), np.zeros(2, dtype=np.int64)
 
-def a_plan(seed, around=4.0, goal=None):
-    """Return a plan over a random map, its start and its goal, in cells."""
+
+def make(weights=WEIGHTS, margin=4.0, lookahead=(1.5, 5.0), passage=(0.4, 0.25, 0.7)):
+    """Return a planner over a small square."""
+    return GridPlanner(CELLS, CELL, weights, lookahead, margin, Passage(*passage))
+
+
+def free(value=-1.0):
+    """Return log odds of the same value everywhere."""
+    return np.full((CELLS, CELLS), value, dtype=np.float32)
+
+
+def cells_of(plan, *places):
+    """Return the cells of some places [m]."""
+    return [tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in places]
+
+
+def planned(log_odds, start=ORIGIN, goal=(3.0, 0.0), fence=EVERYWHERE, **options):
+    """Return a planner around the origin with its plan, and the sub-goal."""
+    plan = make(**options)
+    return plan, plan.plan(log_odds, CENTRE, fence, np.array(start), np.array(goal))
+
+
+def a_plan(seed, margin=4.0, goal=None):
+    """Return a plan over a random grid, its start and its goal, in cells."""
     rng = np.random.default_rng(seed)
-    evidence = rng.choice([-1.0, 0.0, 0.5, 2.0], (CELLS, CELLS), p=[0.5, 0.3, 0.15, 0.05])
-    plan = GridPlanner(
-        CELLS, CELL, PRICES, spans=(1.5, 5.0), around=around, passage=(0.4, 0.25, 0.7)
-    )
-    here, drawn = rng.uniform(-6.0, 6.0, (2, 2))
+    log_odds = rng.choice([-1.0, 0.0, 0.5, 2.0], (CELLS, CELLS), p=[0.5, 0.3, 0.15, 0.05])
+    plan = make(margin=margin)
+    start, drawn = rng.uniform(-6.0, 6.0, (2, 2))
     goal = drawn if goal is None else goal
-    centre = np.floor(here / CELL).astype(np.int64)
-    plan.make(evidence.astype(np.float32), centre, EVERYWHERE, here, goal)
-    first, last = (np.floor((place - plan.corner) / CELL).astype(int) for place in (here, plan.end))
-    return plan, tuple(first), tuple(last)
+    centre = np.floor(start / CELL).astype(np.int64)
+    plan.plan(log_odds.astype(np.float32), centre, EVERYWHERE, start, goal)
+    return plan, *cells_of(plan, start, plan.goal)
 
 
 def dijkstra(costs, last):
     """Return the cost of the way to a cell from everywhere, shape (n, n).
 
-    A cell beyond the square is reached from each cell of its edge, over ground that nobody has
-    seen.
+    A cell beyond the square is reached from each cell of its edge, over unknown ground.
     """
     n = len(costs)
     found = np.full(costs.shape, np.inf)
@@ -48,7 +74,8 @@ def dijkstra(costs, last):
     if not (0 <= last[0] < n and 0 <= last[1] < n):
         edge = [(i, j) for i in range(n) for j in range(n) if {i, j} & {0, n - 1}]
         queue = [
-            (np.hypot(last[0] - i, last[1] - j) * (1 + PRICES.unseen), (i, j)) for i, j in edge
+            (np.hypot(last[0] - i, last[1] - j) * (1 + WEIGHTS.unknown_cost), (i, j))
+            for i, j in edge
         ]
         heapify(queue)
     for length, cell in queue:
@@ -67,86 +94,252 @@ def dijkstra(costs, last):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_way_costs_what_a_plain_search_says(seed):
+def test_the_cost_to_go_is_that_of_a_plain_search(seed):
+    """It is exact at the robot and within the margin around it, and never too low elsewhere."""
     plan, first, last = a_plan(seed)
     true = dijkstra(plan.costs.astype(float), last)
-    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
+    assert plan.cost_to_go[first] == pytest.approx(true[first], rel=1e-5)
     n = np.arange(CELLS)
     apart = np.hypot(n[:, None] - first[0], n[None, :] - first[1])
     known = true + apart <= true[first] + 4.0 / CELL - 1.0
     assert known.sum() > 100
-    np.testing.assert_allclose(plan.onward[known], true[known], rtol=1e-5)
-    assert (plan.onward >= true * (1 - 1e-5)).all()
+    np.testing.assert_allclose(plan.cost_to_go[known], true[known], rtol=1e-5)
+    assert (plan.cost_to_go >= true * (1 - 1e-5)).all()
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_goal_beyond_the_square_is_reached_from_every_cell_of_its_edge(seed):
-    """Or the way leads to the place of the edge nearest to the goal, be it inside a bank."""
+    """The edge cell is chosen by the whole way, not by its distance to the goal alone."""
     goal = 30.0 * np.array([np.cos(seed + 0.5), np.sin(seed + 0.5)])
     plan, first, last = a_plan(seed, goal=goal)
     assert min(last) < 0 or max(last) >= CELLS
     true = dijkstra(plan.costs.astype(float), last)
-    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
-    assert (plan.onward >= true * (1 - 1e-5)).all()
+    assert plan.cost_to_go[first] == pytest.approx(true[first], rel=1e-5)
+    assert (plan.cost_to_go >= true * (1 - 1e-5)).all()
 
 
 def test_a_known_way_round_is_taken_to_a_goal_beyond_the_square():
     """A slope before the goal ends the square, but for a trail far from the goal."""
-    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
-    evidence[-16:-14, :] = 3.0  # The square wraps around: this is behind the robot.
-    evidence[14:32, :] = 3.0
-    evidence[14:32, -28:-16] = -1.0
-    plan = GridPlanner(CELLS, CELL, PRICES, spans=(1.5, 5.0), around=4.0, passage=(0.4, 0.25, 0.7))
-    here, goal = np.zeros(2), np.array([12.0, 2.0])
-    place = plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
+    log_odds = free()
+    log_odds[-16:-14, :] = 3.0  # The square wraps around: this is behind the robot.
+    log_odds[14:32, :] = 3.0
+    log_odds[14:32, -28:-16] = -1.0
+    _, place = planned(log_odds, goal=(12.0, 2.0))
     assert place is not None
     assert place[1] < -2.0
 
 
-def test_no_price_overtakes_the_ring_of_buckets():
-    """Cells wait in a ring: one that waited a whole turn behind would be taken for the next."""
-    dear = PRICES._replace(tight=200.0)
-    plan = GridPlanner(CELLS, CELL, dear, spans=(1.5, 5.0), around=8.0, passage=(0.4, 0.25, 0.7))
-    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
-    evidence[:, 20] = 2.0
-    here, goal = np.array([0.0, 0.0]), np.array([0.0, 5.5])
-    plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
-    first, last = (
-        tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in (here, plan.end)
-    )
+def test_no_cost_overtakes_the_ring_of_buckets():
+    """Cells wait in a ring that is longer than the dearest step, so that none is taken too soon."""
+    dear = WEIGHTS._replace(inscribed_cost=200.0)
+    log_odds = free()
+    log_odds[:, 20] = 2.0
+    plan, _ = planned(log_odds, goal=(0.0, 5.5), weights=dear, margin=8.0)
+    first, last = cells_of(plan, ORIGIN, plan.goal)
     true = dijkstra(plan.costs.astype(float), last)
-    assert plan.onward[first] == pytest.approx(true[first], rel=1e-5)
+    assert plan.cost_to_go[first] == pytest.approx(true[first], rel=1e-5)
 
 
-def test_a_wall_that_was_seen_from_near_is_dearer_than_a_doubtful_one():
-    """Or the robot goes to and fro between two thin walls that it has seen often enough."""
-    here, goal = np.array([0.0, -2.0]), np.array([0.0, 2.0])
+def test_an_obstacle_seen_from_near_costs_more_than_an_uncertain_one():
+    """Between two thin walls with enough log odds the robot does not go to and fro."""
+    start, goal = np.array([0.0, -2.0]), np.array([0.0, 2.0])
     spent = {}
-    for believed in (0.9, 1.1, 3.0):
-        evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
-        evidence[:, :2] = believed  # Right across the square, two cells thick.
-        plan = GridPlanner(
-            CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
-        )
-        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
-        spent[believed] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))]
+    for known in (0.9, 1.1, 3.0):
+        log_odds = free()
+        log_odds[:, :2] = known  # Right across the square, two cells thick.
+        plan, _ = planned(log_odds, start, goal, margin=0.0)
+        spent[known] = plan.cost_to_go[cells_of(plan, start)[0]]
     assert spent[1.1] > spent[0.9] + 60
-    wall = PRICES.sure * (3.0 - 1.1) * 2
+    wall = WEIGHTS.lethal_cost * (3.0 - 1.1) * 2
     assert spent[3.0] == pytest.approx(spent[1.1] + wall, rel=0.02)
 
 
-def test_where_the_robot_has_driven_a_metre_costs_no_more_than_a_metre():
-    """Or it explores rather than drive back through the gap that it came through."""
-    evidence = np.full((CELLS, CELLS), -1.0, dtype=np.float32)
-    evidence[2, :], evidence[-2, :] = 2.0, 2.0
-    here, goal = np.array([0.1, -3.0]), np.array([0.1, 3.0])
+def test_where_the_robot_has_driven_a_metre_costs_one():
+    """The way back through a gap that it came through costs no more than its length."""
+    log_odds = free()
+    log_odds[2, :], log_odds[-2, :] = 2.0, 2.0
+    start, goal = np.array([0.1, -3.0]), np.array([0.1, 3.0])
     spent = {}
     for driven in (False, True):
-        evidence[0, :] = -PRICES.certain if driven else -1.0
-        plan = GridPlanner(
-            CELLS, CELL, PRICES, spans=(1.5, 5.0), around=0.0, passage=(0.4, 0.25, 0.7)
-        )
-        plan.make(evidence, np.zeros(2, dtype=np.int64), EVERYWHERE, here, goal)
-        spent[driven] = plan.onward[tuple(((here - plan.corner) / CELL).astype(int))] * CELL
+        log_odds[0, :] = -WEIGHTS.max_log_odds if driven else -1.0
+        plan, _ = planned(log_odds, start, goal, margin=0.0)
+        spent[driven] = plan.cost_to_go[cells_of(plan, start)[0]] * CELL
     assert spent[False] > 60.0
     assert spent[True] == pytest.approx(6.0, abs=CELL)
+
+
+def test_costs_around_an_obstacle_have_known_values():
+    """Twice to once the inscribed cost inside its radius; inflation falls to none at its own."""
+    log_odds = free()
+    log_odds[0, 0] = 2.0
+    plan, _ = planned(log_odds)
+    row = plan.costs[MIDDLE : MIDDLE + 10, MIDDLE]
+    expected = [86.0, 27.0, 21.0, 2.75, 2.25, 1.75, 1.25, 1.0, 1.0, 1.0]
+    np.testing.assert_allclose(row, expected, rtol=1e-5)
+    np.testing.assert_allclose(plan.costs[MIDDLE, MIDDLE : MIDDLE + 10], expected, rtol=1e-5)
+    np.testing.assert_allclose(plan.costs[MIDDLE, MIDDLE::-1][:10], expected, rtol=1e-5)
+    np.testing.assert_allclose(plan.costs[MIDDLE::-1, MIDDLE][:10], expected, rtol=1e-5)
+    diagonal = 3.0 + 15.0 * (2.0 - 0.2 * np.sqrt(2.0) / 0.5)
+    corners = plan.costs[MIDDLE - 1 : MIDDLE + 2 : 2, MIDDLE - 1 : MIDDLE + 2 : 2]
+    np.testing.assert_allclose(corners, diagonal, rtol=1e-5)
+
+
+def test_clearance_is_the_chamfer_distance_up_to_the_inflation_radius():
+    """Straight steps count one cell, diagonal ones the root of two."""
+    log_odds = free()
+    log_odds[3, -2] = 1.1
+    plan, _ = planned(log_odds)
+    i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array([MIDDLE + 3, MIDDLE - 2])[:, None, None])
+    chamfer = np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)
+    np.testing.assert_allclose(plan.clearance, np.minimum(chamfer, 6.5), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("log_odds", "cost"),
+    [(0.0, 1.5), (0.5, 2.5), (1.0, 4.0), (-0.5, 1.0), (-3.0, 1.0), (np.nan, 1.0)],
+)
+def test_log_odds_have_a_known_cost_in_the_open(log_odds, cost):
+    """Unknown ground costs half a metre more, uncertain ground its share of lethal log odds."""
+    plan, _ = planned(free(log_odds))
+    np.testing.assert_allclose(plan.costs, cost)
+
+
+def test_lethal_is_what_exceeds_the_threshold():
+    """Log odds at the threshold are no obstacle, a little more is one."""
+    log_odds = free()
+    log_odds[0, 0], log_odds[0, 20] = 1.0, 1.001
+    plan, _ = planned(log_odds)
+    assert plan.clearance[MIDDLE, MIDDLE] == 6.5
+    assert plan.clearance[MIDDLE, MIDDLE + 20] == 0.0
+
+
+def test_no_cost_is_higher_than_the_highest():
+    """The highest cost is that of a certain obstacle."""
+    plan, _ = planned(free(3.0))
+    assert plan.costs.max() == pytest.approx(WEIGHTS.highest)
+
+
+def test_weights_are_those_of_the_configuration():
+    """Each number of the configuration has its place among the weights."""
+    config = CostConfig(
+        inscribed_radius=0.1,
+        inflation_radius=0.2,
+        inscribed_cost=3.0,
+        inflation_cost=4.0,
+        unknown_cost=5.0,
+        uncertain_cost=6.0,
+        lethal_cost=7.0,
+    )
+    assert CostWeights.of(config, 8.0, 9.0) == (8.0, 9.0, 0.1, 0.2, 3.0, 4.0, 5.0, 6.0, 7.0)
+    assert CostWeights.of(config, 8.0, 9.0)._asdict() == {
+        "lethal_log_odds": 8.0,
+        "max_log_odds": 9.0,
+        **config.model_dump(),
+    }
+
+
+def test_the_square_lies_around_its_centre():
+    """The corner is half the square below the centre; memory is wrapped around."""
+    log_odds, centre = free(), np.array([100, -37])
+    log_odds[(100 + 3) % CELLS, (-37 - 5) % CELLS] = 2.0
+    plan = make()
+    start = (centre + 0.5) * CELL
+    plan.plan(log_odds, centre, EVERYWHERE, start, start + 1.0)
+    np.testing.assert_allclose(plan.corner, (centre - MIDDLE) * CELL)
+    np.testing.assert_array_equal(np.argwhere(plan.clearance == 0), [[MIDDLE + 3, MIDDLE - 5]])
+    np.testing.assert_allclose(plan.goal, start + 1.0)
+    plan.reset()
+    np.testing.assert_array_equal(plan.corner, ORIGIN)
+    np.testing.assert_array_equal(plan.goal, ORIGIN)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, -2.0])
+def test_cells_beyond_the_geofence_are_obstacles(turn):
+    """A cell is inside when its middle, turned and shifted into the map, lies in the bounds."""
+    shift = (10.0, 20.0)
+    fence = fence_in_odom((8.0, 18.5, 30.0, 23.0), turn, shift)
+    plan, _ = planned(free(), fence=fence)
+    x, y = (np.mgrid[:CELLS, :CELLS] - MIDDLE + 0.5) * CELL
+    map_x = shift[0] + np.cos(turn) * x - np.sin(turn) * y
+    map_y = shift[1] + np.sin(turn) * x + np.cos(turn) * y
+    inside = (map_x > 8.0) & (map_x < 30.0) & (map_y > 18.5) & (map_y < 23.0)
+    assert 0 < inside.sum() < inside.size
+    np.testing.assert_array_equal(plan.clearance > 0, inside)
+
+
+def test_without_a_geofence_everywhere_is_inside():
+    """No bounds leave the whole square as it is."""
+    assert fence_in_odom(None, 0.3, (1.0, 2.0)) == EVERYWHERE
+    plan, _ = planned(free())
+    assert (plan.clearance == 6.5).all()
+
+
+def test_traversed_clearance_grows_where_the_robot_came_through():
+    """The passage's clearance at the middle of the trail, less towards its edges, behind alone."""
+    log_odds = free()
+    log_odds[:, 2], log_odds[:, -2] = 2.0, 2.0
+    log_odds[:, 0] = -6.0  # The robot's middle was there.
+    log_odds[:, 1] = -3.0  # As far from the middle as counts as driven.
+    plan, _ = planned(log_odds, passage=(0.8, 0.15, 1.0))
+    clearance, traversed = plan.clearance, plan.traversed_clearance
+    far = MIDDLE + 10
+    assert clearance[far, MIDDLE] == 2.0
+    assert traversed[far, MIDDLE] == pytest.approx(4.0)
+    assert clearance[far, MIDDLE + 1] == 1.0
+    assert traversed[far, MIDDLE + 1] == pytest.approx(4.0 - 0.75)
+    # Not under the body, nor in obstacles, nor where it has not been.
+    assert traversed[MIDDLE + 5, MIDDLE] == 2.0
+    assert traversed[MIDDLE + 6, MIDDLE] == pytest.approx(4.0)
+    assert traversed[far, MIDDLE + 2] == 0.0
+    np.testing.assert_array_equal(traversed[:, MIDDLE + 3 :], clearance[:, MIDDLE + 3 :])
+
+
+def test_a_free_goal_needs_no_sub_goal():
+    """A straight way that costs hardly more than the path is headed for at once."""
+    assert planned(free(), goal=(5.0, -2.0))[1] is None
+    assert planned(free(), goal=(0.01, 0.0))[1] is None
+
+
+@pytest.mark.parametrize("reach", [3.0, 5.0])
+@pytest.mark.parametrize("bearing", [0.0, 0.9, -2.3])
+def test_the_sub_goal_is_the_farthest_within_the_lookahead(reach, bearing):
+    """On the way to a goal beyond the square it lies a cell or less short of the lookahead."""
+    direction = np.array([np.cos(bearing), np.sin(bearing)])
+    _, place = planned(free(), goal=50.0 * direction, lookahead=(1.5, reach))
+    assert reach - 1.5 * CELL < np.hypot(*place) <= reach
+    assert place @ direction > 0.9 * reach
+
+
+def walled(gap):
+    """Return log odds of a wall at x = 1.2 m with a gap that begins at some y [m]."""
+    log_odds = free()
+    log_odds[6, :] = 3.0
+    log_odds[6, round(gap / CELL) : round(gap / CELL) + 10] = -1.0
+    return log_odds
+
+
+def test_the_sub_goal_can_be_headed_for_straight_away():
+    """Behind a wall the sub-goal is where the straight line costs hardly more than the path."""
+    plan, place = planned(walled(2.0), goal=(4.0, 0.0))
+    assert place is not None
+    (first, last) = cells_of(plan, ORIGIN, place)
+    spent = plan.cost_to_go[first] - plan.cost_to_go[last]
+    share = (np.arange(2000) + 0.5) / 2000
+    cells = np.floor((np.outer(share, place) - plan.corner) / CELL).astype(int)
+    straight = plan.costs[tuple(cells.T)].mean() * np.hypot(*place) / CELL
+    assert straight <= 1.05 * spent + 1.5
+    assert place[1] > 1.0
+    # A quarter more of the way could not be headed for: it lies behind the wall's end.
+    assert np.hypot(*place) > 1.5
+
+
+def test_the_sub_goal_is_no_nearer_than_the_lookahead_allows():
+    """In a bent corridor nearer places are passed over, whatever the straight line costs."""
+    log_odds = free(3.0)
+    log_odds[-1:2, -1:6] = -1.0
+    log_odds[-1:2, :] = np.where(np.arange(CELLS) < 6, -1.0, 3.0)
+    log_odds[:30, 3:6] = -1.0
+    _, near = planned(log_odds, goal=(5.0, 0.9), lookahead=(0.0, 5.0))
+    _, far = planned(log_odds, goal=(5.0, 0.9), lookahead=(2.0, 5.0))
+    assert np.hypot(*near) < 1.6
+    assert np.hypot(*far) > 2.0 - 1.5 * CELL

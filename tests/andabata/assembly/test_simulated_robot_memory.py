@@ -7,37 +7,38 @@ import numpy as np
 import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
-from andabata.models import shipped_forest
+from andabata.models import Models
+from andabata.navigation.controller import Steering
 from andabata.navigation.reactive import ReactiveController
 
 CLOUD = 40_000 * 12
-"""Bytes of a cloud's points: what one copy of it, or of the beams of a step, would take."""
+"""Bytes of a cloud's points: the size of one copy of it, or of the beams of a step."""
 
 
 @pytest.fixture
 def drive(scenes):
-    """A function that drives some steps, the first clouds and all compiling behind it."""
+    """Return a function that drives some steps, after the first clouds and all compilation."""
     scene, config = scenes.get("natural-test", 7), SimulatedRobotConfig(plant="kinematic")
-    simulated_robot = SimulatedRobot(
-        scene, config, shipped_forest(), ReactiveController(config.robot, config.grid)
-    )
+    steering = Steering(ReactiveController(config.robot, config.grid))
+    robot = SimulatedRobot(scene, config, Models(), steering)
     task = scene.world.tasks[0]
-    readings = simulated_robot.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
+    readings = robot.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
 
     def advance(steps):
         nonlocal readings
         for _ in range(steps):
-            readings = simulated_robot.simulator.step(simulated_robot.navigator.step(readings))
+            readings = robot.step(readings)
 
     advance(100)
     yield advance
-    simulated_robot.close()
+    robot.close()
 
 
 def test_a_step_copies_no_cloud_and_keeps_nothing(drive):
+    """A step allocates less than half a cloud, and hundreds of steps keep less than one."""
     tracemalloc.start()
     try:
-        drive(140)  # What was there before is replaced: from here on all is counted.
+        drive(140)  # Memory of before is replaced: from here on all is counted.
         peaks, kept = [], []
         for _ in range(20):
             before, _ = tracemalloc.get_traced_memory()
@@ -46,10 +47,10 @@ def test_a_step_copies_no_cloud_and_keeps_nothing(drive):
             after, peak = tracemalloc.get_traced_memory()
             peaks.append(peak - before)
             kept.append(after - before)
-        # Most is what stays of a step's beams, to become the next cloud.
+        # Most of it is a step's beams, which stay for the next cloud.
         assert np.median(peaks) < CLOUD / 2
         assert np.median(kept) < CLOUD / 8
-        drive(133 * 3)  # The largest cloud of the way sets what is kept for the next ones.
+        drive(133 * 3)  # The largest cloud of the way sets the memory of the next ones.
         gc.collect()
         first, _ = tracemalloc.get_traced_memory()
         drive(133 * 3)  # Whole turns of the head: as much of the next cloud is there again.

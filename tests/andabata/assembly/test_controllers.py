@@ -1,0 +1,108 @@
+"""Controllers by name: what steers, with or without a planner, and how often it decides."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from andabata.assembly.controllers import CONTROLLERS, MAPLESS_CONTROLLERS, make_steering
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.robot import RobotModel
+from andabata.models import Models, shipped_policy
+from andabata.navigation.controller import NoPlanner
+from andabata.navigation.null_controllers import AwayController, RandomController
+from andabata.navigation.oracle import OracleController
+from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
+from andabata.navigation.planning.occupancy_grid import OccupancyGridConfig
+from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
+from andabata.navigation.policy_controller import PolicyController
+from andabata.navigation.reactive import ReactiveController, StraightController
+from rl.policy import with_info
+from tests.situations import situation
+
+CONFIG = SimulatedRobotConfig(robot=RobotModel(speed=0.4))
+KINDS = {
+    "policy+planner": (PolicyController, True, 5),
+    "policy": (PolicyController, False, 1),
+    "actor-critic": (PolicyController, False, 1),
+    "planner": (StraightController, True, 5),
+    "reactive": (ReactiveController, False, 1),
+    "reactive+planner": (ReactiveController, True, 5),
+    "straight": (StraightController, False, 1),
+    "random+planner": (RandomController, True, 5),
+    "away+planner": (AwayController, True, 5),
+    "oracle": (OracleController, False, 3),
+}
+"""Controller, presence of a planner and action repeat of each name."""
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_each_name_stands_for_one_steering(make_ground, name):
+    """A name with a planner has the local planner and its action repeat around the controller."""
+    kind, has_planner, repeat = KINDS[name]
+    steering = make_steering(name, make_ground(), CONFIG)
+    assert type(steering.controller) is kind
+    assert type(steering.planner) is (LocalPlanner if has_planner else NoPlanner)
+    assert steering.action_repeat == repeat
+
+
+def test_all_names_are_listed():
+    """The oracle alone needs the true map."""
+    assert set(CONTROLLERS) == set(KINDS)
+    assert set(CONTROLLERS) - set(MAPLESS_CONTROLLERS) == {"oracle"}
+    assert len(CONTROLLERS) == len(KINDS)
+
+
+@pytest.mark.parametrize("name", [name for name in MAPLESS_CONTROLLERS if "policy" not in name])
+def test_controllers_drive_at_the_robots_speed(name):
+    """The configured speed reaches the command."""
+    assert make_steering(name, None, CONFIG).controller.act(situation()).linear == 0.4
+
+
+def test_unknown_and_renamed_names_are_refused():
+    """Errors list the known names, say why there is no oracle, and name what replaced a name."""
+    with pytest.raises(
+        ValueError, match=r"--controller: expected policy\+planner, .* got 'pilot'$"
+    ):
+        make_steering("pilot", None, CONFIG)
+    with pytest.raises(ValueError, match="got 'oracle'; the oracle needs the true map"):
+        make_steering("oracle", None, CONFIG)
+    with pytest.raises(ValueError, match=r"'straight\+map' is 'planner' now"):
+        make_steering("straight+map", None, CONFIG)
+
+
+def test_a_policy_controller_drives_the_models_policy():
+    """``policy`` takes the given one; ``actor-critic`` always the shipped one of that name."""
+    other = with_info(shipped_policy(), {"name": "another"})
+    models = replace(Models(), policy=other)
+    for name in ("policy", "policy+planner"):
+        assert make_steering(name, None, CONFIG, models).controller._policy is other
+    actor = make_steering("actor-critic", None, CONFIG, models).controller._policy
+    assert actor is shipped_policy("actor-critic")
+
+
+def test_the_planner_counts_decisions_and_not_control_steps():
+    """Intervals of the configuration are divided by the action repeat."""
+    config = CONFIG.model_copy(
+        update={
+            "rollouts": TrajectoryRolloutsConfig(action_repeat=4),
+            "local_planner": LocalPlannerConfig(
+                replan_every=9, occupancy=OccupancyGridConfig(update_every=8, driven_memory=100)
+            ),
+        }
+    )
+    steering = make_steering("planner", None, config)
+    assert steering.action_repeat == 4
+    planner = steering.planner.config
+    assert planner.replan_every == 2
+    assert planner.occupancy.update_every == 2
+    assert planner.occupancy.driven_memory == 25
+
+
+def test_noise_comes_from_the_given_source():
+    """The same seed gives the same noise; without one it is the same each time."""
+    rates = [
+        make_steering("random+planner", None, CONFIG, rng=rng).controller.act(situation()).angular
+        for rng in (np.random.default_rng(3), np.random.default_rng(3), None, None)
+    ]
+    assert rates[0] == rates[1] != rates[2] == rates[3]

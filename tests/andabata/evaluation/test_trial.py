@@ -1,6 +1,7 @@
 """A trial: goals in a row until one drive fails, measured by the true map."""
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_goals_are_visited_in_their_order(make_ground):
     assert robot.goals == list(GOALS)
     assert [attempt.goal for attempt in attempts] == [1, 2, 3, 4]
     assert {attempt.outcome for attempt in attempts} == {Outcome.GOAL}
-    for before, after in zip(attempts, attempts[1:], strict=False):
+    for before, after in pairwise(attempts):
         np.testing.assert_array_equal(before.path[-1], after.path[0])
     for attempt, goal in zip(attempts, GOALS, strict=True):
         left = np.hypot(*(attempt.path[-1, :2] - goal))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from andabata.app.settings import with_parts
-from andabata.datasets.generate import plan
-from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, labelled_cloud
+from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, labelled_cloud, take_cloud
 from terrain.classes import SemanticClass
+from terrain.objects import box
 from worlds.world import Start
 
 SMALL = CloudsConfig(patch_size=40.0, patch_cell=0.25)
@@ -23,6 +23,7 @@ def take(scene, **changes):
 
 
 def test_labels_do_not_follow_the_robots_errors(scene):
+    """An error of the believed pose moves the points and changes no label."""
     sure = take(scene, drift_sigma=(0.0, 0.0), tilt_sigma=(0.0, 0.0))
     lost = take(scene, drift_sigma=(0.5, 0.5), tilt_sigma=(0.02, 0.02))
     np.testing.assert_array_equal(sure.severity, lost.severity)
@@ -31,7 +32,8 @@ def test_labels_do_not_follow_the_robots_errors(scene):
     assert np.abs(sure.points - lost.points).max() > 0.05
 
 
-def test_things_are_forbidden_and_level_ground_is_not(scene):
+def test_objects_are_forbidden_and_level_ground_is_not(scene):
+    """Trunks are non-traversable without a limit, level ground is not."""
     cloud = take(scene)
     trunks = cloud.classes == SemanticClass.TRUNK
     ground = cloud.classes == SemanticClass.GROUND
@@ -43,6 +45,7 @@ def test_things_are_forbidden_and_level_ground_is_not(scene):
 
 
 def test_varied_clouds_are_thinner_and_from_other_heights(scene):
+    """A varied cloud has its share of points, and a wider blind cone from higher up."""
     plain, varied = take(scene), take(scene, varied=1.0, kept=(0.3, 0.3), heights=(1.0, 1.0))
     assert 0.2 * len(plain) < len(varied) < 0.45 * len(plain)
     nearest = [np.hypot(*cloud.points[:, :2].T).min() for cloud in (plain, varied)]
@@ -50,6 +53,7 @@ def test_varied_clouds_are_thinner_and_from_other_heights(scene):
 
 
 def test_a_tilted_laser_sees_the_same_ground(make_scene):
+    """Level ground stays level in the cloud, whatever the tilt of the laser."""
     scene = make_scene(size=40.0)
     start = Start(0.0, 0.0, 0.3)
     exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "still": 1.0}
@@ -60,7 +64,7 @@ def test_a_tilted_laser_sees_the_same_ground(make_scene):
     for tilt in (0.0, 0.1):
         leaning = config.model_copy(update={"tilts": (tilt, tilt)})
         cloud = labelled_cloud(scene, leaning, np.random.default_rng(1), start)
-        assert np.abs(cloud.points[:, 2]).max() < 0.15  # Level, whatever way the laser leans.
+        assert np.abs(cloud.points[:, 2]).max() < 0.15  # Level, whichever way the laser leans.
         bearing = np.arctan2(cloud.points[:, 1], cloud.points[:, 0])
         distance = np.hypot(cloud.points[:, 0], cloud.points[:, 1])
         nearest[tilt] = [distance[np.abs(bearing - b) < 0.2].min() for b in np.arange(-3, 3.1, 0.5)]
@@ -68,14 +72,15 @@ def test_a_tilted_laser_sees_the_same_ground(make_scene):
     assert np.ptp(nearest[0.1]) > 1.0  # A leaning one does not.
 
 
-def test_what_is_hidden_is_hidden_by_direction(scene):
+def test_hidden_directions_take_points_away(scene):
+    """Hidden directions take a part of the points, never all."""
     whole = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0))
     part = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0), hidden=64)
     assert 0.2 * len(whole) < len(part) < len(whole)
 
 
 def test_low_grass_and_litter_lift_points_along_their_beams(make_scene):
-    """Half of the clouds are covered; what covers the ground forbids nothing."""
+    """Covers lift points along their beams in half of the clouds; the ground stays traversable."""
     scene, start = make_scene(size=40.0), Start(0.0, 0.0, 0.3)
     exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "noise": (0.0, 0.0)}
     config = with_parts(CloudsConfig, "vlp-16").model_copy(
@@ -99,6 +104,7 @@ def test_low_grass_and_litter_lift_points_along_their_beams(make_scene):
 
 
 def test_water_sends_few_beams_back():
+    """Few of the points lie on water."""
     scene = cloud_scene(SMALL, "lake", 3)
     clouds = [
         labelled_cloud(scene, SMALL, np.random.default_rng(seed)).classes for seed in range(4)
@@ -107,17 +113,75 @@ def test_water_sends_few_beams_back():
     assert 0 < wet.mean() < 0.05
 
 
-def test_each_split_has_its_own_worlds_and_every_kind():
-    parties = plan(CloudsConfig(clouds_per_world=10), {"train": 100, "validation": 30})
-    clouds = [number for batch in parties for number in batch.clouds]
-    assert sorted(clouds) == list(range(130))
-    assert len({batch.world for batch in parties}) == len(parties)
-    for split in ("train", "validation"):
-        kinds = {batch.world % 7 for batch in parties if batch.split == split}
-        assert len(kinds) == 7
-        assert max(len(batch.clouds) for batch in parties if batch.split == split) <= 10
-
-
 def test_a_span_has_to_grow():
+    """A span whose end is below its begin is refused."""
     with pytest.raises(ValueError, match="expected 0 <= least <= most <= 1"):
         CloudsConfig(noise=(0.03, 0.01))
+
+
+@pytest.mark.parametrize("heights", [(0.0, 1.0), (1.0, 0.5), (1.0, 6.0)])
+def test_heights_are_bounded(heights):
+    """Heights of the laser lie above 0 and within 5 m, in growing order."""
+    with pytest.raises(ValueError, match="expected 0 < least <= most <= 5 m"):
+        CloudsConfig(heights=heights)
+
+
+def test_the_generator_gives_the_cloud(scene):
+    """The same generator gives the same bytes, another one another cloud."""
+    first, again, other = (
+        labelled_cloud(scene, SMALL, np.random.default_rng(seed)) for seed in (4, 4, 5)
+    )
+    np.testing.assert_array_equal(first.points, again.points)
+    np.testing.assert_array_equal(first.severity, again.severity)
+    assert first.points.shape != other.points.shape
+
+
+def test_a_cloud_is_taken_where_something_is_near(scene):
+    """The robot stands clear of forbidden ground, with some of it in reach, at any heading."""
+    truth, yaws = scene.world.truth, []
+    for seed in range(3):
+        config = SMALL.model_copy(update={"still": 1.0, "drift_sigma": (0.0, 0.0)})
+        _, pose = take_cloud(scene, config, np.random.default_rng(seed))
+        clearance = float(truth.clearance_at(*pose.position[:2]))
+        assert SMALL.room - 0.1 <= clearance <= SMALL.reach + 0.1
+        yaws.append(pose.yaw)
+    assert np.ptp(yaws) > 0.1
+
+
+def test_without_such_a_place_there_is_no_cloud(make_scene):
+    """Level ground without anything near is refused with the two settings to widen."""
+    config = SMALL.model_copy(update={"reach": 0.5, "room": 0.3})
+    with pytest.raises(ValueError, match=r"room, reach: expected a place 0\.3 to 0\.5 m"):
+        labelled_cloud(make_scene(size=40.0), config, np.random.default_rng(0))
+
+
+def test_points_are_where_their_beams_ended(make_scene):
+    """Without errors a wall is seen in base_footprint where it stands: ahead and to the left."""
+    walls = [
+        box(SemanticClass.WALL, (3.2, 0.0, 1.0), (0.4, 2.0, 2.0)),
+        box(SemanticClass.WALL, (0.0, 2.2, 1.0), (2.0, 0.4, 2.0)),
+    ]
+    scene = make_scene(objects=walls, size=40.0)
+    exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "noise": (0.0, 0.0)}
+    config = SMALL.model_copy(update={"still": 1.0, **exact})
+    cloud = labelled_cloud(scene, config, np.random.default_rng(0), Start(0.0, 0.0, 0.0))
+    wall = cloud.points[cloud.classes == SemanticClass.WALL]
+    ahead, left = wall[wall[:, 0] > 2.9], wall[wall[:, 1] > 1.9]
+    assert ahead[:, 0].min() == pytest.approx(3.0, abs=0.02)
+    assert left[:, 1].min() == pytest.approx(2.0, abs=0.02)
+    assert len(ahead) > 100
+    assert len(left) > 100
+    turned = labelled_cloud(scene, config, np.random.default_rng(0), Start(0.0, 0.0, np.pi / 2))
+    wall = turned.points[turned.classes == SemanticClass.WALL]
+    assert wall[wall[:, 0] > 1.9][:, 0].min() == pytest.approx(2.0, abs=0.02)
+    assert wall[wall[:, 1] < -2.9][:, 1].max() == pytest.approx(-3.0, abs=0.02)
+
+
+def test_difficulty_and_patch_are_those_of_the_settings():
+    """A world is a patch of its preset; the seed draws the difficulty within the span."""
+    config = SMALL.model_copy(update={"difficulty": (0.3, 0.4)})
+    first, other = (cloud_scene(config, "forest", seed).world for seed in (12, 13))
+    assert 0.3 <= first.difficulty <= 0.4
+    assert first.difficulty != other.difficulty
+    assert first.ground.width == pytest.approx(40.0)
+    assert first.ground.cell == 0.25

@@ -1,4 +1,4 @@
-"""The evaluation's table: known answers, goals in a row, and a journal that is taken up again."""
+"""Evaluations: the same world and noise for each controller, goals in a row, and the journal."""
 
 import json
 import os
@@ -7,20 +7,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from andabata.app.cli import main
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation import evaluate as evaluation
-from andabata.evaluation.evaluate import EvaluationConfig, evaluate, hazards, summarise
-from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.evaluate import (
+    EvaluationConfig,
+    evaluate,
+    failure_causes,
+    run_one,
+    summarise,
+)
+from andabata.evaluation.scenarios import Scenario
+from andabata.machine.simulator import SensingConfig
 from andabata.models import Models, shipped_policy
-from andabata.tasks.episode_monitor import Outcome
-from terrain.classes import SemanticClass
-from terrain.heightfield import Heightfield
-from terrain.objects import box
-from worlds.truth import TruthConfig, build_truth
-from worlds.world import World
+from andabata.tasks.episode_monitor import TerminationConfig
+from worlds.splits import evaluation_world
 
 
 def attempt(
-    trial, goal, outcome, controller="straight", spl=0.5, hazard="", world="maze", energy=20.0
+    trial, goal, outcome, controller="straight", spl=0.5, cause="", world="maze", energy=20.0
 ):
     return {
         "controller": controller,
@@ -31,12 +36,12 @@ def attempt(
         "goal": goal,
         "goals": 3,
         "outcome": outcome,
-        "hazard": hazard,
+        "cause": cause,
         "time_s": 10.0,
         "distance_m": 3.0,
         "spl": spl,
         "trespass_m": 1.0,
-        "restlessness": 0.0,
+        "steering_variation": 0.0,
         "energy_j": energy,
         "min_clearance_m": 0.2,
         "end_xy": [0.0, 0.0],
@@ -57,7 +62,8 @@ ROWS = [
 ]
 
 
-def test_energy_is_the_mean_of_the_legs_whose_plant_has_motors():
+def test_energy_is_the_mean_of_the_attempts_with_motors():
+    """The energy is the mean over attempts with motors, and None without any."""
     rows = [attempt(0, 1, "goal", energy=30.0), attempt(1, 1, "goal", energy=50.0)]
     assert summarise(rows, CONFIG)[0]["energy_j"] == 40.0
     rows = [attempt(0, 1, "goal", energy=None)]
@@ -65,6 +71,7 @@ def test_energy_is_the_mean_of_the_legs_whose_plant_has_motors():
 
 
 def test_goals_in_a_row_count_every_trial():
+    """A goal counts as tried in every trial, also where an earlier goal failed."""
     table = {row["goal"]: row for row in summarise(ROWS, CONFIG)}
     assert [table[goal]["successes"] for goal in (1, 2, 3, "all")] == [3, 2, 1, 1]
     assert [table[goal]["success_rate"] for goal in (1, 2, 3, "all")] == [0.75, 0.5, 0.25, 0.25]
@@ -75,11 +82,13 @@ def test_goals_in_a_row_count_every_trial():
 
 
 def test_wilson_interval_holds_the_rate():
+    """The interval contains the rate, within 0 and 1."""
     for row in summarise(ROWS, CONFIG):
         assert 0 <= row["wilson_low"] < row["success_rate"] < row["wilson_high"] <= 1
 
 
 def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
+    """Trials that stand whole in the journal are not run again; a cut line is."""
     ran = []
 
     def run_one(config, models, on_failure, trial):
@@ -101,7 +110,7 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
 
 
 def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
-    """A head that is cut short would be taken for another evaluation's."""
+    """A write that fails leaves no journal: a cut head would pass for another evaluation's."""
 
     def fail(descriptor):
         raise OSError("power cut")
@@ -113,7 +122,7 @@ def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
 
 
 def test_a_trial_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
-    """Head and lines: each is synced before the next trial begins."""
+    """Each line is synced to the disk before the next trial begins."""
     journal, seen = tmp_path / "trials.jsonl", []
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     append = evaluation.append_line
@@ -124,6 +133,7 @@ def test_a_trial_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
 
 
 def test_a_journal_of_another_evaluation_is_refused(tmp_path):
+    """A journal with another head is refused."""
     journal = tmp_path / "trials.jsonl"
     journal.write_text('{"config": {}}\n')
     with pytest.raises(ValueError, match="expected a journal of this evaluation"):
@@ -131,6 +141,7 @@ def test_a_journal_of_another_evaluation_is_refused(tmp_path):
 
 
 def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
+    """A journal of another policy is refused; the error names the models."""
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     journal = tmp_path / "trials.jsonl"
     evaluate(CONFIG, Models(), workers=1, journal=journal)
@@ -140,6 +151,7 @@ def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
 
 
 def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
+    """A journal of another commit is refused; the error names the commit."""
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     monkeypatch.setattr(evaluation, "commit", lambda: "one")
     journal = tmp_path / "trials.jsonl"
@@ -150,6 +162,7 @@ def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
 
 
 def test_each_kind_of_world_has_rows_of_its_own():
+    """The table has rows for each world, each with its own rate."""
     rows = [attempt(0, 1, "goal"), attempt(1, 1, "goal", world="hollow"), attempt(2, 1, "stuck")]
     table = {
         (row["world"], row["goal"]): row["success_rate"]
@@ -158,40 +171,156 @@ def test_each_kind_of_world_has_rows_of_its_own():
     assert table == {("maze", 1): 0.5, ("maze", "all"): 0.5, ("hollow", 1): 1, ("hollow", "all"): 1}
 
 
-def test_failures_are_counted_by_what_was_met():
-    rows = [attempt(k, 1, "collision", hazard="low rock") for k in range(3)]
-    rows += [attempt(3, 1, "tipover", hazard="slope"), attempt(4, 1, "goal")]
-    found = [(row["hazard"], row["outcome"], row["count"]) for row in hazards(rows)]
+def test_failures_are_counted_by_cause():
+    """Failures are counted by world, outcome and cause, the most frequent first; goals are not."""
+    rows = [attempt(k, 1, "collision", cause="low rock") for k in range(3)]
+    rows += [attempt(3, 1, "tipover", cause="slope"), attempt(4, 1, "goal")]
+    found = [(row["cause"], row["outcome"], row["count"]) for row in failure_causes(rows)]
     assert found == [("low rock", "collision", 3), ("slope", "tipover", 1)]
 
 
-def hazardous_world():
-    """Return a slope of 30 degrees in the east, a low rock, a trunk and a wall."""
-    heights = np.zeros((101, 101), dtype=np.float32)
-    heights[80:] = (np.arange(21) * 0.2 * np.tan(np.deg2rad(30)))[:, None]
-    ground = Heightfield(heights, 0.2)
-    things = (
-        box(SemanticClass.ROCK, (0.0, 0.0, 0.05), (0.2, 0.2, 0.1)),
-        box(SemanticClass.TRUNK, (0.0, 5.0, 1.0), (0.3, 0.3, 2.0)),
-        box(SemanticClass.STONE, (0.0, -5.0, 0.02), (0.2, 0.2, 0.04)),
+def small(**changes):
+    """Return an evaluation of short drives in mazes, with the horizontal scanner."""
+    robot = SimulatedRobotConfig(
+        plant="kinematic", localizer="truth", sensing=SensingConfig(scanner="horizontal")
     )
-    surface = np.full((100, 100), SemanticClass.GROUND, dtype=np.uint8)
-    truth = build_truth(ground, things, TruthConfig())
-    return World("made", 0, 0.5, ground, surface, things, (), truth)
+    return EvaluationConfig(
+        **{
+            "world": "maze",
+            "controllers": ("straight",),
+            "trials": 3,
+            "goals": 2,
+            "simulated_robot": robot,
+            "terminations": TerminationConfig(time_limit=4.0),
+            **changes,
+        }
+    )
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "outcome", "hazard"),
-    [
-        (0.4, 0.0, Outcome.COLLISION, "low rock"),
-        (0.4, 5.0, Outcome.COLLISION, "trunk"),
-        (0.0, -5.0, Outcome.COLLISION, "ground"),
-        (7.5, 0.0, Outcome.TIPOVER, "slope"),
-        (-9.9, 0.0, Outcome.TIPOVER, "border"),
-        (-4.0, 0.0, Outcome.TIMEOUT, "no way"),
-        (-4.0, 0.0, Outcome.STUCK, "free ground"),
-        (0.4, 0.0, Outcome.GOAL, ""),
-    ],
-)
-def test_what_ended_a_drive_is_told_from_the_true_world(x, y, outcome, hazard):
-    assert failure_cause(hazardous_world(), np.array([x, y]), outcome) == hazard
+def rows_of(config, controller, models):
+    rows = evaluate(config, models, workers=1)
+    return [row for row in rows if row["controller"] == controller]
+
+
+def test_every_controller_has_the_same_world_start_and_noise():
+    """A controller's rows do not depend on the controllers beside it or on their order."""
+    models = Models()
+    alone = rows_of(small(), "straight", models)
+    beside = rows_of(small(controllers=("random+planner", "straight")), "straight", models)
+    assert alone == beside
+    assert [row["trial"] for row in alone] == [0, 1, 2]
+    noise = rows_of(small(controllers=("random+planner",)), "random+planner", models)
+    beside = rows_of(small(controllers=("straight", "random+planner")), "random+planner", models)
+    assert noise == beside
+
+
+def test_trials_and_seeds_have_streams_of_their_own():
+    """No two trials share a world, a start or an end, nor do two evaluations."""
+    models = Models()
+    rows = [rows_of(small(seed=seed), "straight", models) for seed in (0, 1)]
+    found = [row for part in rows for row in part]
+    assert len({row["world_seed"] for row in found}) == 6
+    assert len({tuple(row["end_xy"]) for row in found}) == 6
+    assert rows_of(small(), "straight", models) == rows[0]
+
+
+def test_trials_of_one_world_have_noise_of_their_own(monkeypatch):
+    """In one and the same world two trials, and two seeds, still drive with other noise."""
+    one = Scenario("maze", evaluation_world(0, 0))
+    monkeypatch.setattr(evaluation, "scenarios", lambda *_: (one,) * 3)
+    monkeypatch.setattr(evaluation, "choose_task", lambda tasks, _: tasks[0])
+    models = Models()
+    ends = [
+        tuple(row["end_xy"])
+        for seed in (0, 1)
+        for row in rows_of(small(seed=seed), "straight", models)
+    ]
+    assert len(set(ends)) == 6
+
+
+def test_the_number_of_workers_changes_nothing(monkeypatch):
+    """Rows come by trial, whatever the number of workers and the order in which they end."""
+    monkeypatch.setattr(evaluation, "run_one", lambda *all_: [attempt(all_[-1], 1, "goal")])
+    one = evaluate(CONFIG, Models(), workers=1)
+
+    def backwards(work, tasks, workers):
+        return [(task, work(task)) for task in reversed(list(tasks))]
+
+    monkeypatch.setattr(evaluation, "run_tasks", backwards)
+    assert evaluate(CONFIG, Models(), workers=7) == one
+    assert [row["trial"] for row in one] == [0, 1, 2, 3]
+
+
+def test_a_row_holds_the_measures_of_the_attempt():
+    """World, outcome and cause of a row are those of the drive; a failure ends the trial."""
+    config = small()
+    rows = evaluate(config, Models(), workers=1)
+    for row, scenario in zip(rows, config.scenarios, strict=True):
+        assert (row["world"], row["world_seed"]) == ("maze", scenario.seed)
+        assert (row["goal"], row["goals"], row["outcome"]) == (1, 1, "timeout")
+        assert row["cause"] == "no way"
+        assert row["time_s"] == pytest.approx(4.0)
+        assert 0.9 < row["distance_m"] < 1.4
+        assert row["spl"] == 0.0
+        assert row["energy_j"] is None
+
+
+def test_failures_come_with_what_the_robot_saw():
+    """Each failed trial is reported once, with its row, its scan and the goal it headed for."""
+    failures = []
+    rows = run_one(small(), Models().to_bytes(), failures.append, 1)
+    (failure,) = failures
+    assert failure.row == rows[-1]
+    np.testing.assert_allclose(failure.pose.position[:2], rows[-1]["end_xy"])
+    assert failure.scan.ranges.shape == (32,)
+    distance = np.hypot(*(failure.goal - failure.pose.position[:2]))
+    assert distance > 5.0
+    reached = small(terminations=TerminationConfig(goal_radius=500.0))
+    assert [
+        row["outcome"] for row in run_one(reached, Models().to_bytes(), failures.append, 1)
+    ] == ["goal"]
+    assert len(failures) == 1
+
+
+def test_the_table_adds_up_what_was_driven():
+    """Times, distances and forbidden distances are means of attempts, the share of sums."""
+    rows = [
+        {**attempt(0, 1, "goal"), "time_s": 10.0, "distance_m": 4.0, "trespass_m": 1.0},
+        {**attempt(1, 1, "stuck"), "time_s": 20.0, "distance_m": 1.0, "trespass_m": 0.5},
+    ]
+    one = {row["goal"]: row for row in summarise(rows, CONFIG)}[1]
+    assert (one["mean_time_s"], one["distance_m"], one["trespass_m"]) == (15.0, 2.5, 0.75)
+    assert one["trespass_share"] == pytest.approx(1.5 / 5.0)
+    assert (one["stuck"], one["successes"], one["trials"]) == (1, 1, 2)
+
+
+def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
+    """The command's rows are the same after a kill in the second trial."""
+    words = ["evaluate", "--world", "maze", "--controllers", "straight,oracle", "--trials", "2"]
+    words += ["--workers", "1", "--set", "simulated_robot.plant=kinematic"]
+    words += ["--set", "terminations.time_limit=30", "--json"]
+    words += [
+        "--set",
+        "simulated_robot.sensing.scanner=horizontal",
+        "--out",
+        str(tmp_path / "eval"),
+    ]
+
+    def result():
+        assert main(words) == 0
+        out = capsys.readouterr().out
+        assert out.count("\n") == 1  # One JSON object and nothing else.
+        return json.loads(out)
+
+    data = result()
+    assert set(data["rows"][0]) >= {
+        *("controller", "world", "goal", "trials", "successes", "collisions", "tipovers"),
+        *("timeouts", "stuck", "success_rate", "wilson_low", "wilson_high", "spl"),
+        *("trespass_m", "distance_m", "mean_time_s", "steering_variation"),
+    }
+    assert {row["controller"] for row in data["rows"]} == {"straight", "oracle"}
+    assert all({"cause", "count"} <= set(row) for row in data["failures"])
+    journal = tmp_path / "eval/trials.jsonl"
+    lines = journal.read_text().splitlines()
+    journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:40])  # A kill in the second trial.
+    assert result()["rows"] == data["rows"]

@@ -1,16 +1,18 @@
-"""Curricula as data: what is learnt in which order, and what each suite judges."""
+"""Training plans as data: what is learnt in which order, on which worlds, by which body."""
 
 import pytest
 
 from andabata.app.cli import main
-from andabata.evaluation.scenarios import scenarios
+from andabata.tasks.offroad import stage_config
+from andabata.tasks.rewards import RewardConfig
 from andabata.training.plans import algorithms, load_plan
-from worlds.catalogue import preset_names
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
 
 def test_the_papers_scheme_is_the_papers():
+    """Three stages of 200 episodes, the printed critic, the reward without penalties."""
     plan = load_plan("actor-critic")
+    assert plan.learner.algorithm == "actor-critic"
     assert [stage.episodes for stage in plan.stages.values()] == [200, 200, 200]
     assert list(plan.stages) == ["Maze2D", "Maze3D", "Natural"]
     assert plan.learner.hidden == (200, 200)
@@ -29,43 +31,63 @@ def test_the_papers_scheme_is_the_papers():
 
 
 @pytest.mark.parametrize("algorithm", algorithms())
-def test_nothing_is_tried_where_it_was_learnt(algorithm):
+def test_nothing_is_validated_where_it_was_learnt(algorithm):
+    """Training, validation and evaluation have worlds of their own, else the same settings."""
     for stage in load_plan(algorithm).stages.values():
         assert set(stage.environment.seeds) <= set(TRAINING_SEEDS)
         assert set(stage.unseen.seeds) == set(VALIDATION_SEEDS)
         elsewhere = stage.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
-        assert stage.unseen == elsewhere  # Driven, seen and judged as while it learns.
+        assert stage.unseen == elsewhere  # Driven and evaluated as while it learns.
     assert not set(TRAINING_SEEDS) & set(VALIDATION_SEEDS)
     assert max(VALIDATION_SEEDS) < EVALUATION_START
 
 
 def test_the_body_and_the_laser_are_chosen():
+    """The body is that of all stages, the laser that of the stages that see clouds."""
     plan = load_plan("sac", "os1-64", "jackal")
-    rigs = [stage.environment.simulated_robot for stage in plan.stages.values()]
-    assert {simulated_robot.robot.name for simulated_robot in rigs} == {"jackal"}
-    assert rigs[0].sensing.scanner == "horizontal"
-    assert rigs[1].sensing.lidar == rigs[2].sensing.lidar != rigs[0].sensing.lidar
+    robots = [stage.environment.simulated_robot for stage in plan.stages.values()]
+    assert {simulated_robot.robot.name for simulated_robot in robots} == {"jackal"}
+    assert robots[0].sensing.scanner == "horizontal"
+    assert robots[1].sensing.lidar == robots[2].sensing.lidar != robots[0].sensing.lidar
 
 
 def test_an_unknown_algorithm_is_named(capsys):
+    """The error lists the algorithms."""
     assert main(["train", "--algorithm", "magic", "--quiet"]) != 0
     assert "--algorithm: expected actor-critic, sac, got 'magic'" in capsys.readouterr().err
 
 
-def test_no_decision_is_made_on_what_was_seen_before(capsys):
-    wanted = ["--set", "stages.Natural.environment.look_every=3", "--quiet"]
+def test_no_decision_is_made_on_an_older_scan(capsys):
+    """A perception decimation that does not divide the action repeat is refused."""
+    wanted = ["--set", "stages.Natural.environment.perception_decimation=3", "--quiet"]
     assert main(["train", *wanted]) != 0
-    assert "Natural.environment.look_every: expected a divisor" in capsys.readouterr().err
+    assert (
+        "Natural.environment.perception_decimation: expected a divisor" in capsys.readouterr().err
+    )
 
 
-def test_the_suite_is_wide_and_unseen():
-    found = scenarios("generalisation", "maze", 3, 0)
-    assert len(found) == len(set(found)) == 160
-    assert {scenario.world for scenario in found} <= set(preset_names())
-    assert all(scenario.seed >= EVALUATION_START for scenario in found)
-    natural = [scenario.difficulty for scenario in found if scenario.world == "natural-far"]
-    assert natural == sorted(natural)
-    assert (natural[0], natural[-1]) == (0.0, 0.8)
-    assert not set(found) & set(scenarios("generalisation", "maze", 3, 1))
-    with pytest.raises(ValueError, match="--suite: expected one of generalisation, got 'x'"):
-        scenarios("x", "maze", 3, 0)
+def test_the_curriculum_of_a_plan_is_that_of_its_stages():
+    """Chosen stages come in their order, with the plan's learner and the robot's spaces."""
+    plan = load_plan("sac")
+    config = plan.curriculum(range(1, 3), 7)
+    assert [stage.name for stage in config.stages] == ["Maze3D", "Natural"]
+    assert [stage.episodes for stage in config.stages] == [24, 72]
+    assert [stage.rehearsal for stage in config.stages] == [0.25, 0.125]
+    assert config.stages[1].difficulty.start == 0.4
+    assert (config.learner, config.seed) == (plan.learner, 7)
+    assert (config.final_lr_scale, config.validation, config.validate_every) == (0.2, 8, 0)
+    assert config.observations.size == 35
+    assert config.observations.term("ranges").high == 10.0
+    assert (config.actions.names, config.actions.high) == (("angular",), (0.5,))
+
+
+def test_a_plan_changes_its_environments_only_where_it_says():
+    """The default plan has a fifth of the paper's repulsion and its own decimation, no more."""
+    for name, stage in load_plan("sac").stages.items():
+        environment = stage.environment
+        reward = environment.reward
+        assert (reward.front, reward.side, reward.rear) == (0.02, 0.006, 0.0018)
+        assert environment.perception_decimation == (1 if name == "Maze2D" else 5)
+        assert environment.heading == "subgoal"
+        changes = {"reward": RewardConfig(), "perception_decimation": 1}
+        assert environment.model_copy(update=changes) == stage_config(name)

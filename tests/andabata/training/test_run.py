@@ -1,153 +1,21 @@
-"""Whole runs through the command line: the same seed gives the same bytes, a kill costs nothing."""
+"""Training runs in a folder: the same seed gives the same bytes, a kill costs nothing."""
 
 import json
+import shutil
 
 import pytest
 
 from andabata.app.cli import main
 from andabata.app.settings import resolve
+from andabata.models import Models
 from andabata.training.plans import TrainingPlan, load_plan
-from andabata.training.run import CHECKPOINT, HISTORY, POLICY, learn
-from rl.policy import Policy
-from traversability.cartesian.classifier import GroundClassifier
-
-
-def result(capsys, *words):
-    code = main([*words, "--json"])
-    out = capsys.readouterr().out
-    assert code == 0
-    assert out.count("\n") == 1  # One JSON object and nothing else.
-    return json.loads(out)
-
-
-@pytest.fixture(scope="module")
-def clouds(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("clouds")
-    words = ["clouds", "generate", "--out", str(folder), "--train", "2", "--validation", "1"]
-    assert main([*words, "--seed", "7", "--workers", "1", "--quiet"]) == 0
-    return folder
-
-
-def test_the_same_seed_gives_the_same_clouds_whatever_the_workers(capsys, clouds, tmp_path):
-    words = ["--train", "2", "--validation", "1", "--seed", "7", "--workers", "2"]
-    again = result(capsys, "clouds", "generate", "--out", str(tmp_path / "again"), *words)
-    manifest = json.loads((clouds / "manifest.json").read_text())
-    assert again["sha256"] == {entry["file"]: entry["sha256"] for entry in manifest["clouds"]}
-    assert (tmp_path / "again/manifest.json").read_bytes() == (
-        clouds / "manifest.json"
-    ).read_bytes()
-
-
-def test_a_classifier_is_trained_and_judged(capsys, clouds, tmp_path):
-    out = tmp_path / "forest"
-    words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30"]
-    # Two clouds have too few cells for the usual leaves, and for a screen before the trees.
-    words += ["--set", "min_leaf=20", "--set", "screen_trees=0"]
-    data = result(capsys, "classifier", "train", *words)
-    names = [
-        "accuracy",
-        "precision",
-        "recall",
-        "specificity",
-        "balanced_accuracy",
-        "f1_red",
-        "iou_red",
-    ]
-    assert all(0 <= data[name] <= 1 for name in names)
-    assert set(data["confusion"]) == {"tp", "tn", "fp", "fn"}
-    assert sum(data["n_cells"].values()) == 320
-    again = result(
-        capsys,
-        "classifier",
-        "evaluate",
-        "--clouds",
-        str(clouds),
-        "--forest",
-        str(out / "forest.npz"),
-    )
-    assert again["confusion"] == data["confusion"]
-    assert json.loads((out / "run.json").read_text())["config"]["trees"] == 30
-
-
-def test_a_classifier_of_squares_is_trained_and_judged(capsys, clouds, tmp_path):
-    out = tmp_path / "squares"
-    words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30", "--set", "share=1"]
-    data = result(capsys, "classifier", "ground", *words)
-    assert data["ground_cells"] > 1000
-    assert data["f1_red"] > 0.5  # Two clouds teach that much.
-    assert list(data["bands"]) == ["0.7_to_1.8_m", "1.8_to_3.2_m", "3.2_to_5_m", "5_to_10_m"]
-    learned = GroundClassifier.load(out / "ground_classifier.npz")
-    assert learned.summary["config"]["trees"] == 30
-    assert json.loads((out / "run.json").read_text())["config"]["share"] == 1
-
-
-@pytest.mark.parametrize("wrong", ["--set trees=0", "--set tree=3"])
-def test_a_wrong_setting_writes_nothing(clouds, tmp_path, wrong):
-    out = tmp_path / "forest"
-    words = ["classifier", "train", "--clouds", str(clouds), "--out", str(out), *wrong.split()]
-    assert main(words) == 2
-    assert not out.exists()
-
-
-def test_controllers_are_judged_in_one_table(capsys, tmp_path):
-    words = [
-        "evaluate",
-        "--world",
-        "maze",
-        "--controllers",
-        "straight,oracle",
-        "--trials",
-        "2",
-        "--workers",
-        "1",
-    ]
-    words += ["--set", "simulated_robot.plant=kinematic", "--set", "terminations.time_limit=30"]
-    words += [
-        "--set",
-        "simulated_robot.sensing.scanner=horizontal",
-        "--out",
-        str(tmp_path / "eval"),
-    ]
-    data = result(capsys, *words)
-    row = data["rows"][0]
-    assert set(row) >= {
-        "controller",
-        "world",
-        "goal",
-        "trials",
-        "successes",
-        "collisions",
-        "tipovers",
-        "timeouts",
-        "stuck",
-        "success_rate",
-        "wilson_low",
-        "wilson_high",
-        "spl",
-        "trespass_m",
-        "distance_m",
-        "mean_time_s",
-    }
-    assert {r["controller"] for r in data["rows"]} == {"straight", "oracle"}
-    journal = tmp_path / "eval/trials.jsonl"
-    lines = journal.read_text().splitlines()
-    journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:40])  # A kill in the second trial.
-    assert result(capsys, *words)["rows"] == data["rows"]
-
-
-def test_a_drive_is_drawn(capsys, tmp_path):
-    words = ["drive", "--world", "maze", "--controller", "oracle", "--set", "plant=kinematic"]
-    words += ["--set", "sensing.scanner=horizontal", "--out", str(tmp_path / "drive")]
-    data = result(capsys, *words)
-    assert data["success"]
-    assert data["attempts"][0]["trespass_m"] == 0.0
-    assert (tmp_path / "drive/drive.png").stat().st_size > 10_000
-    assert json.loads((tmp_path / "drive/run.json").read_text())["config"]["plant"] == "kinematic"
+from andabata.training.run import CHECKPOINT, HISTORY, POLICY, learn, read_history
+from rl.policy import load_policy
 
 
 def small_plan():
-    overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.batch=2"]
-    overrides += ["learner.minibatch=16", "stages.Natural.rehearsal=0.5"]
+    overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.episodes_per_iteration=2"]
+    overrides += ["learner.batch_size=16", "stages.Natural.rehearsal=0.5"]
     for name, episodes, limit in (("Maze2D", 4, 8.0), ("Maze3D", 2, 6.0), ("Natural", 2, 6.0)):
         overrides += [
             f"stages.{name}.episodes={episodes}",
@@ -157,26 +25,98 @@ def small_plan():
     return resolve(TrainingPlan, overrides=overrides, base=load_plan())
 
 
-def test_a_killed_training_ends_with_the_same_bytes(tmp_path):
-    config = small_plan()
-    whole = learn(tmp_path / "whole", config, range(2), 5, 1)
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the folder and the figures of a run of two stages that was not interrupted."""
+    folder = tmp_path_factory.mktemp("run") / "whole"
+    return folder, learn(folder, small_plan(), range(2), 5, 1)
 
-    def kill(generation):
+
+def same_files(first, second):
+    for name in (CHECKPOINT, POLICY, HISTORY, "policy_Maze2D.safetensors"):
+        assert (first / name).read_bytes() == (second / name).read_bytes(), name
+
+
+def test_a_killed_training_ends_with_the_same_bytes(whole, tmp_path):
+    """A run that was killed and resumed leaves the same checkpoint, policies and history."""
+    config, (folder, figures) = small_plan(), whole
+    killed = tmp_path / "killed"
+
+    def kill(iteration):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        learn(tmp_path / "killed", config, range(2), 5, 1, on_iteration=kill)
+        learn(killed, config, range(2), 5, 1, on_iteration=kill)
     with pytest.raises(ValueError, match="expected an empty folder, got a run"):
-        learn(tmp_path / "killed", config, range(2), 5, 1)
-    again = learn(tmp_path / "killed", config, range(2), 5, 1, resume=True)
-    for name in (CHECKPOINT, POLICY, HISTORY, "policy_Maze2D.safetensors"):
-        first, second = ((tmp_path / run / name).read_bytes() for run in ("whole", "killed"))
-        assert first == second, name
-    assert (again["stage"], again["episodes"]) == (whole["stage"], whole["episodes"])
-    info = Policy.load(tmp_path / "whole" / POLICY).info
-    assert info["stage"] == "Maze3D"
-    assert info["config"]["learner"]["hidden"] == [16, 16]
+        learn(killed, config, range(2), 5, 1)
+    again = learn(killed, config, range(2), 5, 1, resume=True)
+    same_files(folder, killed)
+    assert (again["stage"], again["episodes"]) == (figures["stage"], figures["episodes"])
+
+
+def test_the_number_of_workers_changes_no_byte(whole, tmp_path):
+    """Two processes leave the same checkpoint, policies and history as one."""
+    folder, _ = whole
+    learn(tmp_path / "two", small_plan(), range(2), 5, 2)
+    same_files(folder, tmp_path / "two")
+
+
+def test_a_policy_knows_how_it_was_trained(whole):
+    """Stage, settings, seed and models are in the file of each stage's policy."""
+    folder, _ = whole
+    for name, stage in ((POLICY, "Maze3D"), ("policy_Maze2D.safetensors", "Maze2D")):
+        policy = load_policy(folder / name)
+        assert policy.info["stage"] == stage
+        assert policy.info["config"]["learner"]["hidden"] == [16, 16]
+        assert policy.info["seed"] == 5
+        assert policy.info["stages"] == [0, 2]
+        assert policy.info["forest"] == Models().hashes["forest"]
+        assert policy.observations.size == 35
+
+
+def test_the_folder_tells_the_run(whole):
+    """The history has a line an iteration, the summary is that of its last."""
+    folder, figures = whole
+    history = read_history(folder / HISTORY)
+    assert [row["name"] for row in history] == ["Maze2D", "Maze2D", "Maze3D"]
+    assert [row["is_last"] for row in history] == [False, True, True]
+    assert figures["stage"] == "Maze3D"
+    assert figures["episodes"] == 2
+    assert figures["steps"] == history[-1]["steps"] > 60
+    assert figures["success_rate"] == history[-1]["recent_success"]
+    assert set(figures["validation"]) == {"Maze2D", "Maze3D"}
+    described = json.loads((folder / "run.json").read_text())
+    assert (described["verb"], described["seed"], described["stages"]) == ("train", 5, [0, 2])
+
+
+def changed_head(folder, **changes):
+    """Change the description of a run in its folder."""
+    path = folder / "run.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def test_another_run_is_not_resumed(whole, tmp_path):
+    """Other settings, seed, stages, models or code are refused, each by its name."""
+    folder = tmp_path / "run"
+    shutil.copytree(whole[0], folder)
+    plan = small_plan()
+    other = resolve(TrainingPlan, overrides=["learner.gamma=0.5"], base=plan)
+    with pytest.raises(ValueError, match=r"config\.learner\.gamma: expected 0.98, .* got 0.5"):
+        learn(folder, other, range(2), 5, 1, resume=True)
+    with pytest.raises(ValueError, match="seed: expected 5, as it began, got 6"):
+        learn(folder, plan, range(2), 6, 1, resume=True)
+    with pytest.raises(ValueError, match=r"stages: expected \[0, 2\], as it began, got \[0, 1\]"):
+        learn(folder, plan, range(1), 5, 1, resume=True)
+    for name in ("forest", "ground_classifier", "commit"):
+        shutil.copy(whole[0] / "run.json", folder / "run.json")
+        changed_head(folder, **{name: "another"})
+        with pytest.raises(ValueError, match=f"{name}: expected another, .* --changed goes on"):
+            learn(folder, plan, range(2), 5, 1, resume=True)
+    figures = learn(folder, plan, range(2), 5, 1, resume=True, changed=True)
+    assert figures["episodes"] == 2  # It had ended: nothing was left to play.
+    same_files(whole[0], folder)
 
 
 def test_nothing_to_resume_is_an_error(tmp_path):
+    """Without a run in the folder ``--resume`` fails."""
     assert main(["train", "--resume", "--out", str(tmp_path / "none"), "--quiet"]) == 1

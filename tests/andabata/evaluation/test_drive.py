@@ -1,0 +1,122 @@
+"""One drive, from a world's name to a path, and its recording."""
+
+import json
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.evaluation.drive import Driven, Recording, digest, drive_once
+from andabata.evaluation.trial import GoalAttempt
+from andabata.machine.simulator import SensingConfig
+from andabata.tasks.episode_monitor import Outcome
+from worlds.splits import evaluation_world
+from worlds.world import Start, Task
+
+CONFIG = SimulatedRobotConfig(
+    plant="kinematic", localizer="truth", sensing=SensingConfig(scanner="horizontal")
+)
+
+
+def short(seed=0, **others):
+    return drive_once("maze", seed, "straight", CONFIG, time_limit=3.0, **others)
+
+
+def test_the_seed_gives_the_drive():
+    """The world is one that nothing trains on, and the same seed gives the same path."""
+    first, again, other = short(), short(), short(1)
+    assert first.world.seed == evaluation_world(0, 0)
+    assert other.world.seed == evaluation_world(1, 0)
+    np.testing.assert_array_equal(first.path, again.path)
+    assert not np.array_equal(first.path[0], other.path[0])
+    assert first.cloud is None
+
+
+def test_the_time_limit_is_that_of_each_goal():
+    """A drive ends at its limit, and each simulated second is reported."""
+    seconds = []
+    driven = short(on_second=lambda: seconds.append(1))
+    assert [attempt.outcome for attempt in driven.attempts] == [Outcome.TIMEOUT]
+    assert driven.attempts[0].time == pytest.approx(3.0)
+    assert len(seconds) == 3
+    assert (
+        driven.title == f"straight in maze {driven.world.seed}: 0 of {len(driven.task.goals)} goals"
+    )
+
+
+def attempt(goal, outcome):
+    return GoalAttempt(
+        goal=goal,
+        outcome=outcome,
+        time=10.0,
+        distance=4.0,
+        shortest=2.0,
+        forbidden_distance=0.25,
+        steering_variation=0.5,
+        energy=None,
+        min_clearance=0.75,
+        path=np.array([[goal, 0.0, 0.0], [goal, 1.23456, 0.0]]),
+    )
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "success"),
+    [
+        ((Outcome.GOAL, Outcome.GOAL), True),
+        ((Outcome.GOAL, Outcome.STUCK), False),
+        ((Outcome.GOAL,), False),
+        ((Outcome.COLLISION,), False),
+    ],
+)
+def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
+    """Success needs every goal of the task; attempts are listed with their measures."""
+    task = Task(Start(0.0, 0.0, 0.0), ((1.0, 0.0), (2.0, 0.0)))
+    attempts = tuple(attempt(k, one) for k, one in enumerate(outcomes, start=1))
+    data = Driven(make_ground(), task, "policy", attempts, None).as_dict()
+    assert data["success"] is success
+    assert json.loads(json.dumps(data)) == data
+    assert (data["controller"], data["world"], data["world_seed"]) == ("policy", "made", 0)
+    assert data["goals"] == [[1.0, 0.0], [2.0, 0.0]]
+    assert len(data["attempts"]) == len(outcomes)
+    assert data["attempts"][0] == {
+        "goal": 1,
+        "outcome": str(outcomes[0]),
+        "time_s": 10.0,
+        "distance_m": 4.0,
+        "shortest_m": 2.0,
+        "spl": 0.5 if outcomes[0] is Outcome.GOAL else 0.0,
+        "trespass_m": 0.25,
+        "min_clearance_m": 0.75,
+    }
+    assert data["path"][:2] == [[1.0, 0.0, 0.0], [1.0, 1.235, 0.0]]
+    assert len(data["path"]) == 2 * len(outcomes)
+
+
+def test_a_recorded_drive_is_the_same_drive(tmp_path):
+    """Recording changes nothing, and writes a bag that knows its world, seed and controller."""
+    path = tmp_path / "drive.mcap"
+    recorded = short(record=Recording(path, clouds=False))
+    np.testing.assert_array_equal(recorded.path, short().path)
+    manifest = json.loads(next(tmp_path.glob("*.json")).read_text())
+    assert (manifest["world"], manifest["seed"], manifest["controller"]) == ("maze", 0, "straight")
+    assert path.stat().st_size > 1000
+
+
+def test_the_digest_is_sha256():
+    """The digest of nothing is the known one."""
+    assert digest(b"") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"
+
+
+def test_the_command_draws_a_drive(capsys, tmp_path):
+    """The oracle arrives without forbidden ground; path, picture and settings are written."""
+    words = ["drive", "--world", "maze", "--controller", "oracle", "--set", "plant=kinematic"]
+    words += ["--set", "sensing.scanner=horizontal", "--out", str(tmp_path / "drive"), "--json"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1  # One JSON object and nothing else.
+    data = json.loads(out)
+    assert data["success"]
+    assert data["attempts"][0]["trespass_m"] == 0.0
+    assert (tmp_path / "drive/drive.png").stat().st_size > 10_000
+    assert json.loads((tmp_path / "drive/run.json").read_text())["config"]["plant"] == "kinematic"

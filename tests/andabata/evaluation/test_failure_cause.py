@@ -1,0 +1,67 @@
+"""Causes of failures, from the true world."""
+
+import numpy as np
+import pytest
+
+from andabata.evaluation.failure_cause import failure_cause
+from andabata.tasks.episode_monitor import Outcome
+from terrain.classes import SemanticClass
+from terrain.heightfield import Heightfield
+from terrain.objects import box
+from worlds.truth import TruthConfig, build_truth
+from worlds.world import World
+
+
+def hazardous_world():
+    """Return a slope of 30 degrees in the east, a low rock, a trunk and a wall."""
+    heights = np.zeros((101, 101), dtype=np.float32)
+    heights[80:] = (np.arange(21) * 0.2 * np.tan(np.deg2rad(30)))[:, None]
+    ground = Heightfield(heights, 0.2)
+    objects = (
+        box(SemanticClass.ROCK, (0.0, 0.0, 0.05), (0.2, 0.2, 0.1)),
+        box(SemanticClass.TRUNK, (0.0, 5.0, 1.0), (0.3, 0.3, 2.0)),
+        box(SemanticClass.STONE, (0.0, -5.0, 0.02), (0.2, 0.2, 0.04)),
+    )
+    surface = np.full((100, 100), SemanticClass.GROUND, dtype=np.uint8)
+    truth = build_truth(ground, objects, TruthConfig())
+    return World("made", 0, 0.5, ground, surface, objects, (), truth)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "outcome", "cause"),
+    [
+        (0.4, 0.0, Outcome.COLLISION, "low rock"),
+        (0.4, 5.0, Outcome.COLLISION, "trunk"),
+        (0.0, -5.0, Outcome.COLLISION, "ground"),
+        (7.5, 0.0, Outcome.TIPOVER, "slope"),
+        (-9.9, 0.0, Outcome.TIPOVER, "border"),
+        (-4.0, 0.0, Outcome.TIMEOUT, "no way"),
+        (-4.0, 0.0, Outcome.STUCK, "free ground"),
+        (0.4, 0.0, Outcome.GOAL, ""),
+        (0.0, -9.9, Outcome.COLLISION, "border"),
+        (9.9, 0.0, Outcome.TIMEOUT, "border"),
+        (9.9, 0.0, Outcome.GOAL, ""),
+        (0.99, 0.0, Outcome.COLLISION, "low rock"),
+        (1.02, 0.0, Outcome.COLLISION, "ground"),
+        (0.0, 1.2, Outcome.COLLISION, "ground"),
+        (0.5, 5.0, Outcome.TIPOVER, "solid"),
+    ],
+)
+def test_the_true_world_gives_the_cause(x, y, outcome, cause):
+    """The nearest solid object, the kind of ground, the border, or that there was no way."""
+    assert failure_cause(hazardous_world(), np.array([x, y]), outcome) == cause
+
+
+def test_the_nearest_object_is_the_cause():
+    """Of two solid objects in reach the nearer one is named, foliage and stones never."""
+    ground = Heightfield(np.zeros((101, 101), dtype=np.float32), 0.2)
+    objects = (
+        box(SemanticClass.TRUNK, (0.7, 0.0, 1.0), (0.2, 0.2, 2.0)),
+        box(SemanticClass.WALL, (-0.6, 0.0, 1.0), (0.2, 2.0, 2.0)),
+        box(SemanticClass.HIGH_GRASS, (0.0, 0.3, 0.3), (0.2, 0.2, 0.6)),
+    )
+    surface = np.full((100, 100), SemanticClass.GROUND, dtype=np.uint8)
+    truth = build_truth(ground, objects, TruthConfig())
+    world = World("made", 0, 0.5, ground, surface, objects, (), truth)
+    for x, cause in ((0.0, "wall"), (0.2, "trunk")):
+        assert failure_cause(world, np.array([x, 0.0, 0.0]), Outcome.COLLISION) == cause

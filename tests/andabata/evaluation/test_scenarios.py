@@ -1,0 +1,36 @@
+"""Scenarios: one unseen world a trial, of one preset or of a suite."""
+
+import pytest
+
+from andabata.evaluation.scenarios import Scenario, scenarios
+from worlds.catalogue import preset_names
+from worlds.splits import EVALUATION_START, evaluation_world
+
+
+def test_the_suite_is_wide_and_unseen():
+    """160 worlds of four presets, from easy to hard, that nothing trains on, new for each seed."""
+    found = scenarios("generalisation", "maze", 3, 0)
+    assert len(found) == len(set(found)) == 160
+    assert {scenario.world for scenario in found} <= set(preset_names())
+    counts = [sum(one.world == name for one in found) for name in ("maze", "hollow")]
+    assert counts == [20, 20]
+    assert all(scenario.seed >= EVALUATION_START for scenario in found)
+    natural = [scenario.difficulty for scenario in found if scenario.world == "natural-far"]
+    assert len(natural) == 100
+    assert natural == sorted(natural)
+    assert (natural[0], natural[-1]) == (0.0, 0.8)
+    assert not set(found) & set(scenarios("generalisation", "maze", 3, 1))
+
+
+def test_an_unknown_suite_is_named():
+    """The error lists the suites."""
+    with pytest.raises(ValueError, match="--suite: expected one of generalisation, got 'x'"):
+        scenarios("x", "maze", 3, 0)
+
+
+def test_trials_of_a_preset_have_worlds_of_their_own():
+    """Trial k of a seed has evaluation world k of that seed, at the preset's own difficulty."""
+    found = scenarios(None, "hollow", 4, 2)
+    assert found == tuple(Scenario("hollow", evaluation_world(2, k), None) for k in range(4))
+    assert len({one.seed for one in found}) == 4
+    assert not {one.seed for one in found} & {one.seed for one in scenarios(None, "hollow", 4, 3)}

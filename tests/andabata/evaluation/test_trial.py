@@ -1,0 +1,182 @@
+"""A trial: goals in a row until one drive fails, measured by the true map."""
+
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from andabata.evaluation.trial import GoalAttempt, run_trial, safe_length
+from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
+from terrain.classes import SemanticClass
+from terrain.objects import box
+from worlds.world import Start, Task
+
+
+class Puppet:
+    """A robot that glides straight to its goal, half a metre a step, and tips over at ``bad``."""
+
+    def __init__(self, world, bad=None, speed=5.0):
+        self.scene = SimpleNamespace(world=world)
+        self.navigator = SimpleNamespace(set_goal=self._set_goal)
+        self.goals, self.starts, self.steps = [], [], 0
+        self._bad, self._speed, self._stamp = bad, speed, 0.0
+
+    def _set_goal(self, goal):
+        self.goals.append(tuple(goal))
+
+    def place(self, start, goal, rng):
+        self.starts.append(start)
+        self.first_goal = tuple(goal)
+        self._place = np.array([start.x, start.y])
+        return self._readings()
+
+    def step(self, readings):
+        self.steps += 1
+        self._stamp += 0.1
+        to_goal = np.array(self.goals[-1]) - self._place
+        self._place = self._place + 0.1 * self._speed * to_goal / np.hypot(*to_goal)
+        return self._readings()
+
+    def _readings(self):
+        truth = VehicleState(
+            stamp=self._stamp,
+            pose=Pose.from_euler(np.array([*self._place, 0.0]), 0.0, 0.0, 0.0),
+            linear=np.zeros(3),
+            angular=np.zeros(3),
+            wheels=WheelSpeeds(0.0, 0.0),
+            tipped=bool(self.goals) and self.goals[-1] == self._bad,
+        )
+        return SensorReadings(self._stamp, truth=truth)
+
+
+GOALS = ((5.0, 0.0), (5.0, 5.0), (-4.0, 5.0), (-4.0, -4.0))
+TASK = Task(Start(0.0, 0.0, 0.0), GOALS)
+RULES = TerminationConfig(time_limit=30.0)
+
+
+def test_goals_are_visited_in_their_order(make_ground):
+    """Each goal is tried once, one after the other, from where the last drive ended."""
+    robot = Puppet(make_ground())
+    attempts = run_trial(robot, TASK, RULES, np.random.default_rng(0))
+    assert robot.first_goal == GOALS[0]
+    assert robot.goals == list(GOALS)
+    assert [attempt.goal for attempt in attempts] == [1, 2, 3, 4]
+    assert {attempt.outcome for attempt in attempts} == {Outcome.GOAL}
+    for before, after in pairwise(attempts):
+        np.testing.assert_array_equal(before.path[-1], after.path[0])
+    for attempt, goal in zip(attempts, GOALS, strict=True):
+        left = np.hypot(*(attempt.path[-1, :2] - goal))
+        assert 0.5 <= left < 1.0  # It ends in the step in which the goal is reached.
+
+
+@pytest.mark.parametrize("failing", [0, 1, 3])
+def test_a_trial_ends_at_the_first_failure(make_ground, failing):
+    """After a failed drive no further goal is tried, nor set, nor driven to."""
+    robot = Puppet(make_ground(), bad=GOALS[failing])
+    attempts = run_trial(robot, TASK, RULES, np.random.default_rng(0))
+    assert len(attempts) == failing + 1
+    assert robot.goals == list(GOALS[: failing + 1])
+    outcomes = [attempt.outcome for attempt in attempts]
+    assert outcomes == [Outcome.GOAL] * failing + [Outcome.TIPOVER]
+    assert sum(len(attempt.path) - 1 for attempt in attempts) == robot.steps
+
+
+def test_measures_are_those_of_the_drive(make_ground):
+    """Time, distance, shortest path and SPL of an attempt on open ground."""
+    robot = Puppet(make_ground())
+    task = Task(TASK.start, GOALS[:2])
+    attempts = run_trial(robot, task, RULES, np.random.default_rng(0))
+    for attempt in attempts:
+        steps = len(attempt.path) - 1
+        assert attempt.time == pytest.approx(0.1 * steps)
+        assert attempt.distance == pytest.approx(0.5 * steps)
+        assert attempt.forbidden_distance == 0.0
+        assert attempt.energy is None
+        assert attempt.spl == pytest.approx(min(attempt.shortest / attempt.distance, 1.0))
+    length = np.hypot(*(np.array(GOALS[1]) - attempts[1].path[0, :2]))
+    assert attempts[1].shortest == pytest.approx(length - 1.0, abs=0.1)
+
+
+def test_each_drive_has_its_own_time_limit(make_ground):
+    """The limit holds for each goal, not for the trial."""
+    robot = Puppet(make_ground(), speed=2.0)
+    attempts = run_trial(robot, TASK, TerminationConfig(time_limit=4.6), np.random.default_rng(0))
+    assert len(attempts) == 4
+    assert sum(attempt.time for attempt in attempts) > 10.0
+    slow = run_trial(
+        Puppet(make_ground(), speed=1.0),
+        TASK,
+        TerminationConfig(time_limit=3.0),
+        np.random.default_rng(0),
+    )
+    assert [attempt.outcome for attempt in slow] == [Outcome.TIMEOUT]
+
+
+def test_the_start_is_jittered_by_the_seed(make_ground):
+    """The same seed gives the same start, others give others, near the task's own."""
+    starts = []
+    for seed in (1, 1, 2):
+        robot = Puppet(make_ground())
+        run_trial(robot, Task(TASK.start, GOALS[:1]), RULES, np.random.default_rng(seed))
+        starts += robot.starts
+    assert starts[0] == starts[1] != starts[2]
+    for start in starts:
+        assert 0 < np.hypot(start.x, start.y) <= 0.2 * 2**0.5
+        assert 0 < abs(start.yaw) <= 0.3
+
+
+def test_readings_of_each_step_are_passed_on(make_ground):
+    """``on_step`` gets the readings after every control step, in order."""
+    robot, stamps = Puppet(make_ground()), []
+    attempts = run_trial(
+        robot, TASK, RULES, np.random.default_rng(0), lambda readings: stamps.append(readings.stamp)
+    )
+    assert len(stamps) == robot.steps
+    assert stamps == sorted(stamps)
+    assert stamps[-1] == pytest.approx(sum(attempt.time for attempt in attempts))
+
+
+def test_without_a_truth_there_is_no_trial(make_ground):
+    """A robot that gives no true state is refused."""
+    robot = Puppet(make_ground())
+    robot.place = lambda *_: SensorReadings(0.0)
+    with pytest.raises(ValueError, match="truth: expected the simulator's true state"):
+        run_trial(robot, TASK, RULES, np.random.default_rng(0))
+
+
+def test_the_shortest_path_goes_round_and_ends_at_the_radius(make_ground):
+    """The safe length is that to the goal's radius, round what is forbidden, 0 at the goal."""
+    start = np.array([-4.0, 0.0])
+    assert safe_length(make_ground(), start, (4.0, 0.0), 1.0) == pytest.approx(7.0, abs=0.1)
+    assert safe_length(make_ground(), start, (4.0, 0.0), 2.0) == pytest.approx(6.0, abs=0.1)
+    assert safe_length(make_ground(), start, (-3.5, 0.0), 1.0) == 0.0
+    wall = box(SemanticClass.WALL, (0.0, 0.0, 1.0), (0.4, 6.0, 2.0))
+    around = safe_length(make_ground(objects=[wall]), start, (4.0, 0.0), 1.0)
+    assert 2 * np.hypot(4.0, 3.3) - 1.0 < around < 2 * np.hypot(4.0, 4.2) - 0.6
+
+
+def attempt(outcome=Outcome.GOAL, distance=8.0, shortest=4.0):
+    return GoalAttempt(
+        goal=1,
+        outcome=outcome,
+        time=1.0,
+        distance=distance,
+        shortest=shortest,
+        forbidden_distance=0.0,
+        steering_variation=0.0,
+        energy=None,
+        min_clearance=1.0,
+        path=np.zeros((1, 3)),
+    )
+
+
+def test_success_weighted_by_path_length():
+    """SPL is shortest over driven, 1 at most, and 0 without success."""
+    assert attempt().spl == 0.5
+    assert attempt(distance=2.0).spl == 1.0
+    assert attempt(Outcome.TIMEOUT).spl == 0.0
+    assert replace(attempt(), distance=0.0, shortest=0.0).spl == 0.0

@@ -42,6 +42,16 @@ def test_points_on_the_axes_fall_into_the_sector_that_begins_there():
     np.testing.assert_array_equal(bins // (2 * GRID.n_rings), [32, 48, 16])
 
 
+@pytest.mark.parametrize(("bearing_deg", "sector"), [(-170, 0), (-100, 7), (-10, 15), (10, 16)])
+@pytest.mark.parametrize("side", [1, -1])
+def test_sectors_go_counter_clockwise_from_behind(bearing_deg, sector, side):
+    """The mirrored point lies in the mirrored sector."""
+    bearing = side * np.deg2rad(bearing_deg)
+    points = np.array([[2 * np.cos(bearing), 2 * np.sin(bearing), 0]], dtype=np.float32)
+    found = fill_quarters(points, GRID).bins[0] // (4 * GRID.n_rings)
+    assert found == (sector if side > 0 else 31 - sector)
+
+
 def test_tables_are_computed_once_per_grid():
     """Equal grids share their tables."""
     assert polar_tables(GRID) is polar_tables(PolarGrid())

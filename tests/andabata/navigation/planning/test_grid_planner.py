@@ -310,6 +310,16 @@ def test_the_sub_goal_is_the_farthest_within_the_lookahead(reach, bearing):
     assert place @ direction > 0.9 * reach
 
 
+@pytest.mark.parametrize("bearing", [0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi])
+def test_a_lookahead_beyond_the_square_ends_at_its_edge(bearing):
+    """The sub-goal on the way to a goal outside is the edge cell that the path leaves by."""
+    direction = np.array([np.cos(bearing), np.sin(bearing)])
+    _, place = planned(free(), goal=50.0 * direction, lookahead=(1.5, 10.0))
+    edge = (MIDDLE - 0.5) * CELL
+    assert place @ direction == pytest.approx(edge, abs=1e-6)
+    assert np.abs(place).min() < 1.5 * CELL
+
+
 def walled(gap):
     """Return log odds of a wall at x = 1.2 m with a gap that begins at some y [m]."""
     log_odds = free()

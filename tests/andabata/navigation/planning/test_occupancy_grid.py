@@ -92,23 +92,29 @@ def test_obstacles_lie_where_the_scan_saw_them(position, yaw):
     assert behind < 0
 
 
-def test_a_free_polar_cell_beside_a_blocked_one_is_not_free_where_they_meet():
-    """A grid cell with a corner in a blocked polar cell keeps its log odds."""
+def test_a_grid_cell_is_free_when_its_middle_is_and_no_corner_is_blocked():
+    """A corner in a blocked polar cell keeps the log odds as they are, and nothing else does."""
     odds = odds_of(between(20, 70, 2.0))
-    free = odds < 0
-    odds[free] = -np.inf
+    odds[~(odds > 0)] = -np.inf
     grid = updated(make(), odds, 20)
     i, j = np.mgrid[-60:61, -60:61]
-    corner = (np.array([0, 1, 1, 0])[:, None, None] + i) * 0.2 - 0.1
-    corner_y = (np.array([0, 1, 0, 1])[:, None, None] + j) * 0.2 - 0.1
-    bearings, ranges = np.arctan2(corner_y, corner), np.hypot(corner, corner_y)
-    sectors = ((bearings + np.pi) / (2 * np.pi) * GRID.n_sectors).astype(int) % GRID.n_sectors
-    rings = np.searchsorted(GRID.ring_edges, ranges, side="right") - 1
+    x = 0.2 * i + 0.1 * np.array([0, 1, 1, -1, -1])[:, None, None]
+    y = 0.2 * j + 0.1 * np.array([0, 1, -1, 1, -1])[:, None, None]
+    sectors = (np.arctan2(y, x) + np.pi) / (2 * np.pi) * GRID.n_sectors
+    rings = np.searchsorted(GRID.ring_edges, np.hypot(x, y), side="right") - 1
     inside = (rings >= 0) & (rings < GRID.n_rings)
-    blocked = inside & (odds[sectors, np.clip(rings, 0, GRID.n_rings - 1)] > 0)
-    touching = blocked.any(axis=0) & ~blocked.all(axis=0)
+    seen = odds[sectors.astype(int) % GRID.n_sectors, np.clip(rings, 0, GRID.n_rings - 1)]
+    blocked = inside & (seen > 0)
+    # Corners on the edge of a sector belong to either, by rounding.
+    certain = (np.abs(sectors - np.round(sectors)) > 1e-4).all(axis=0) & inside[0]
+    touching = certain & blocked[1:].any(axis=0) & ~blocked[0]
+    free = certain & ~blocked.any(axis=0) & (np.maximum(np.abs(i), np.abs(j)) > 2)
     assert touching.sum() > 10
-    assert (grid.log_odds[i % 256, j % 256][touching] >= 0).all()
+    assert free.sum() > 1000
+    found = grid.log_odds[i % 256, j % 256]
+    assert (found[touching] == 0).all()
+    assert (found[free] < 0).all()
+    assert (found[certain & blocked[0]] > 0).all()
 
 
 def test_emptiness_counts_near_the_robot_and_in_front_of_obstacles_alone():

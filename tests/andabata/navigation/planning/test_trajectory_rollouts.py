@@ -544,3 +544,25 @@ def test_the_extra_speed_is_checked_along_the_arc_that_is_driven(yaw, rate):
         )
         command = chosen(plan, rate, yaw=yaw, override_margin=50.0)
         assert command == Twist(scale * SPEED, rate)
+
+
+@pytest.mark.parametrize(
+    ("begin", "field", "scale"),
+    [
+        (0.10, lambda x, y: x > 1.2, 2.0),
+        (0.15, lambda x, y: x > 1.2, 1.5),
+        (0.45, lambda x, y: x > 1.2, 1.0),
+        (0.00, lambda x, y: np.abs(y) > 0.8, 2.0),
+        (0.00, lambda x, y: np.abs(y) > 0.6, 1.5),
+        (0.00, lambda x, y: np.abs(y) > 0.4, 1.0),
+    ],
+)
+@pytest.mark.parametrize("rate", [0.5, -0.5])
+def test_the_extra_speed_is_checked_up_to_the_end_of_a_true_arc(begin, field, scale, rate):
+    """Twice the speed ends 1.07 m ahead and 0.66 m aside, half the extra speed at three quarters.
+
+    A field of unknown ground begins at the edge of a cell just before or just behind these ends.
+    """
+    plan = nowhere(cost=lambda x, y: np.where(field(x, y), 1.5, 1.0))
+    command = chosen(plan, rate, (begin, 0.0), override_margin=50.0)
+    assert command == Twist(pytest.approx(scale * SPEED), rate)

@@ -51,7 +51,6 @@ def drive(
     Examples:
         andabata drive
         andabata drive --world hill --seed 3 --out data/runs/hill
-        andabata drive --controller oracle --time-limit 60
         andabata drive --world natural-test --seed 7300 --clip drive.gif
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60

@@ -56,7 +56,6 @@ def evaluate(
         andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --suite development --controllers policy,random+planner
-        andabata evaluate --policy my_policy.safetensors --json
         andabata evaluate --robot jackal --set terminations.time_limit=120
     """
     from andabata.app.evaluation_run import run_evaluation

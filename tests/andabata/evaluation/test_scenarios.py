@@ -24,7 +24,9 @@ def test_the_suite_is_wide_and_unseen():
 
 def test_an_unknown_suite_is_named():
     """The error lists the suites."""
-    with pytest.raises(ValueError, match="--suite: expected one of generalisation, got 'x'"):
+    with pytest.raises(
+        ValueError, match="--suite: expected one of generalisation, development, got 'x'"
+    ):
         scenarios("x", "maze", 3, 0)
 
 
@@ -34,3 +36,11 @@ def test_trials_of_a_preset_have_worlds_of_their_own():
     assert found == tuple(Scenario("hollow", evaluation_world(2, k), None) for k in range(4))
     assert len({one.seed for one in found}) == 4
     assert not {one.seed for one in found} & {one.seed for one in scenarios(None, "hollow", 4, 3)}
+
+
+def test_the_development_suite_is_apart_from_every_other_split():
+    """24 worlds, the same for every seed, that nothing is trained, validated or published on."""
+    found = scenarios("development", "maze", 3, 0)
+    assert found == scenarios("development", "maze", 3, 7)
+    assert [scenario.seed for scenario in found] == list(range(7300, 7324))
+    assert {scenario.world for scenario in found} == {"natural-test"}

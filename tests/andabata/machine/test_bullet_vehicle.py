@@ -142,7 +142,7 @@ def drive_straight(world, task):
         bearing = np.arctan2(*(goal - pose.position[:2])[::-1])
         rate = float(np.clip(5.5 * wrap(float(bearing) - pose.yaw), -0.5, 0.5))
         vehicle.drive(SkidSteer(ROBOT).wheel_speeds(ROBOT.speed, rate), 10)
-        outcome = monitor.watch(vehicle.state)
+        outcome = monitor.update(vehicle.state)
     vehicle.close()
     return outcome
 

@@ -91,7 +91,7 @@ def test_what_the_head_has_passed_is_settled_before_the_turn_ends_and_only_once(
     for step in range(72):
         now = (step + 1) / 10
         assembler.add(lidar.sweeps(step / 10, now, track), track)
-        recent = assembler.recent
+        recent = assembler.window
         if recent.parts and (recent.parts[-1].classes == SemanticClass.POST).any():
             passed.append(now)
         if step % 5 == 4 and recent.settled > before:
@@ -106,7 +106,7 @@ def test_what_the_head_has_passed_is_settled_before_the_turn_ends_and_only_once(
     assert len(reported) in (2, 3, 4)  # A post that is just being passed comes in two parts.
     for end in ends:
         assert any(0.4 < stamp - end < 1.2 for stamp in reported)
-    whole = sum(len(part) for part in assembler.recent.parts)
+    whole = sum(len(part) for part in assembler.window.parts)
     assert sum(spans) < 7.2 / HALF_TURN * whole
     assert sum(spans) > 6.0 / HALF_TURN * whole
 

@@ -167,7 +167,7 @@ def test_a_whole_recording_is_salvaged_whole(capsys, recorded, tmp_path, suffix)
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap"])
 def test_damage_is_one_clear_error(capsys, recorded, tmp_path, suffix):
-    """Flipped bits and cut files give an error message, never a traceback."""
+    """Flipped bits and cut files give an error message or a replay, never a traceback."""
     rng, data = np.random.default_rng(0), recorded[suffix].read_bytes()
     path = tmp_path / f"bad.{suffix}"
     for _ in range(12):
@@ -176,7 +176,7 @@ def test_damage_is_one_clear_error(capsys, recorded, tmp_path, suffix):
             spoilt[place] ^= 1 << int(rng.integers(8))
         path.write_bytes(bytes(spoilt))
         code = main(["bag", "replay", str(path), "--json"])
-        assert code in (0, 1)
+        assert code in (0, 1, 3)  # 3: some messages were left out, and the replay says so.
         assert "Traceback" not in capsys.readouterr().err
     for cut in (0, 10, 100, 5000):
         path.write_bytes(data[:cut])

@@ -292,13 +292,13 @@ def test_a_loop_of_frames_is_refused_by_name(replay):
 
 def test_the_antennas_lever_arm_is_taken_off(replay, recorded):
     """A fix of an antenna on a mast ahead is a fix of the robot, less the mast."""
-    from andabata.localization.antenna import base_of_antenna
+    from andabata.localization.antenna import remove_lever_arm
 
     fixes = np.array([[1.0, 10.0, 20.0, 3.0, 0.5, 1.0]])
     north = turn((0, 0, 90)).as_quat()
-    found = base_of_antenna(fixes, north, np.array([2.0, 0.0, 1.0]))
+    found = remove_lever_arm(fixes, north, np.array([2.0, 0.0, 1.0]))
     np.testing.assert_allclose(found, [[1.0, 10.0, 18.0, 2.0, 0.5, 1.0]], atol=1e-12)
-    assert base_of_antenna(fixes, north, None) is fixes
+    assert remove_lever_arm(fixes, north, None) is fixes
     code, data, _ = replay(
         edit=lambda topic, message: reframed(message, "gps") if topic == "/fix" else message,
         static=[("base_link", "gps", (0.5, 0, 1.0), (0, 0, 0))],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.ros_graph import has_tools, result, running, stop, stopped
+from andabata.bench.ros_graph import finished_bag, has_tools, result, running, stop
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns
 from andabata.ros.graph import PACKAGES
@@ -47,7 +47,7 @@ def test_a_simulated_robot_is_driven_through_the_graph(graph):
     recorder = graph.start("rosbag", "record", "-O", recorded, *watched)
     node = graph.andabata("navigator", "--controller", "reactive", "--seconds", "16")
     found = result(node, 60)
-    stopped(recorder, recorded)
+    finished_bag(recorder, recorded)
     assert found["health"] == "ok"
     assert found["scans"] > 80
     assert found["moving"] > 80
@@ -82,7 +82,7 @@ def test_a_played_bag_gives_the_recorded_scans_again(graph, bag):
     )
     rates = graph.tool("rostopic", "hz", "/cmd_vel", seconds=12)
     assert play.wait(60) == 0
-    stopped(recorder, live)
+    finished_bag(recorder, live)
     stop(node)
     measured = [float(line.split(":")[1]) for line in rates.splitlines() if "average rate" in line]
     assert measured
@@ -126,7 +126,7 @@ def test_a_robot_without_readings_is_stopped_and_reported(graph):
     time.sleep(7)
     robot.kill()
     result(node, 60)
-    stopped(recorder, recorded)
+    finished_bag(recorder, recorded)
     last, stopped_at, reported = 0.0, None, None
     with Bag(recorded) as live:
         for message in live.messages():
@@ -156,7 +156,7 @@ def test_a_navigator_that_is_stopped_stops_the_robot(graph):
     time.sleep(7)
     stop(node)
     assert node.returncode == 130
-    stopped(recorder, recorded)
+    finished_bag(recorder, recorded)
     with Bag(recorded) as live:
         wheels = [(m.content.left, m.content.right) for m in live.messages()]
     assert wheels[-2] != (0.0, 0.0)

@@ -186,7 +186,7 @@ def test_bad_fixes_at_the_begin_are_no_datum_and_are_counted(plain, tmp_path, ch
     # The second of them has the status of a missing fix.
     assert [n for text, n in setup.refused.items() if reason in text] == [2]
     assert np.hypot(*setup.start.position[:2]) < 5
-    assert setup.rough
+    assert setup.is_rough
 
 
 def test_a_receiver_without_a_fix_yet_is_waited_for(plain, tmp_path):
@@ -229,7 +229,7 @@ def test_unknown_altitude_and_variance_are_assumed_and_reported(
     assert code == 0
     assert data["counts"]["gnss"][2] == 0
     assert data["counts"]["gnss"][0] > 0
-    assumed = [remark["count"] for remark in data["remarks"] if remark["sense"] == "/fix"]
+    assumed = [remark["count"] for remark in data["remarks"] if remark["subject"] == "/fix"]
     assert sum(assumed) == sum(data["counts"]["gnss"])
     assert not data["refused_by_reason"]
     assert differing(plain_scans, scans) == 0
@@ -263,7 +263,7 @@ def test_a_given_start_keeps_its_position_in_the_map(plain, recorded, tmp_path):
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     first = GeoReference().to_geodetic(np.zeros((1, 3)))
-    assert not setup.rough
+    assert not setup.is_rough
     assert setup.datum.source == "the first good fix, at the given start"
     np.testing.assert_allclose(setup.datum.reference.to_map(first)[0, :2], [100, -50], atol=25)
     assert setup.datum.measured is not None
@@ -308,7 +308,7 @@ def test_the_datum_of_a_live_navigator_is_the_one_of_its_recording(plain, tmp_pa
     with Bag(path) as bag:
         setup = read_setup(bag, {}, {})
     assert setup.datum == replace(datum, source="the recording")
-    assert not setup.rough
+    assert not setup.is_rough
 
 
 def test_our_own_recording_keeps_the_datum_of_its_settings(replay, recorded):
@@ -355,7 +355,7 @@ def test_the_position_of_a_datum_is_what_later_pieces_use():
 def test_fixes_refused_before_and_after_the_start_add_up():
     """Refusals are summed by reason; assumptions are counted, and not as refusals."""
     remarks = Remarks()
-    localizer = SimpleNamespace(refused={"too far": 2}, assumed={"no altitude": 5})
+    localizer = SimpleNamespace(rejected_fixes={"too far": 2}, assumed_fixes={"no altitude": 5})
     add_fix_remarks(remarks, localizer, {"too far": 1, "zeros": 4})
     assert remarks.refused_by_reason() == {"/fix": {"too far": 3, "zeros": 4}}
     assert {remark["text"]: remark["count"] for remark in remarks.as_dicts()}["no altitude"] == 5

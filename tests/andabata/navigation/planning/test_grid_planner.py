@@ -213,10 +213,13 @@ def test_lethal_is_what_exceeds_the_threshold():
     assert plan.clearance[MIDDLE, MIDDLE + 20] == 0.0
 
 
-def test_no_cost_is_higher_than_the_highest():
-    """The highest cost is that of a certain obstacle."""
-    plan, _ = planned(free(3.0))
-    assert plan.costs.max() == pytest.approx(WEIGHTS.highest)
+@pytest.mark.parametrize(("lethal", "highest"), [(1.0, 136.0), (2.0, 61.0)])
+def test_no_cost_is_higher_than_the_highest(lethal, highest):
+    """The highest cost is that of a certain obstacle among others."""
+    weights = WEIGHTS._replace(lethal_log_odds=lethal)
+    plan, _ = planned(free(3.0), weights=weights)
+    assert plan.costs.max() == pytest.approx(weights.highest)
+    assert weights.highest == pytest.approx(highest)
 
 
 def test_weights_are_those_of_the_configuration():

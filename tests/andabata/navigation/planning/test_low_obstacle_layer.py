@@ -203,6 +203,15 @@ def test_only_a_ring_around_the_robot_counts(x, is_seen):
     assert (height_of({(x, 0): 0.05}, (x, 0), min_range=0.65, max_range=4.0) > 0) == is_seen
 
 
+@pytest.mark.parametrize(("x", "is_seen"), [(12, True), (13, False)])
+def test_cells_whose_neighbours_would_wrap_around_do_not_count(x, is_seen):
+    """In a small square the ring ends three cells and one before its edge."""
+    elevation, layer = ElevationGrid(CELL, 32), layer_of(cells=32)
+    elevation.describe(grid_points({(x, 0): 0.05}), ORIGIN)
+    layer.update(elevation, ORIGIN)
+    assert (layer.heights[x, 0] > 0) == is_seen
+
+
 @pytest.mark.parametrize(("height", "is_low"), [(0.24, True), (0.26, False)])
 def test_what_is_too_high_is_no_low_obstacle(height, is_low):
     """Objects above the largest height are the virtual scan's."""

@@ -300,10 +300,11 @@ def test_a_higher_log_odds_is_not_lowered_by_a_low_obstacle():
     assert grid.log_odds[10, 0] == pytest.approx(2.5)
 
 
+@pytest.mark.parametrize("place", [(3.3, -5.2), (-120.0, 75.0)])
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.9])
-def test_ranges_end_at_remembered_obstacles_on_their_own_side(yaw):
+def test_ranges_end_at_remembered_obstacles_on_their_own_side(yaw, place):
     """An obstacle to the left ends the left sectors' ranges, and no other's."""
-    grid, position = make(), np.array([3.3, -5.2])
+    grid, position = make(), np.array(place)
     grid.update(nothing_seen(), position, yaw)
     left = position + 2.0 * np.array([np.cos(yaw + 0.8), np.sin(yaw + 0.8)])
     i, j = np.floor(left / 0.2).astype(int)

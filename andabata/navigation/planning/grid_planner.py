@@ -379,8 +379,10 @@ def _widen_where_driven(
         for j in range(n):
             known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
             traversed[i, j] = clearance[i, j]
-            behind = np.hypot(i - n // 2, j - n // 2) > passage.behind
-            if known <= -max_log_odds and clearance[i, j] > 0 and behind:
+            # Few cells are driven on: the distance is computed for them alone.
+            if known > -max_log_odds or clearance[i, j] <= 0:
+                continue
+            if np.hypot(i - n // 2, j - n // 2) > passage.behind:
                 off = (2.0 + known / max_log_odds) * passage.driven_radius
                 traversed[i, j] = max(clearance[i, j], np.float32(passage.clearance - off))
 

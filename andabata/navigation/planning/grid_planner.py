@@ -380,7 +380,7 @@ def _widen_where_driven(
             known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
             traversed[i, j] = clearance[i, j]
             # Few cells are driven on: the distance is computed for them alone.
-            if known > -max_log_odds or clearance[i, j] <= 0:
+            if not (known <= -max_log_odds and clearance[i, j] > 0):
                 continue
             if np.hypot(i - n // 2, j - n // 2) > passage.behind:
                 off = (2.0 + known / max_log_odds) * passage.driven_radius

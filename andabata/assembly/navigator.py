@@ -62,7 +62,7 @@ class NavigatorParts(NamedTuple):
     Attributes:
         navigator: Navigator.
         localizer: Estimator of its pose.
-        perception: Its perception.
+        perception: Perception: clouds, classifier, virtual scan.
     """
 
     navigator: Navigator

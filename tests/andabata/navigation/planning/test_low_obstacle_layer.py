@@ -111,7 +111,7 @@ def test_an_obstacle_that_one_cloud_does_not_show_fades():
 
 
 def test_rough_ground_is_no_rock():
-    """In grass of its height a rock cannot be told from the ground."""
+    """In grass of its height a rock cannot be distinguished from the ground."""
     layer, rng = layer_of(), np.random.default_rng(4)
     for _ in range(5):
         update(layer, ground(rng, noise=0.08))

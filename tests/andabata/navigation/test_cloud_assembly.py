@@ -161,7 +161,7 @@ def test_a_cloud_is_moved_into_the_levelled_base():
 
 
 def test_there_is_no_cloud_to_move_before_the_first():
-    """Whoever asks too early gets an error that says how long to wait."""
+    """An early call is refused with an error that says how long to wait."""
     for move in (assembler().relative, assembler().around):
         with pytest.raises(ValueError, match="cloud: expected a complete one, got none"):
             move(pose_at())

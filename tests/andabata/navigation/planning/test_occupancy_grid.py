@@ -77,7 +77,7 @@ def test_a_scan_never_takes_back_what_it_confirms():
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -2.6])
 @pytest.mark.parametrize("position", [(0.0, 0.0), (-7.3, 41.1)])
 def test_obstacles_lie_where_the_scan_saw_them(position, yaw):
-    """A wall to the front left stays there in odom, wherever the robot stands and looks."""
+    """A wall to the front left stays there in odom, wherever the robot stands and faces."""
     grid = updated(make(), odds_of(between(20, 70, 2.0)), 20, position, yaw)
     places = (
         np.array(position)[:, None]

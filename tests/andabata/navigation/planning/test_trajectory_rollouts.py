@@ -280,7 +280,7 @@ def test_missing_clearance_costs_its_square_in_every_part_of_a_rollout():
 
 
 def test_a_passage_that_was_driven_helps_arcs_and_not_turns():
-    """Arcs look at the traversed clearance, a turn on the spot at the plain one."""
+    """Arcs need traversed clearance, a turn on the spot the plain one."""
     plan = nowhere(clearance=0.2)
     plan.traversed_clearance = np.full_like(plan.clearance, 0.5 / CELL)
     arcs, turns, back = prices(plan)
@@ -461,7 +461,7 @@ def test_position_and_heading_place_the_rollouts_in_the_plan(yaw):
 
 
 def test_a_rollout_ends_at_the_goal():
-    """What lies behind the goal costs nothing: an obstacle there does not matter."""
+    """The way behind the goal costs nothing: an obstacle there does not matter."""
     plan = synthetic(goal=(1.5, 0.0), clearance=lambda x, y: np.where(x > 1.3, 0.0, 3.0))
     arcs, *_ = prices(plan)
     # The first point nearer than 0.8 m ends it: 0.72 m, of which 11 steps are driven.

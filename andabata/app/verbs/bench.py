@@ -213,11 +213,11 @@ def chain(
     from andabata.app.console import table_of
     from andabata.app.settings import resolve
     from andabata.app.usage import words
-    from andabata.assembly.controllers import MAPLESS_CONTROLLERS
+    from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.chain import bench_chains, stage_table
 
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     given = settings.settings or []
     configs = [
         resolve(

@@ -59,12 +59,12 @@ def drive(
     from andabata.app.run_folders import write_drive
     from andabata.app.tables import drive_text
     from andabata.app.usage import UsageError, words
-    from andabata.assembly.controllers import CONTROLLERS
+    from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
     from andabata.records import atomic_io
 
-    (name,) = words(controller, CONTROLLERS, "--controller")[:1]
+    (name,) = words(controller, CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
     if clip is not None and clip.suffix != ".gif":
         raise UsageError(f"--clip: expected a file that ends in .gif, got {clip}")

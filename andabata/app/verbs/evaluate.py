@@ -61,7 +61,7 @@ def evaluate(
     from andabata.app.evaluation_run import run_evaluation
     from andabata.app.tables import evaluation_tables
     from andabata.app.usage import words
-    from andabata.assembly.controllers import CONTROLLERS
+    from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.evaluation.evaluate import EvaluationConfig
     from worlds.catalogue import UnknownWorldError, preset_names
 
@@ -71,7 +71,7 @@ def evaluate(
     base = EvaluationConfig(
         suite=suite,
         world=world,
-        controllers=words(controllers, CONTROLLERS, "--controllers"),
+        controllers=words(controllers, CONTROLLERS, "--controllers", RENAMED_CONTROLLERS),
         trials=trials,
         goals=goals,
         seed=seed,

@@ -175,3 +175,21 @@ def test_two_actions_are_learnt():
         played = [play(MatchTargets(), policy, 1, EpisodeSpec(0, (n, k))) for k in range(16)]
         one.update(played, rng)
     assert (errors() < 0.6 * before).all()
+
+
+def test_the_settings_of_the_shipped_policy():
+    """The defaults are those with which the shipped policy was trained."""
+    assert ActorCriticConfig().model_dump() == {
+        "algorithm": "actor-critic",
+        "hidden": (200, 200),
+        "action_repeat": 5,
+        "episodes_per_iteration": 8,
+        "device": "cpu",
+        "critic": "reward-input",
+        "actor_rate": 1e-3,
+        "critic_rate": 3e-3,
+        "gamma": 0.9,
+        "reward_scale": 0.1,
+        "max_td_error": 10.0,
+        "clip_range": 0.2,
+    }

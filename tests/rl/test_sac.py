@@ -228,3 +228,24 @@ def test_targets_and_average_begin_as_their_networks():
     )
     for a, b in zip(learner.targets.parameters(), learner.critics.parameters(), strict=True):
         torch.testing.assert_close(a, b, rtol=0, atol=0)
+
+
+def test_the_settings_of_the_shipped_policy():
+    """The defaults are those with which the shipped policy was trained."""
+    assert SacConfig().model_dump() == {
+        "algorithm": "sac",
+        "hidden": (200, 200),
+        "action_repeat": 5,
+        "episodes_per_iteration": 8,
+        "device": "cpu",
+        "learning_rate": 5e-4,
+        "gamma": 0.98,
+        "tau": 0.005,
+        "batch_size": 256,
+        "updates_per_step": 0.3,
+        "target_entropy": -0.5,
+        "temperature": 0.1,
+        "ema_rate": 0.001,
+        "reward_scale": 0.02,
+        "buffer_size": 200_000,
+    }

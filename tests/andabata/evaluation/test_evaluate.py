@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.assembly import controllers
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation import evaluate as evaluation
+from andabata.evaluation import trial
 from andabata.evaluation.evaluate import (
     EvaluationConfig,
     evaluate,
@@ -236,6 +238,33 @@ def test_trials_of_one_world_have_noise_of_their_own(monkeypatch):
         for row in rows_of(small(seed=seed), "straight", models)
     ]
     assert len(set(ends)) == 6
+
+
+def test_the_noise_of_controllers_is_a_stream_of_its_own(monkeypatch):
+    """All controllers of a trial get equal noise; no two trials and no two seeds share it."""
+    drawn, placed = {}, []
+    make, run = controllers.make_steering, trial.run_trial
+
+    def make_steering(name, world, config, models, rng):
+        drawn.setdefault((seed, world.seed), []).append(rng.bit_generator.state["state"]["state"])
+        return make(name, world, config, models, rng)
+
+    def run_trial(simulated_robot, task, terminations, rng):
+        placed.append(rng.bit_generator.state["state"]["state"])
+        return run(simulated_robot, task, terminations, rng)
+
+    monkeypatch.setattr(controllers, "make_steering", make_steering)
+    monkeypatch.setattr(trial, "run_trial", run_trial)
+    models, rules = Models(), TerminationConfig(time_limit=0.1)
+    for seed in (0, 1):
+        config = small(seed=seed, controllers=("straight", "reactive"), trials=2)
+        evaluate(config.model_copy(update={"terminations": rules}), models, workers=1)
+    assert len(drawn) == 4
+    assert all(first == second for first, second in drawn.values())
+    streams = {first for first, _ in drawn.values()}
+    assert len(streams) == 4
+    assert len(set(placed)) == 4
+    assert not streams & set(placed)
 
 
 def test_the_number_of_workers_changes_nothing(monkeypatch):

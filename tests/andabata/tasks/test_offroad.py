@@ -12,6 +12,7 @@ from stable_baselines3.common.env_checker import check_env as check_sb3
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.offroad import make_offroad, offroad_actions, offroad_observations, stage_config
 from andabata.tasks.registration import STAGES
+from worlds.splits import TRAINING_SEEDS
 
 IDS = [f"andabata/{stage}-v0" for stage in STAGES]
 
@@ -232,3 +233,10 @@ def test_the_papers_time_limits():
     """180 s in the mazes, 300 s in nature."""
     limits = [stage_config(stage).terminations.time_limit for stage in STAGES]
     assert limits == [180.0, 180.0, 300.0]
+
+
+def test_stages_draw_their_worlds_from_the_training_seeds():
+    """The mazes have all training seeds, nature the first 48 of them."""
+    pools = [stage_config(stage).seeds for stage in STAGES]
+    assert pools == [TRAINING_SEEDS, TRAINING_SEEDS, TRAINING_SEEDS[:48]]
+    assert [stage_config(stage).preset for stage in STAGES] == ["maze", "maze", "natural"]

@@ -182,27 +182,6 @@ def test_a_mover_moves_and_is_seen_where_it_is(planes):
     assert not state.contacts[0]
 
 
-@pytest.mark.parametrize("side", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-def test_a_mover_that_reaches_the_body_is_a_contact(planes, side):
-    """Contact begins where the circle touches the body's, from any side, and ends behind it."""
-    reach = 0.4 + ROBOT.half_radius
-    made = batch(planes)
-    made.place(0, 0, Start(0.0, 0.0, 0.0), np.random.default_rng(0))
-    for distance, contact in ((reach + 0.02, False), (reach - 0.02, True), (reach + 0.02, False)):
-        place = (distance * side[0], distance * side[1])
-        made.movers = movers(place, (0.0, 0.0))
-        state = made.step(np.zeros((1, 2)), np.ones(1, bool))
-        assert state.contacts[0] == contact
-
-
-def test_a_mover_collides_after_it_has_moved(planes):
-    """Contact is checked at the end of the period, not at its begin."""
-    made = batch(planes)
-    made.place(0, 0, Start(0.0, 0.0, 0.0), np.random.default_rng(0))
-    made.movers = movers((0.4 + ROBOT.half_radius + 0.05, 0.0), (-1.0, 0.0))
-    assert made.step(np.zeros((1, 2)), np.ones(1, bool)).contacts[0]
-
-
 def test_errors_of_the_believed_pose_wander(planes):
     """Errors keep their standard deviation and lose their memory with the correlation time."""
     errors = NoisyGroundTruthConfig(

@@ -1,9 +1,15 @@
 """The compiled pass of planar robots: beams, moving obstacles, believed headings, layouts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
+from andabata.machine.kinematic_vehicle import contact_map
+from andabata.machine.robot import RobotModel
+from andabata.tasks.planar import PlanarBatch, PlanarLidar
 from andabata.tasks.planar_kernel import (
     Beams,
     Movers,
@@ -15,8 +21,9 @@ from andabata.tasks.planar_kernel import (
 )
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from worlds.world import Start
 
-WALL = SemanticClass.WALL
+WALL, ROBOT = SemanticClass.WALL, RobotModel()
 
 
 def obstacles(scene):
@@ -217,3 +224,77 @@ def test_believed_roll_and_pitch_turn_the_heading():
         wanted = np.arctan2(to_goal[1], to_goal[0]) - np.arctan2(ahead[1], ahead[0])
         found = errors_of((0, 0, yaw), (4.0, -1.0), tuple(error))
         assert np.angle(np.exp(1j * (found - wanted))) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", range(4))
+def test_a_body_stops_at_a_wall_on_any_side(make_scene, side):
+    """A body that drives at a wall in the east, north, west or south touches it where it stands."""
+    wall = box(WALL, (5.0, 1.0, 1.0), (0.4, 2.0, 2.0))
+    turn = np.array([[0, -1], [1, 0]])
+    for _ in range(side):
+        x, y, z = wall.vertices[:, 0], wall.vertices[:, 1], wall.vertices[:, 2]
+        wall = replace(wall, vertices=np.stack([-y, x, z], axis=1))
+    start = np.linalg.matrix_power(turn, side) @ [3.9, 1.0]
+    scene = make_scene(objects=[wall])
+    made = batch(scene)
+    made.place(0, 0, Start(*start, side * HALF), np.random.default_rng(0))
+    contacts, ranges_ = [], []
+    for _ in range(40):
+        state = made.step(np.array([[0.3, 0.0]]), np.ones(1, bool))
+        contacts.append(bool(state.contacts[0]))
+        ranges_.append(float(state.ranges[0, 0]))
+    first = contacts.index(True)
+    assert ranges_[first] == pytest.approx(ROBOT.length / 2, abs=0.12)
+    assert first == pytest.approx((0.9 - 0.335) / 0.03, abs=6)
+
+
+@pytest.fixture(scope="module")
+def planes(make_scene):
+    """Return an empty world."""
+    return make_scene()
+
+
+def batch(scene):
+    """Return one robot at the origin of a world."""
+    exact = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+    made = PlanarBatch(1, ROBOT, PlanarLidar(np.zeros(1), 0.4, 10.0), exact)
+    truth = scene.world.truth
+    raster = (truth.x_min, truth.y_min, truth.cell)
+    made.add_world(Obstacles(scene.rays.layout, contact_map(truth, made.outline), raster))
+    made.place(0, 0, Start(0.0, 0.0, 0.0), np.random.default_rng(0))
+    return made
+
+
+def movers(place, velocity, radius=0.4):
+    return Movers(
+        np.array([[place]], np.float64),
+        np.array([[velocity]], np.float64),
+        np.array([[radius]], np.float64),
+    )
+
+
+@pytest.mark.parametrize("side", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_a_mover_that_reaches_the_body_is_a_contact(planes, side):
+    """Contact begins where the circle touches the body's, from any side, and ends behind it."""
+    reach = 0.4 + ROBOT.half_radius
+    made = batch(planes)
+    for distance, contact in ((reach + 0.02, False), (reach - 0.02, True), (reach + 0.02, False)):
+        place = (distance * side[0], distance * side[1])
+        made.movers = movers(place, (0.0, 0.0))
+        state = made.step(np.zeros((1, 2)), np.ones(1, bool))
+        assert state.contacts[0] == contact
+
+
+def test_movers_move_by_their_velocity(planes):
+    """A mover advances by its velocity times the period, each axis by its own."""
+    made = batch(planes)
+    made.movers = movers((5.0, -3.0), (-0.5, 0.25))
+    made.step(np.zeros((1, 2)), np.ones(1, bool))
+    np.testing.assert_allclose(made.movers.places[0, 0], [4.95, -2.975])
+
+
+def test_a_mover_collides_after_it_has_moved(planes):
+    """Contact is checked at the end of the period, not at its begin."""
+    made = batch(planes)
+    made.movers = movers((0.4 + ROBOT.half_radius + 0.05, 0.0), (-1.0, 0.0))
+    assert made.step(np.zeros((1, 2)), np.ones(1, bool)).contacts[0]

@@ -200,9 +200,9 @@ def describe_cells(
 
     Args:
         points: Points in ``base_footprint`` [m], float32, shape (n, 3).
-        quarters: The same cloud in quarters.
+        quarters: Quarter of each point and sums over the quarters.
         middles: Middle of each ring [m], shape (n_rings,).
-        cells: Output; see ``CellWorkspace``.
+        cells: Buffers that are filled.
     """
     sums, counts = quarters.sums, cells.counts
     _count_points(sums, counts)

@@ -284,7 +284,7 @@ def split_samples(
         on_cloud: Callback after each cloud has been used.
 
     Raises:
-        DatasetError: See ``read_clouds``.
+        DatasetError: If a cloud is missing, is not the one of the manifest, or has no labels.
         ValueError: If the split has no clouds.
     """
     worlds = [entry.world_seed for entry in manifest.of(split)]

@@ -57,7 +57,7 @@ def generate_dataset(
     """
     make_folder(folder)
     (folder / MANIFEST).unlink(missing_ok=True)  # Half a set must not pass for a whole one.
-    parties = plan(config, counts)
+    batches = plan(config, counts)
     entries = []
     cells = {split: np.zeros(6, dtype=np.int64) for split, count in counts.items() if count}
     poses: dict[Split, dict[int, Pose]] = {"train": {}, "validation": {}}
@@ -65,7 +65,7 @@ def generate_dataset(
         for sequence in _SEQUENCES.values():
             begin_sequence(folder / "kitti" / sequence)
     work = partial(make_clouds, config, seed, folder, kitti)
-    for batch, made in run_tasks(work, parties, workers):
+    for batch, made in run_tasks(work, batches, workers):
         preset, world_seed = world_of(config, seed, batch.world)
         for number, one in zip(batch.clouds, made, strict=True):
             cells[batch.split] += one.cells
@@ -120,18 +120,18 @@ def plan(config: CloudsConfig, counts: Mapping[Split, int]) -> list[CloudBatch]:
 
     A split has at least one world of each preset, as far as its clouds go.
     """
-    parties: list[CloudBatch] = []
+    batches: list[CloudBatch] = []
     first = 0
     for split, count in counts.items():
         worlds = max(-(-count // config.clouds_per_world), min(count, len(config.presets)))
-        parties += [
+        batches += [
             CloudBatch(
-                len(parties) + k, split, tuple(range(first + k, first + count, worlds)), first
+                len(batches) + k, split, tuple(range(first + k, first + count, worlds)), first
             )
             for k in range(worlds)
         ]
         first += count
-    return parties
+    return batches
 
 
 def world_of(config: CloudsConfig, seed: int, number: int) -> tuple[str, int]:

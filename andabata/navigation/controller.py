@@ -21,7 +21,7 @@ class ControllerInput:
     Attributes:
         stamp: Time [s].
         perceived: Virtual scan as perception gives it, in ``base_footprint``.
-        scan: The same for the controller: the planner ends its ranges at remembered obstacles.
+        scan: Virtual scan for the controller: the planner ends its ranges at remembered obstacles.
         heading_error: Bearing of the goal, or of the planner's sub-goal, relative to the heading
             [rad], (-pi, pi].
         goal_distance: Estimated horizontal distance to the goal [m].

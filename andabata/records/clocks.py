@@ -81,7 +81,7 @@ class Clock:
     Attributes:
         recorder: Increasing times of the recorder [ns], shape (k,); None where its clock is the
             piece's.
-        reference: The same times by the piece's clock [ns], increasing, shape (k,).
+        reference: Times of the piece's clock at these instants [ns], increasing, shape (k,).
         header_offsets: Offsets that are added to the headers of a topic [ns]; None replaces them
             by the recorder's stamp. Topics that are missing keep theirs.
         durations: Time from such a recorder's stamp back to the message's start [ns], by topic.

@@ -128,11 +128,11 @@ class TransformHistory:
 
 
 def differ(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Return whether two transforms differ.
+    """Return True if two transforms differ.
 
     Args:
-        one: Position x, y, z [m] and quaternion x, y, z, w.
-        other: The same of the other transform; q and -q are one rotation.
+        one: Position x, y, z [m] and quaternion x, y, z, w of a transform.
+        other: Position and quaternion of the other transform; q and -q are one rotation.
     """
     sign = 1.0 if sum(a * b for a, b in zip(one[3:], other[3:], strict=True)) > 0 else -1.0
     shift = max(abs(a - b) for a, b in zip(one[:3], other[:3], strict=True))

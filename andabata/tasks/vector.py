@@ -203,7 +203,7 @@ def _answer(pipe: Connection) -> Any:  # noqa: ANN401 - what the environment ret
     """Return what a process answers.
 
     Raises:
-        ValueError: What it says went wrong.
+        ValueError: If the process reports an error, with its message.
     """
     try:
         answer = pipe.recv()

@@ -177,8 +177,8 @@ class GridPlanner:
     Attributes:
         weights: Costs of a metre.
         clearance: Distance from the nearest obstacle, in cells, float32, shape (n, n).
-        traversed_clearance: The same, and more where the robot came through: room to drive and not
-            to turn on the spot. In cells, float32, shape (n, n).
+        traversed_clearance: Clearance, raised where the robot came through: enough to drive there,
+            not to turn on the spot. In cells, float32, shape (n, n).
         costs: Cost of a cell's length in each cell, float32, shape (n, n).
         cost_to_go: Cost of the way to the goal, in cells, around the robot; infinite where the
             search has not been, float32, shape (n, n).

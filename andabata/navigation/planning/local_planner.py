@@ -133,7 +133,7 @@ class LocalPlanner:
         self._scans = 0
         self._subgoal: NDArray[np.float64] | None = None
         self._planned_for = np.full(2, np.inf)
-        self._fence = EVERYWHERE
+        self._geofence = EVERYWHERE
         self.target: NDArray[np.float64] = np.zeros(2)
 
     def guide(self, situation: ControllerInput, layers: CartesianLayers | None) -> ControllerInput:
@@ -173,16 +173,16 @@ class LocalPlanner:
         Args:
             geofence: Bounds in the map; None for none.
             pose: Pose of the robot in the map; None where map and ``odom`` are the same.
-            odometry: The same in ``odom``.
+            odometry: Pose of the robot in ``odom``.
         """
         if pose is None or odometry is None:
-            self._fence = geofence_in_odom(geofence)
+            self._geofence = geofence_in_odom(geofence)
             return
         turn = pose.yaw - odometry.yaw
         c, s = math.cos(turn), math.sin(turn)
         x, y = odometry.position[:2]
         shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._fence = geofence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
+        self._geofence = geofence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
 
     def bearing(
         self,
@@ -234,4 +234,4 @@ class LocalPlanner:
                 f"goal: expected finite places in odom [m], got {goal} from {position}"
             )
         grid = self.occupancy
-        return self.plan.plan(grid.log_odds, grid.centre, self._fence, position, goal)
+        return self.plan.plan(grid.log_odds, grid.centre, self._geofence, position, goal)

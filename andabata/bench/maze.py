@@ -15,8 +15,8 @@ from pathlib import Path
 
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
+from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.policy import load_policy
 from rl.training import EpisodeSpec, play, play_together
 from worlds.splits import evaluation_world
@@ -56,7 +56,7 @@ def evaluate_in_mazes(
     )
     drives = [EpisodeSpec(0, (7, k)) for k in range(episodes)]
     if is_planar(config):
-        robots = PlanarVectorEnv(config, 64, autoreset=False)
+        robots = MazeVectorEnv(config, 64, autoreset=False)
         played = play_together(robots, loaded, 1, drives, explore=False)
     else:
         env = OffroadEnv(config)

@@ -27,8 +27,8 @@ from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from andabata.models import shipped_forest, shipped_policy
+from andabata.tasks.maze import MazeVectorEnv
 from andabata.tasks.offroad import stage_config
-from andabata.tasks.planar import PlanarVectorEnv
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import steering_actions, steering_observations
@@ -257,7 +257,7 @@ def _flat_case(scene: Scene, world_seed: int, scenes: SceneCache) -> Case:
     count = 64
 
     def ours() -> Work:
-        robots = PlanarVectorEnv(config, count, scenes)
+        robots = MazeVectorEnv(config, count, scenes)
         robots.reset(seed=0)
         draws = np.random.default_rng(0).uniform(-0.6, 0.6, (_FLAT_STEPS, count, 1))
         actions = draws.astype(np.float32)
@@ -394,7 +394,7 @@ def _training_case(scenes: SceneCache) -> Case:
     config = stage_config("Maze2D").model_copy(update={"seeds": (0,)})
 
     def ours() -> Work:
-        robots = PlanarVectorEnv(config, 8, scenes, autoreset=False)
+        robots = MazeVectorEnv(config, 8, scenes, autoreset=False)
         robot, grid = config.simulated_robot.robot, config.simulated_robot.grid
         observations = steering_observations(grid.n_sectors, grid.outer_radius, robot.max_steering)
         actions = steering_actions(robot.max_steering)

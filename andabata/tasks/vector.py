@@ -14,6 +14,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
 from andabata.models import Models
+from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import (
     OffroadConfig,
     OffroadEnv,
@@ -21,7 +22,6 @@ from andabata.tasks.offroad import (
     offroad_observations,
     stage_config,
 )
-from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
@@ -54,7 +54,7 @@ def make_vector(
     """
     config = config or stage_config(stage)
     if is_planar(config):
-        return PlanarVectorEnv(config, num_envs, scenes)
+        return MazeVectorEnv(config, num_envs, scenes)
     if workers <= 1:
         return robots_in_one_process(config, num_envs, scenes=scenes)
     return OffroadVectorEnv(config, num_envs, workers)

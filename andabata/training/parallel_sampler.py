@@ -5,8 +5,8 @@ from functools import partial
 
 from andabata.engine import Engine
 from andabata.models import Models
+from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadConfig, OffroadEnv
-from andabata.tasks.planar import PlanarVectorEnv, is_planar
 from rl.policy import Policy, policy_from_bytes
 from rl.training import Episode, EpisodeSpec, play, play_together
 from worlds.scenes import SceneCache
@@ -15,7 +15,7 @@ _Files = tuple[bytes, bytes, bytes]
 _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
-_batches: dict[int, PlanarVectorEnv] = {}
+_batches: dict[int, MazeVectorEnv] = {}
 _shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
 _ROBOTS = 8
@@ -90,7 +90,7 @@ def _play(
     name = hash(config.model_dump_json())
     if is_planar(config):
         if name not in _batches:
-            _batches[name] = PlanarVectorEnv(config, _ROBOTS, _shelf, autoreset=False)
+            _batches[name] = MazeVectorEnv(config, _ROBOTS, _shelf, autoreset=False)
         return play_together(_batches[name], actor, action_repeat, specs, explore)
     key = (name, files)
     if key not in _environments:

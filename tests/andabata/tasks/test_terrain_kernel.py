@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
-from andabata.tasks.planar import PlanarBatch, PlanarLidar
-from andabata.tasks.planar_kernel import (
+from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
+from andabata.tasks.terrain_kernel import (
     Beams,
     Movers,
     Obstacles,
@@ -257,7 +257,7 @@ def planes(make_scene):
 def batch(scene):
     """Return one robot at the origin of a world."""
     exact = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
-    made = PlanarBatch(1, ROBOT, PlanarLidar(np.zeros(1), 0.4, 10.0), exact)
+    made = TerrainBatch(1, ROBOT, PlanarLidar(np.zeros(1), 0.4, 10.0), exact)
     truth = scene.world.truth
     raster = (truth.x_min, truth.y_min, truth.cell)
     made.add_world(Obstacles(scene.rays.layout, contact_map(truth, made.outline), raster))

@@ -1,4 +1,4 @@
-"""Compiled pass of many planar robots: plant, errors of the believed pose, beams.
+"""Compiled pass of many skid-steer robots: plant, errors of the believed pose, beams.
 
 Plant and rays are the compiled functions that a single robot is driven with. What a drive is about
 (terminations, rewards, observations) is not here: functions over arrays state it.

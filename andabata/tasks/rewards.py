@@ -1,4 +1,4 @@
-"""The paper's reward as a sum of named terms (section 4.2), its sign mended; over many robots."""
+"""Rewards as sums of named terms, over many robots: off-road, and in rooms."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ TERMS = ("attraction", "repulsion", "collision", "tipover")
 
 
 class RewardConfig(BaseModel):
-    """Constants of the reward.
+    """Constants of the off-road reward (Sanchez et al. 2023, section 4.2, its sign mended).
 
     Attributes:
         attraction: Reward of each metre nearer to the goal, Ka (paper: 200).
@@ -84,3 +84,52 @@ def repulsion_weights(config: RewardConfig, sectors: int) -> NDArray[np.float64]
     bearings = np.abs(-np.pi + 2 * np.pi / sectors * (np.arange(sectors) + 0.5))
     inner = np.where(bearings <= np.pi / 2, config.side, config.rear)
     return np.where(bearings <= np.pi / 4, config.front, inner)
+
+
+class RoomRewardConfig(BaseModel):
+    """Constants of the reward in rooms (Zhang et al., arXiv 2010.10209, equation 3).
+
+    The paper prints none of them: values of its reference [9] but for the step (assumption).
+
+    Attributes:
+        goal: Reward of the step that reaches the goal.
+        collision: Reward of the step that ends in a collision.
+        progress: Reward of each metre nearer to the goal, c1.
+        step: Reward of every other step, c2: standing still is no way out ([9]: -0.01).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    goal: float = Field(default=5.0, ge=0)
+    collision: float = Field(default=-5.0, le=0)
+    progress: float = Field(default=1.0, ge=0)
+    step: float = Field(default=-0.02, le=0)
+
+
+def room_reward(
+    config: RoomRewardConfig,
+    distance_before: NDArray[np.float64],
+    distance: NDArray[np.float64],
+    endings: NDArray[np.int64],
+) -> dict[str, NDArray[np.float64]]:
+    """Return the terms of one step's reward for n robots; their sum is the reward.
+
+    Goal and collision stand alone in their step, as printed; a time-out is a step like others.
+
+    Args:
+        config: Constants.
+        distance_before: Distance to the goal before the step [m], shape (n,).
+        distance: Distance to the goal after it [m], shape (n,).
+        endings: ``Ending`` of each drive with this step, shape (n,).
+
+    Returns:
+        Terms by name, float64, shape (n,) each.
+    """
+    reached, collided = endings == Ending.GOAL, endings == Ending.COLLISION
+    other = ~(reached | collided)
+    return {
+        "goal": np.where(reached, config.goal, 0.0),
+        "collision": np.where(collided, config.collision, 0.0),
+        "progress": np.where(other, config.progress * (distance_before - distance), 0.0),
+        "step": np.where(other, config.step, 0.0),
+    }

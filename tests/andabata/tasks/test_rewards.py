@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from andabata.tasks.rewards import TERMS, RewardConfig, paper_reward, repulsion_weights
+from andabata.tasks.rewards import (
+    TERMS,
+    RewardConfig,
+    RoomRewardConfig,
+    paper_reward,
+    repulsion_weights,
+    room_reward,
+)
 from andabata.tasks.terminations import Ending
 
 FREE = np.full((1, 32), 10.0, dtype=np.float32)
@@ -91,3 +98,29 @@ def test_a_robot_among_many_is_paid_as_alone():
         alone = paper_reward(CONFIG, ranges[row], before[row], after[row], endings[row])
         for name in TERMS:
             assert many[name][k] == alone[name][0]
+
+
+def test_goal_and_collision_stand_alone_in_their_step():
+    """Equation 3 of SPN: success, crash, or progress and the cost of a step; never two of them."""
+    endings = np.array([Ending.GOAL, Ending.COLLISION, Ending.NONE, Ending.TIMEOUT])
+    before, after = np.array([0.4, 2.0, 3.0, 3.0]), np.array([0.2, 1.9, 2.9, 3.1])
+    terms = room_reward(RoomRewardConfig(), before, after, endings)
+    np.testing.assert_allclose(sum(terms.values()), [5.0, -5.0, 0.1 - 0.02, -0.1 - 0.02])
+    np.testing.assert_allclose(terms["progress"], [0.0, 0.0, 0.1, -0.1])
+
+
+def test_arriving_pays_more_than_creeping():
+    """Steps cost: of two ways to the goal the quicker earns more, and waiting earns nothing."""
+    config = RoomRewardConfig()
+    going = np.array([Ending.NONE])
+
+    def total(steps):
+        path = np.linspace(4.0, 0.2, steps + 1)
+        terms = [
+            room_reward(config, path[k : k + 1], path[k + 1 : k + 2], going) for k in range(steps)
+        ]
+        return sum(float(sum(each.values())[0]) for each in terms)
+
+    assert total(40) > total(80) > total(400)
+    still = room_reward(config, np.ones(1), np.ones(1), going)
+    assert sum(still.values())[0] < 0

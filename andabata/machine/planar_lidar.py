@@ -46,7 +46,7 @@ class PlanarLidarConfig(BaseModel):
         """Bearing of each beam from the laser's heading, counter-clockwise [rad], shape (b,)."""
         step = math.radians(self.resolution_deg)
         first = -math.pi if self.fov_deg == _FULL else -step * (self.count - 1) / 2
-        return first + step * np.arange(self.count)
+        return np.asarray(first + step * np.arange(self.count), dtype=np.float64)
 
     @property
     def label(self) -> str:

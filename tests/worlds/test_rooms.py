@@ -1,0 +1,131 @@
+"""Rooms: plans become boxes and circles, clearance is exact, and tasks can be driven."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from worlds.rooms import (
+    Room,
+    RoomPlan,
+    UnknownRoomError,
+    free_places,
+    make_room,
+    random_task,
+    room_names,
+    room_plan,
+)
+from worlds.world import Start
+
+
+def room(**parts):
+    """Return a room of 4 by 2 m."""
+    return Room.of("test", RoomPlan(about="test", half=(2.0, 1.0), **parts))
+
+
+def test_the_boundary_bounds_the_free_space():
+    """The middle is as far from the walls as half the extent, and outside is inside a wall."""
+    points = np.array([[0.0, 0.0], [1.5, 0.0], [1.9, 0.9], [2.1, 0.0]])
+    np.testing.assert_allclose(room().clearance(points), [1.0, 0.5, 0.1, -0.1])
+
+
+def test_clearance_of_boxes_and_circles_is_exact():
+    """Faces, corners and circles are as far as geometry says, and less than nothing inside."""
+    made = room(boxes=[(0.0, -0.2, 0.4, 0.2)], circles=[(-1.0, 0.0, 0.3)])
+    points = np.array([[0.7, 0.0], [0.7, 0.6], [0.2, 0.1], [-0.5, 0.0], [-1.0, 0.1]])
+    np.testing.assert_allclose(made.clearance(points), [0.3, 0.5, -0.1, 0.2, -0.2])
+
+
+def test_thin_walls_and_posts_have_their_thickness():
+    """A wall along an axis is a box half its thickness around it; a post is a circle."""
+    made = room(walls=[(1.0, 0.5, 0.0, 0.5), (-1.0, -1.0, -1.0, 0.0)], posts=[(0.0, -0.5)])
+    np.testing.assert_allclose(made.boxes[4:], [[0, 0.485, 1, 0.515], [-1.015, -1, -0.985, 0]])
+    np.testing.assert_allclose(made.circles, [[0.0, -0.5, 0.1]])
+
+
+def test_a_slanted_wall_is_refused():
+    """Thin walls run along x or y; another is named with its ends."""
+    with pytest.raises(ValueError, match="along x or y"):
+        room(walls=[(0.0, 0.0, 1.0, 1.0)])
+
+
+def test_free_places_are_one_region():
+    """A wall with a door narrower than the disc parts the room; the larger side is what is free."""
+    narrow = room(boxes=[(0.5, -1.0, 0.6, -0.1), (0.5, 0.1, 0.6, 1.0)])
+    assert free_places(narrow, 0.2, 0.3)[:, 0].max() < 0.5
+    wide = room(boxes=[(0.5, -1.0, 0.6, -0.3), (0.5, 0.3, 0.6, 1.0)])
+    assert free_places(wide, 0.2, 0.2)[:, 0].max() > 1.5
+    assert (wide.clearance(free_places(wide, 0.2, 0.35)) > 0.35).all()
+
+
+def test_a_full_room_is_refused():
+    """A disc that fits nowhere is an error that names the room."""
+    with pytest.raises(ValueError, match="room test"):
+        free_places(room(boxes=[(-2.0, -1.0, 2.0, 1.0)]), 0.2, 0.3)
+
+
+def test_random_tasks_are_clear_and_apart():
+    """Start and goal keep their clearance and distance, point anywhere, and repeat by their seed."""
+    made = make_room("spn-env3")
+    rng = np.random.default_rng(0)
+    tasks = [random_task(made, rng, 0.2, min_distance=2.0) for _ in range(200)]
+    starts = np.array([[task.start.x, task.start.y] for task in tasks])
+    goals = np.array([task.goal for task in tasks])
+    assert made.clearance(np.concatenate([starts, goals])).min() > 0.3
+    assert np.hypot(*(goals - starts).T).min() >= 2.0
+    yaws = np.array([task.start.yaw for task in tasks])
+    assert yaws.min() < -3.0
+    assert yaws.max() > 3.0
+    assert random_task(made, np.random.default_rng(0), 0.2, min_distance=2.0) == tasks[0]
+    assert len({task.goal for task in tasks}) > 150
+
+
+def test_where_nothing_is_as_far_the_farthest_is_the_goal():
+    """A distance beyond the room's size gives the farthest place instead of none."""
+    task = random_task(room(), np.random.default_rng(1), 0.2, min_distance=50.0)
+    assert abs(task.goal[0] - task.start.x) > 1.0
+
+
+@pytest.mark.parametrize("name", room_names())
+def test_every_preset_can_be_driven(name):
+    """Fixed tasks of a preset lie in its largest free region, at least 0.5 m from obstacles."""
+    made = make_room(name)
+    places = free_places(made, 0.2, 0.2)
+    for task in made.tasks:
+        for place in ((task.start.x, task.start.y), task.goal):
+            assert made.clearance(np.array([place]))[0] > 0.5
+            assert np.hypot(*(places - place).T).min() < 0.05
+
+
+def test_training_and_judging_rooms_are_apart():
+    """The first four are trained in and have four tasks each; the next four judge alone."""
+    for k in range(4):
+        assert not make_room(f"spn-env{k}").judges
+        assert len(make_room(f"spn-env{k}").tasks) == 4
+        assert make_room(f"spn-env{k + 4}").judges
+
+
+def test_passages_of_training_rooms_let_the_robot_turn():
+    """No way of Env0 to 3 closes when the disc grows to 0.35 m: passages are 0.7 m at least."""
+    for k in range(4):
+        made = make_room(f"spn-env{k}")
+        places = free_places(made, 0.35, 0.35)
+        for task in made.tasks:
+            for place in ((task.start.x, task.start.y), task.goal):
+                assert np.hypot(*(places - place).T).min() < 0.05
+
+
+def test_a_tour_goes_on_where_it_came_to():
+    """Each task of the crowded room starts at the last goal, and the last ends at the start."""
+    tasks = make_room("spn-crowded").tasks
+    for before, after in zip(tasks, tasks[1:], strict=False):
+        assert (after.start.x, after.start.y) == before.goal
+    assert tasks[-1].goal == (tasks[0].start.x, tasks[0].start.y)
+    assert tasks[0].start == Start(-3.3, -2.3, 0.0)
+
+
+def test_unknown_rooms_and_fields_are_refused():
+    """A name without a room lists those there are; a plan has no other fields."""
+    with pytest.raises(UnknownRoomError, match="spn-env0"):
+        room_plan("spn-env9")
+    with pytest.raises(ValidationError, match="wals"):
+        RoomPlan.model_validate({"about": "", "half": (1, 1), "wals": []})

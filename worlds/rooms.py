@@ -1,0 +1,280 @@
+"""Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser.
+
+Presets are TOML files in ``room_plans``. SPN (Zhang et al., arXiv 2010.10209) trains in
+``spn-env0`` to ``spn-env3`` and is judged in ``spn-env4`` to ``spn-env7``. Its own layouts of the
+first four are a picture only; the others are those of its references [9] and [10] (assumption).
+"""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import label
+
+from worlds.world import Start
+
+_BORDER = 0.2
+"""Thickness of the boundary walls, outside of the free space [m]."""
+
+_CELL = 0.05
+"""Edge of the cells on which free space is connected [m]."""
+
+_PLANS = "room_plans"
+
+
+class UnknownRoomError(ValueError):
+    """Name without a room."""
+
+
+class Appearance(BaseModel):
+    """An obstacle that appears when the robot comes near.
+
+    Attributes:
+        when_within: Distance of the robot from the obstacle's edge at which it appears [m].
+        circle: Centre and radius [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    when_within: float = Field(gt=0)
+    circle: tuple[float, float, float]
+
+
+class RoomPlan(BaseModel):
+    """A room as data.
+
+    Attributes:
+        about: One line for people.
+        half: Half of the free space's extent in x and in y; the origin is its middle [m].
+        boxes: Boxes: x_min, y_min, x_max, y_max [m].
+        walls: Thin walls from x, y to x, y, along x or along y [m].
+        wall_thickness: Thickness of thin walls [m].
+        circles: Circles: x, y, radius [m].
+        posts: Centres of posts [m].
+        post_radius: Radius of posts [m] (assumption).
+        start: Start of the fixed tasks: x, y [m], yaw [rad].
+        goals: Goals of the fixed tasks [m].
+        tour: True if each goal starts where the last one was, False if all start at ``start``.
+        appearances: Obstacles that appear.
+        judges: True if the room is for judging alone: nothing is trained, chosen or tuned in it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    about: str
+    half: tuple[float, float]
+    boxes: tuple[tuple[float, float, float, float], ...] = ()
+    walls: tuple[tuple[float, float, float, float], ...] = ()
+    wall_thickness: float = Field(default=0.03, gt=0)
+    circles: tuple[tuple[float, float, float], ...] = ()
+    posts: tuple[tuple[float, float], ...] = ()
+    post_radius: float = Field(default=0.1, gt=0)
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    goals: tuple[tuple[float, float], ...] = ()
+    tour: bool = False
+    appearances: tuple[Appearance, ...] = ()
+    judges: bool = False
+
+
+@dataclass(frozen=True)
+class RoomTask:
+    """A start and a goal.
+
+    Attributes:
+        start: Pose at the start.
+        goal: Goal in the room [m].
+    """
+
+    start: Start
+    goal: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """A room as arrays.
+
+    Attributes:
+        name: Name.
+        half: Half of the free space's extent in x and in y [m].
+        boxes: x_min, y_min, x_max, y_max of each box, the four boundary walls first [m], float64,
+            shape (n, 4).
+        circles: x, y and radius of each circle [m], float64, shape (m, 3).
+        tasks: Fixed tasks.
+        appearances: Obstacles that appear.
+        judges: True if the room is for judging alone.
+    """
+
+    name: str
+    half: tuple[float, float]
+    boxes: NDArray[np.float64]
+    circles: NDArray[np.float64]
+    tasks: tuple[RoomTask, ...] = ()
+    appearances: tuple[Appearance, ...] = ()
+    judges: bool = False
+
+    @classmethod
+    def of(cls, name: str, plan: RoomPlan) -> "Room":
+        """Return the room of a plan.
+
+        Raises:
+            ValueError: If a thin wall runs neither along x nor along y.
+        """
+        boxes = [*_boundary(plan.half), *plan.boxes, *_thin_walls(name, plan)]
+        posts = [(x, y, plan.post_radius) for x, y in plan.posts]
+        circles = np.array([*plan.circles, *posts], dtype=np.float64).reshape(-1, 3)
+        return cls(
+            name=name,
+            half=plan.half,
+            boxes=np.array(boxes, dtype=np.float64),
+            circles=circles,
+            tasks=_tasks(plan),
+            appearances=plan.appearances,
+            judges=plan.judges,
+        )
+
+    def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the distance of points to the nearest obstacle, negative inside [m], shape (k,).
+
+        Args:
+            points: Points in the room [m], shape (k, 2).
+        """
+        x, y = points[:, :1], points[:, 1:2]
+        low, high = self.boxes[:, :2], self.boxes[:, 2:]
+        out_x = np.maximum(low[:, 0] - x, x - high[:, 0])
+        out_y = np.maximum(low[:, 1] - y, y - high[:, 1])
+        outside = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0))
+        inside = np.minimum(np.maximum(out_x, out_y), 0.0)
+        nearest = (outside + inside).min(axis=1)
+        if len(self.circles):
+            centres, radii = self.circles[:, :2], self.circles[:, 2]
+            away = np.hypot(x - centres[:, 0], y - centres[:, 1]) - radii
+            nearest = np.minimum(nearest, away.min(axis=1))
+        return np.asarray(nearest)
+
+
+@cache
+def room_names() -> tuple[str, ...]:
+    """Return the names of the rooms, sorted."""
+    names = (entry.name for entry in files("worlds").joinpath(_PLANS).iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+@cache
+def room_plan(name: str) -> RoomPlan:
+    """Return the plan of a room.
+
+    Raises:
+        UnknownRoomError: If there is no room of that name.
+    """
+    if name not in room_names():
+        raise UnknownRoomError(f"room: expected one of {', '.join(room_names())}, got {name!r}")
+    text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
+    return RoomPlan.model_validate(tomllib.loads(text))
+
+
+@cache
+def make_room(name: str) -> Room:
+    """Return a room by its name.
+
+    Raises:
+        UnknownRoomError: If there is no room of that name.
+    """
+    return Room.of(name, room_plan(name))
+
+
+@cache
+def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float64]:
+    """Return places of the largest region in which a disc can drive from any to any.
+
+    Args:
+        room: Room.
+        radius: Radius of the disc [m].
+        clearance: Smallest distance of the places themselves from obstacles [m].
+
+    Returns:
+        Centres of cells of 5 cm [m], float64, shape (k, 2).
+
+    Raises:
+        ValueError: If there is none.
+    """
+    edges = [np.arange(-half + _CELL / 2, half, _CELL) for half in room.half]
+    places = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1)
+    distances = room.clearance(places.reshape(-1, 2)).reshape(places.shape[:2])
+    regions, count = label(distances > radius)
+    if not count:
+        raise ValueError(f"room {room.name}: expected room for a disc of {radius} m, got none")
+    largest = np.bincount(regions.ravel())[1:].argmax() + 1
+    found = places[(regions == largest) & (distances > max(clearance, radius))]
+    if not len(found):
+        raise ValueError(f"room {room.name}: expected places {clearance} m clear, got none")
+    return found
+
+
+def random_task(
+    room: Room,
+    rng: np.random.Generator,
+    radius: float,
+    clearance: float = 0.3,
+    min_distance: float = 1.0,
+) -> RoomTask:
+    """Return a random start and goal that a disc can reach from there.
+
+    Args:
+        room: Room.
+        rng: Source of randomness.
+        radius: Radius of the disc [m].
+        clearance: Smallest distance of start and goal from obstacles [m].
+        min_distance: Smallest distance from start to goal [m]; where no place is as far, the goal
+            is the farthest of all.
+    """
+    places = free_places(room, radius, clearance)
+    start = places[rng.integers(len(places))]
+    yaw = float(rng.uniform(-np.pi, np.pi))
+    # Most draws are far enough; few are needed in any room.
+    for _ in range(50):
+        goal = places[rng.integers(len(places))]
+        if np.hypot(*(goal - start)) >= min_distance:
+            break
+    else:
+        goal = places[np.hypot(*(places - start).T).argmax()]
+    return RoomTask(Start(float(start[0]), float(start[1]), yaw), (float(goal[0]), float(goal[1])))
+
+
+def _boundary(half: tuple[float, float]) -> list[tuple[float, float, float, float]]:
+    """Return the four walls around a free space."""
+    x, y = half
+    return [
+        (-x - _BORDER, -y - _BORDER, -x, y + _BORDER),
+        (x, -y - _BORDER, x + _BORDER, y + _BORDER),
+        (-x, -y - _BORDER, x, -y),
+        (-x, y, x, y + _BORDER),
+    ]
+
+
+def _thin_walls(name: str, plan: RoomPlan) -> list[tuple[float, float, float, float]]:
+    """Return thin walls as boxes."""
+    half, found = plan.wall_thickness / 2, []
+    for x0, y0, x1, y1 in plan.walls:
+        if x0 != x1 and y0 != y1:
+            raise ValueError(
+                f"room {name}: expected walls along x or y, got ({x0}, {y0}) to ({x1}, {y1})"
+            )
+        wide, high = (half, 0.0) if x0 == x1 else (0.0, half)
+        x_low, x_high, y_low, y_high = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)
+        found.append((x_low - wide, y_low - high, x_high + wide, y_high + high))
+    return found
+
+
+def _tasks(plan: RoomPlan) -> tuple[RoomTask, ...]:
+    """Return the fixed tasks of a plan."""
+    found, start = [], Start(*plan.start)
+    for goal in plan.goals:
+        found.append(RoomTask(start, goal))
+        if plan.tour:
+            x, y = start.x, start.y
+            start = Start(*goal, float(np.arctan2(goal[1] - y, goal[0] - x)))
+    return tuple(found)

@@ -11,12 +11,12 @@ from andabata.machine.kinematic_vehicle import KinematicConfig, plant_parameters
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import reseed
+from andabata.tasks.movers import Movers
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.terrain_kernel import (
     AHEAD,
     Beams,
     Body,
-    Movers,
     Obstacles,
     Robots,
     Worlds,

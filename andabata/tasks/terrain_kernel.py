@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
+from andabata.tasks.movers import Movers
 from terrain.kernel import kernel
 from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
@@ -59,25 +60,6 @@ class Robots(NamedTuple):
             slip=np.zeros((count, AHEAD, TICKS_PER_STEP, 2)),
             wander=np.zeros((count, AHEAD, 5)),
         )
-
-
-class Movers(NamedTuple):
-    """Moving upright cylinders, m for each of n robots; m may be 0.
-
-    Attributes:
-        places: Centres in the map [m], shape (n, m, 2).
-        velocities: Velocities [m/s], shape (n, m, 2).
-        radii: Radii [m], shape (n, m).
-    """
-
-    places: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    radii: NDArray[np.float64]
-
-    @classmethod
-    def none(cls, count: int) -> "Movers":
-        """Return no movers for some robots."""
-        return cls(np.zeros((count, 0, 2)), np.zeros((count, 0, 2)), np.zeros((count, 0)))
 
 
 class Worlds(NamedTuple):

@@ -6,8 +6,9 @@ import pytest
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
+from andabata.tasks.movers import Movers
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
-from andabata.tasks.terrain_kernel import AHEAD, Movers, Obstacles
+from andabata.tasks.terrain_kernel import AHEAD, Obstacles
 from terrain.classes import SemanticClass
 from terrain.objects import box
 from worlds.world import Start

@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
+from andabata.tasks.movers import Movers
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import (
     Beams,
-    Movers,
     Obstacles,
     Robots,
     heading_errors,

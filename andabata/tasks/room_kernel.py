@@ -1,0 +1,326 @@
+"""Compiled pass of disc robots in rooms: motion, contact, rays, points.
+
+Rays are cast by angular spans. Along a straight face the reciprocal of the distance is linear in
+the cosine and the sine of a beam's bearing, so that each visible face of a box is one multiply and
+maximum over the beams of its angular interval; nothing is walked, and the result is exact. The
+reciprocals are what networks take, too.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.tasks.movers import Movers
+from terrain.kernel import kernel
+
+SECTORS = 36
+"""Number of windows of bearing that critics see (Zhang et al., section III-B)."""
+
+MIN_RANGE = 0.02
+"""Smallest distance that a beam or a point can have [m]: reciprocals stay finite at contact."""
+
+X, Y, YAW, V, W = range(5)
+"""Columns of a motion: position [m], heading [rad], speed [m/s], yaw rate [rad/s]."""
+
+_EDGE = 1e-9
+"""Widening of an interval [beams]: a beam at an edge must not be lost to rounding."""
+
+_TURN = 2 * np.pi
+
+
+class Rooms(NamedTuple):
+    """Rooms of any number of obstacles, padded.
+
+    Attributes:
+        boxes: x_min, y_min, x_max, y_max [m], shape (r, most, 4).
+        box_counts: Number of boxes of each room, shape (r,).
+        circles: x, y, radius [m], shape (r, most, 3).
+        circle_counts: Number of circles of each room, shape (r,).
+    """
+
+    boxes: NDArray[np.float64]
+    box_counts: NDArray[np.int64]
+    circles: NDArray[np.float64]
+    circle_counts: NDArray[np.int64]
+
+
+class Lasers(NamedTuple):
+    """Planar lasers, padded to the beams of the finest.
+
+    Attributes:
+        counts: Number of beams of each, shape (l,).
+        firsts: Bearing of the first beam from the robot's heading [rad], shape (l,).
+        steps: Angle between two beams [rad], shape (l,).
+        directions: Cosine and sine of each beam's bearing from the heading, shape (l, 2, b).
+        offsets: Position on the robot [m], shape (l, 2).
+        max_ranges: Range beyond which a beam returns nothing [m], shape (l,).
+    """
+
+    counts: NDArray[np.int64]
+    firsts: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    directions: NDArray[np.float32]
+    offsets: NDArray[np.float64]
+    max_ranges: NDArray[np.float64]
+
+
+@kernel
+def drive(
+    motions: NDArray[np.float64],
+    chosen: NDArray[np.bool_],
+    places: NDArray[np.int64],
+    rooms: Rooms,
+    movers: Movers,
+    radius: float,
+    period: float,
+    substeps: int,
+    contacts: NDArray[np.bool_],
+) -> None:
+    """Drive the chosen robots for one control period along exact arcs.
+
+    A robot that touches something stays there until it is put down anew.
+
+    Args:
+        motions: State of each robot, columns as above, changed in place, shape (n, 5). Speed and
+            yaw rate are those to drive.
+        chosen: True for robots that move, shape (n,).
+        places: Index of each robot's room, shape (n,).
+        rooms: Rooms.
+        movers: Moving obstacles, changed in place.
+        radius: Radius of the robots [m].
+        period: Control period [s].
+        substeps: Number of checks for contact in a period.
+        contacts: True where a robot touches something, changed in place, shape (n,).
+    """
+    dt = period / substeps
+    for k in range(len(chosen)):
+        if not chosen[k]:
+            continue
+        contacts[k] = False
+        motion = motions[k]
+        for _ in range(substeps):
+            turn = motion[W] * dt
+            # An arc's chord leaves at half the turn; its length is the arc's times sinc.
+            half = 0.5 * turn
+            chord = motion[V] * dt * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
+            motion[X] += chord * np.cos(motion[YAW] + half)
+            motion[Y] += chord * np.sin(motion[YAW] + half)
+            motion[YAW] = np.pi - (np.pi - motion[YAW] - turn) % _TURN
+            for m in range(movers.radii.shape[1]):
+                movers.places[k, m, 0] += movers.velocities[k, m, 0] * dt
+                movers.places[k, m, 1] += movers.velocities[k, m, 1] * dt
+            if clearance(motion[X], motion[Y], places[k], rooms, k, movers) < radius:
+                contacts[k] = True
+                break
+
+
+@kernel
+def clearance(x: float, y: float, room: int, rooms: Rooms, k: int, movers: Movers) -> float:
+    """Return the distance of a point to the nearest obstacle [m], 0 inside a box."""
+    squared = np.inf
+    for b in range(rooms.box_counts[room]):
+        box = rooms.boxes[room, b]
+        dx = max(box[0] - x, 0.0, x - box[2])
+        dy = max(box[1] - y, 0.0, y - box[3])
+        squared = min(squared, dx * dx + dy * dy)
+    nearest = np.sqrt(squared)
+    for c in range(rooms.circle_counts[room]):
+        circle = rooms.circles[room, c]
+        nearest = min(nearest, np.hypot(circle[0] - x, circle[1] - y) - circle[2])
+    for m in range(movers.radii.shape[1]):
+        if movers.radii[k, m] > 0.0:
+            away = np.hypot(movers.places[k, m, 0] - x, movers.places[k, m, 1] - y)
+            nearest = min(nearest, away - movers.radii[k, m])
+    return nearest
+
+
+@kernel
+def cast(
+    motions: NDArray[np.float64],
+    chosen: NDArray[np.bool_],
+    places: NDArray[np.int64],
+    rooms: Rooms,
+    movers: Movers,
+    lasers: Lasers,
+    mounted: NDArray[np.int64],
+    found: NDArray[np.float32],
+) -> None:
+    """Write the reciprocal distances of the chosen robots' beams.
+
+    Args:
+        motions: State of each robot, shape (n, 5).
+        chosen: True for robots to cast for, shape (n,).
+        places: Index of each robot's room, shape (n,).
+        rooms: Rooms.
+        movers: Moving obstacles.
+        lasers: Lasers.
+        mounted: Index of each robot's laser, shape (n,).
+        found: Reciprocals of the distances from the laser [1/m], float32, shape (n, b); that of the
+            maximum range where nothing returns.
+    """
+    for k in range(len(chosen)):
+        if not chosen[k]:
+            continue
+        laser, room = mounted[k], places[k]
+        c, s = np.cos(motions[k, YAW]), np.sin(motions[k, YAW])
+        ahead, left = lasers.offsets[laser]
+        x = motions[k, X] + c * ahead - s * left
+        y = motions[k, Y] + s * ahead + c * left
+        row = found[k]
+        row[:] = np.float32(1.0 / lasers.max_ranges[laser])
+        yaw = motions[k, YAW]
+        for b in range(rooms.box_counts[room]):
+            box = rooms.boxes[room, b]
+            # A face is visible from its outer side alone: two faces of a box at most.
+            if x < box[0]:
+                _face(row, lasers, laser, yaw, c, -s, box[0] - x, box[1] - y, box[3] - y, False)
+            elif x > box[2]:
+                _face(row, lasers, laser, yaw, c, -s, box[2] - x, box[1] - y, box[3] - y, False)
+            elif box[1] <= y <= box[3]:
+                row[:] = np.float32(1.0 / MIN_RANGE)
+            if y < box[1]:
+                _face(row, lasers, laser, yaw, s, c, box[1] - y, box[0] - x, box[2] - x, True)
+            elif y > box[3]:
+                _face(row, lasers, laser, yaw, s, c, box[3] - y, box[0] - x, box[2] - x, True)
+        for o in range(rooms.circle_counts[room]):
+            circle = rooms.circles[room, o]
+            _circle(row, lasers, laser, yaw, circle[0] - x, circle[1] - y, circle[2])
+        for m in range(movers.radii.shape[1]):
+            if movers.radii[k, m] > 0.0:
+                place = movers.places[k, m]
+                _circle(row, lasers, laser, yaw, place[0] - x, place[1] - y, movers.radii[k, m])
+        most = np.float32(1.0 / MIN_RANGE)
+        for i in range(lasers.counts[laser]):
+            row[i] = min(row[i], most)
+
+
+@kernel
+def _face(
+    row: NDArray[np.float32],
+    lasers: Lasers,
+    laser: int,
+    yaw: float,
+    u: float,
+    v: float,
+    away: float,
+    low: float,
+    high: float,
+    level: bool,
+) -> None:
+    """Take the larger reciprocals of one face into a row of beams.
+
+    Args:
+        row: Reciprocals, changed in place.
+        lasers: Lasers.
+        laser: Index of the laser.
+        yaw: Heading of the robot [rad].
+        u: Share of a beam's cosine in the component across the face.
+        v: Share of its sine.
+        away: Signed distance of the face's line from the laser [m].
+        low: Begin of the face along its line, from the laser's foot [m].
+        high: Its end [m].
+        level: True for a face along x, False for one along y.
+    """
+    if level:
+        one, other = np.arctan2(away, low), np.arctan2(away, high)
+    else:
+        one, other = np.arctan2(low, away), np.arctan2(high, away)
+    # The interval runs counter-clockwise from the edge from which it is less than half a turn.
+    width = (other - one) % _TURN
+    begin = one
+    if width > np.pi:
+        begin, width = other, _TURN - width
+    directions, count = lasers.directions[laser], lasers.counts[laser]
+    scale = 1.0 / away
+    a, b = np.float32(u * scale), np.float32(v * scale)
+    step = lasers.steps[laser]
+    first = (begin - yaw - lasers.firsts[laser]) % _TURN
+    # Once as it lies, and once a turn earlier: an interval may begin behind the first beam.
+    for turn in range(2):
+        start = (first - turn * _TURN) / step
+        i0 = max(int(np.ceil(start - _EDGE)), 0)
+        i1 = min(int(np.floor(start + width / step + _EDGE)), count - 1)
+        for i in range(i0, i1 + 1):
+            row[i] = max(row[i], a * directions[0, i] + b * directions[1, i])
+
+
+@kernel
+def _circle(
+    row: NDArray[np.float32],
+    lasers: Lasers,
+    laser: int,
+    yaw: float,
+    dx: float,
+    dy: float,
+    radius: float,
+) -> None:
+    """Take the larger reciprocals of a circle at (dx, dy) from the laser into a row of beams."""
+    distance = np.hypot(dx, dy)
+    if distance <= radius:
+        row[:] = np.float32(1.0 / MIN_RANGE)
+        return
+    half, step = np.arcsin(radius / distance), lasers.steps[laser]
+    middle = np.arctan2(dy, dx) - yaw - lasers.firsts[laser]
+    first, count = (middle - half) % _TURN, lasers.counts[laser]
+    for turn in range(2):
+        start = (first - turn * _TURN) / step
+        i0 = max(int(np.ceil(start - _EDGE)), 0)
+        i1 = min(int(np.floor(start + 2 * half / step + _EDGE)), count - 1)
+        for i in range(i0, i1 + 1):
+            # Bearing from the circle's middle: the chord lies before it on the beam.
+            aside = i * step - first + turn * _TURN - half
+            across = distance * np.sin(aside)
+            chord = np.sqrt(max(radius * radius - across * across, 0.0))
+            row[i] = max(row[i], np.float32(1.0 / (distance * np.cos(aside) - chord)))
+
+
+@kernel
+def take_points(
+    found: NDArray[np.float32],
+    chosen: NDArray[np.bool_],
+    lasers: Lasers,
+    mounted: NDArray[np.int64],
+    pool: int,
+    points: NDArray[np.float32],
+    mask: NDArray[np.float32],
+    windows: NDArray[np.float32],
+) -> None:
+    """Write beams as points in the robot's frame, and the nearest of each window of bearing.
+
+    Args:
+        found: Reciprocals as ``cast`` writes them, shape (n, b).
+        chosen: True for robots to write, shape (n,).
+        lasers: Lasers.
+        mounted: Index of each robot's laser, shape (n,).
+        pool: Number of neighbouring beams of which the nearest becomes a point; 1 takes all.
+        points: Points (sin a / d, cos a / d), bearing a and distance d from the robot's centre
+            [1/m], shape (n, p, 2).
+        mask: 1 for points that count, 0 for padding, shape (n, p).
+        windows: Largest reciprocal distance of each window of bearing, the first from -pi on,
+            counter-clockwise [1/m], shape (n, ``SECTORS``).
+    """
+    for k in range(len(chosen)):
+        if not chosen[k]:
+            continue
+        laser = mounted[k]
+        count, directions = lasers.counts[laser], lasers.directions[laser]
+        ahead, left = lasers.offsets[laser]
+        windows[k] = np.float32(1.0 / lasers.max_ranges[laser])
+        used = (count + pool - 1) // pool
+        for p in range(used):
+            i = p * pool
+            for j in range(p * pool + 1, min((p + 1) * pool, count)):
+                if found[k, j] > found[k, i]:
+                    i = j
+            # Where the beam ends, in the robot's frame; x / d^2 is cos a / d.
+            distance = 1.0 / found[k, i]
+            x = ahead + distance * directions[0, i]
+            y = left + distance * directions[1, i]
+            squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
+            points[k, p, 0], points[k, p, 1] = y / squared, x / squared
+            mask[k, p] = 1.0
+            sector = int((np.arctan2(y, x) + np.pi) * (SECTORS / _TURN)) % SECTORS
+            windows[k, sector] = max(windows[k, sector], np.float32(1.0 / np.sqrt(squared)))
+        for p in range(used, points.shape[1]):
+            points[k, p], mask[k, p] = 0.0, 0.0

@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 MIDDLE_RANGE = 2.0
 """Range that is neither near nor far for the networks [m]."""
 
-Scaling = Literal["linear", "proximity"]
-"""Scaling of a term for networks: division by its upper bound, or nearness (ranges)."""
+Scaling = Literal["linear", "proximity", "none"]
+"""Scaling of a term for networks: division by its upper bound, nearness (ranges), or none."""
 
 
 class ObservationTerm(BaseModel):
@@ -31,7 +31,7 @@ class ObservationTerm(BaseModel):
         unit: SI unit of the values.
         scaling: ``linear`` divides by ``high``. ``proximity`` bends ranges: 1 at contact, 0 at
             ``MIDDLE_RANGE``, towards -1 in the open, since a decimetre matters near the body and
-            not ten metres away (assumption).
+            not ten metres away (assumption). ``none`` takes values as they are.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -139,6 +139,8 @@ class ObservationSpec(BaseModel):
             row = (0.0, 1 / term.high, 1.0, 0.0)
             if term.scaling == "proximity":
                 row = (MIDDLE_RANGE, -1.0, MIDDLE_RANGE, 1.0)
+            elif term.scaling == "none":
+                row = (0.0, 1.0, 1.0, 0.0)
             columns.append(np.repeat(np.array(row)[:, None], term.size, axis=1))
         return np.hstack(columns).astype(np.float32)
 

@@ -281,32 +281,34 @@ def take_points(
     chosen: NDArray[np.bool_],
     lasers: Lasers,
     mounted: NDArray[np.int64],
-    pool: int,
-    points: NDArray[np.float32],
-    mask: NDArray[np.float32],
-    windows: NDArray[np.float32],
+    capacity: int,
+    rows: NDArray[np.float32],
 ) -> None:
     """Write beams as points in the robot's frame, and the nearest of each window of bearing.
+
+    A laser with more beams than there is room for gives the nearest of as many neighbours as it
+    takes. A row begins with ``capacity`` points (sin a / d, cos a / d), bearing a and distance d
+    from the robot's centre [1/m]; then come a mask, 1 for points that count and 0 for padding, and
+    the largest reciprocal distance of each of ``SECTORS`` windows of bearing, the first from -pi
+    on, counter-clockwise.
 
     Args:
         found: Reciprocals as ``cast`` writes them, shape (n, b).
         chosen: True for robots to write, shape (n,).
         lasers: Lasers.
         mounted: Index of each robot's laser, shape (n,).
-        pool: Number of neighbouring beams of which the nearest becomes a point; 1 takes all.
-        points: Points (sin a / d, cos a / d), bearing a and distance d from the robot's centre
-            [1/m], shape (n, p, 2).
-        mask: 1 for points that count, 0 for padding, shape (n, p).
-        windows: Largest reciprocal distance of each window of bearing, the first from -pi on,
-            counter-clockwise [1/m], shape (n, ``SECTORS``).
+        capacity: Number of points of a row.
+        rows: Observations, float32, shape (n, 3 capacity + ``SECTORS`` and more).
     """
     for k in range(len(chosen)):
         if not chosen[k]:
             continue
-        laser = mounted[k]
+        laser, row = mounted[k], rows[k]
+        mask, windows = row[2 * capacity : 3 * capacity], row[3 * capacity : 3 * capacity + SECTORS]
         count, directions = lasers.counts[laser], lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
-        windows[k] = np.float32(1.0 / lasers.max_ranges[laser])
+        windows[:] = np.float32(1.0 / lasers.max_ranges[laser])
+        pool = (count + capacity - 1) // capacity
         used = (count + pool - 1) // pool
         for p in range(used):
             i = p * pool
@@ -318,9 +320,9 @@ def take_points(
             x = ahead + distance * directions[0, i]
             y = left + distance * directions[1, i]
             squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
-            points[k, p, 0], points[k, p, 1] = y / squared, x / squared
-            mask[k, p] = 1.0
+            row[2 * p], row[2 * p + 1] = y / squared, x / squared
+            mask[p] = 1.0
             sector = int((np.arctan2(y, x) + np.pi) * (SECTORS / _TURN)) % SECTORS
-            windows[k, sector] = max(windows[k, sector], np.float32(1.0 / np.sqrt(squared)))
-        for p in range(used, points.shape[1]):
-            points[k, p], mask[k, p] = 0.0, 0.0
+            windows[sector] = max(windows[sector], np.float32(1.0 / np.sqrt(squared)))
+        row[2 * used : 2 * capacity] = 0.0
+        mask[used:] = 0.0

@@ -169,3 +169,13 @@ def test_impossible_actions_are_refused(low, high, message):
     """Bounds have to be as many as names, the lower below the upper."""
     with pytest.raises(ValidationError, match=message):
         ActionSpec(names=("linear", "angular"), low=low, high=high, units=("m/s", "rad/s"))
+
+
+def test_a_term_without_scaling_is_taken_as_it_is():
+    """Reciprocals are bounded at contact, far from what is usual: they go in as they are."""
+    term = ObservationTerm(
+        name="points", shape=(2,), low=-50.0, high=50.0, unit="1/m", scaling="none"
+    )
+    a, b, c, d = ObservationSpec(terms=(term,)).scale()
+    values = np.float32([0.2, -3.0])
+    np.testing.assert_array_equal((a + b * values) / (c + d * values), values)

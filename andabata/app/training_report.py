@@ -190,9 +190,20 @@ def report_runs(
     return page.to_bytes(), data
 
 
+def offroad(stage: StagePlan) -> OffroadConfig:
+    """Return the environment of an off-road stage.
+
+    Raises:
+        ValueError: If the stage is of another task.
+    """
+    if not isinstance(stage.environment, OffroadConfig):
+        raise ValueError(f"stage {stage.name}: expected off-road, got {stage.environment.task}")
+    return stage.environment
+
+
 def _world(stage: StagePlan) -> World:
     """Return the world of a stage's test drives."""
-    one = stage.unseen
+    one = offroad(stage).unseen
     return make_world(one.preset, one.seeds[0], one.difficulty)
 
 
@@ -215,7 +226,7 @@ def _drive(
 ) -> tuple[GoalAttempt, Sight | None]:
     """Return a test drive of a run's stage, and the first virtual scan."""
     number, stage, test = job
-    run, environment = runs[number], runs[number].plan.stages[stage].unseen
+    run, environment = runs[number], offroad(runs[number].plan.stages[stage]).unseen
     models = replace(Models.from_bytes(files), policy=run.policy(stage))
     scene = SceneCache().get(environment.preset, environment.seeds[0], environment.difficulty)
     config = _test_robot(environment)
@@ -319,10 +330,11 @@ def _scans(
     for stage in stages:
         _, sight = driven[0, stage.name, 0]
         if sight is not None:
-            name = f"{stage.name}: {stage.environment.simulated_robot.sensing.scanner} laser"
+            scanner = offroad(stage).simulated_robot.sensing.scanner
+            name = f"{stage.name}: {scanner} laser"
             sights[name] = (worlds[stage.name], sight.pose, sight.scan)
     if sights:
-        grid = stages[0].environment.simulated_robot.grid
+        grid = offroad(stages[0]).simulated_robot.grid
         page.picture(sights_picture(sights, grid), ", ".join(sights))
 
 

@@ -10,7 +10,7 @@ from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.pose import wrap
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.tasks.offroad import OffroadConfig, offroad_actions, offroad_observations
+from andabata.tasks.offroad import OffroadConfig
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import paper_reward
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
@@ -52,7 +52,7 @@ class MazeVectorEnv(PlanarVectorEnv):
         grid, body = robot.grid, robot.robot
         lidar = PlanarLidar(grid.bearings, body.lidar_height, grid.outer_radius)
         self._terrain = TerrainBatch(num_envs, body, lidar, robot.errors)
-        spaces = offroad_observations(config), offroad_actions(config)
+        spaces = config.observations, config.actions
         super().__init__(self._terrain, *spaces, config.terminations, num_envs, autoreset)
         self._scene_cache = scenes or SceneCache()
         self._scenes: list[Scene] = []

@@ -1,7 +1,7 @@
 """Off-road navigation as Gymnasium environments (Sanchez et al. 2023, section 5)."""
 
 import math
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import gymnasium as gym
 import numpy as np
@@ -21,7 +21,7 @@ from andabata.tasks.terminations import Outcome, TerminationConfig
 from rl.gym_spaces import action_box, observation_box
 from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
 from worlds.scenes import SceneCache
-from worlds.splits import TRAINING_SEEDS
+from worlds.splits import TRAINING_SEEDS, VALIDATION_SEEDS
 from worlds.world import choose_task, jittered
 
 
@@ -29,6 +29,7 @@ class OffroadConfig(BaseModel):
     """Settings of one stage's environment.
 
     Attributes:
+        task: Name of the kind of task.
         preset: World preset.
         seeds: World seeds that episodes draw from.
         difficulty: Difficulty of the worlds, None for the preset's own.
@@ -46,6 +47,7 @@ class OffroadConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    task: Literal["offroad"] = "offroad"
     preset: str = "natural"
     seeds: tuple[int, ...] = TRAINING_SEEDS
     difficulty: float | None = Field(default=None, ge=0, le=1)
@@ -56,6 +58,22 @@ class OffroadConfig(BaseModel):
     start_jitter: float = Field(default=0.2, ge=0, le=5)
     heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
     perception_decimation: int = Field(default=1, ge=1)
+
+    @property
+    def observations(self) -> ObservationSpec:
+        """Space of the observations."""
+        grid, limit = self.simulated_robot.grid, self.simulated_robot.robot.max_steering
+        return steering_observations(grid.n_sectors, grid.outer_radius, limit)
+
+    @property
+    def actions(self) -> ActionSpec:
+        """Space of the actions."""
+        return steering_actions(self.simulated_robot.robot.max_steering)
+
+    @property
+    def unseen(self) -> Self:
+        """The same in the worlds that are kept for validation."""
+        return self.model_copy(update={"seeds": VALIDATION_SEEDS})
 
 
 class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -119,7 +137,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             robot = config.simulated_robot
             settings = robot.local_planner.decimated(config.perception_decimation)
             self._planner = LocalPlanner(robot.grid, settings, robot.robot)
-        self._observations, self._actions = offroad_observations(config), offroad_actions(config)
+        self._observations, self._actions = config.observations, config.actions
         self.observation_space: gym.spaces.Space[Any] = observation_box(self._observations)
         self.action_space: gym.spaces.Space[Any] = action_box(self._actions)
 
@@ -226,18 +244,6 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             steering = Steering() if self._planner is None else Steering(planner=self._planner)
             self._kept = SimulatedRobot(scene, self.config.simulated_robot, self._models, steering)
         return self._kept
-
-
-def offroad_observations(config: OffroadConfig) -> ObservationSpec:
-    """Return the space of a stage's observations."""
-    robot = config.simulated_robot
-    grid = robot.grid
-    return steering_observations(grid.n_sectors, grid.outer_radius, robot.robot.max_steering)
-
-
-def offroad_actions(config: OffroadConfig) -> ActionSpec:
-    """Return the space of a stage's actions."""
-    return steering_actions(config.simulated_robot.robot.max_steering)
 
 
 def _truth(readings: SensorReadings) -> VehicleState:

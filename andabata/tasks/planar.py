@@ -164,12 +164,9 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
             raise ValueError(f"seed: expected {self.num_envs} of them, got {len(seed)}")
         options = options or {}
         chosen = options.get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
-        levels = options.get("difficulty")
-        if not isinstance(levels, list):
-            levels = [levels] * self.num_envs
         worlds = np.zeros(self.num_envs, dtype=np.int64)
         for k in np.flatnonzero(chosen).tolist():
-            worlds[k] = self._begin(k, seed[k], {**options, "difficulty": levels[k]})
+            worlds[k] = self._begin(k, seed[k], _options_of(k, options))
         self._is_begun = True
         self._observe(self._batch.observe(chosen), chosen)
         info = {"world_seed": worlds, "_world_seed": chosen.copy()}
@@ -257,3 +254,9 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
 
     def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
         """Nothing has to be freed."""
+
+
+def _options_of(k: int, options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options of robot ``k``: lists hold one value each, None the task's own."""
+    own = {name: value[k] if isinstance(value, list) else value for name, value in options.items()}
+    return {name: value for name, value in own.items() if value is not None}

@@ -6,7 +6,7 @@ STAGES = ("Maze2D", "Maze3D", "Natural")
 
 
 def register_environments() -> None:
-    """Register ``andabata/Maze2D-v0``, ``andabata/Maze3D-v0`` and ``andabata/Natural-v0``, once.
+    """Register ``andabata/Maze2D-v0``, ``Maze3D-v0``, ``Natural-v0`` and ``SPN-v0``, once.
 
     ``import andabata`` does it, as Gymnasium asks of third-party packages: it loads no plug-ins by
     itself. ``gymnasium.make("andabata:andabata/Natural-v0")`` imports the package first.
@@ -20,3 +20,9 @@ def register_environments() -> None:
                 vector_entry_point="andabata.tasks.vector:make_vector",
                 kwargs={"stage": stage},
             )
+    if "andabata/SPN-v0" not in gym.registry:
+        gym.register(
+            "andabata/SPN-v0",
+            entry_point="andabata.tasks.spn:make_spn",
+            vector_entry_point="andabata.tasks.spn:make_spn_vector",
+        )

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import gymnasium as gym
 import numpy as np
@@ -24,7 +24,7 @@ from andabata.tasks.room_observations import (
 )
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
-from worlds.rooms import RoomTask, make_room, random_task
+from worlds.rooms import Room, RoomTask, make_room, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""
@@ -42,7 +42,7 @@ class SpnConfig(BaseModel):
         rooms: Names of the rooms.
         favourite: Share of the episodes in the room that the difficulty names; the others have the
             rest in equal parts (paper: 0.7 and 0.1 each).
-        tasks: ``random`` starts and goals, or the rooms' ``fixed`` ones, one after the other.
+        tasks: ``random`` starts and goals, or one of the rooms' ``fixed`` ones.
         clearance: Smallest distance of random starts and goals from obstacles [m] (assumption).
         min_distance: Smallest distance of a random goal from its start [m] (assumption).
         robot: Body.
@@ -86,6 +86,16 @@ class SpnConfig(BaseModel):
         return self.lidar.count if self.points is None else self.points
 
     @property
+    def unseen(self) -> Self:
+        """The same with every room as often as others: random tasks that snapshots compare on."""
+        return self.model_copy(update={"favourite": 1 / len(self.rooms), "randomization": None})
+
+    @property
+    def fixed(self) -> Self:
+        """The same on the rooms' fixed tasks, the paper's test."""
+        return self.model_copy(update={"tasks": "fixed", "randomization": None})
+
+    @property
     def observations(self) -> ObservationSpec:
         """Space of the observations."""
         fastest = max(self.robot.max_speed, self.robot.max_yaw_rate)
@@ -127,8 +137,9 @@ class SpnVectorEnv(PlanarVectorEnv):
     (d < 0.3 m) and on contact, and is truncated after 400 steps of 0.2 s.
 
     ## Options of reset
-    ``{"difficulty": float}`` from 0 to 1 names the favourite room; ``{"room": int, "task": int}``
-    choose one, ``{"tasks": [RoomTask, ...]}`` gives each robot its own.
+    ``{"difficulty": float}`` from 0 to 1 names the favourite room, ``{"room": int}`` the room;
+    ``{"task": int}`` chooses a fixed task, ``{"drive": RoomTask}`` gives one for the room. Each may
+    be a list with one value a robot.
 
     ## Version history
     v0: first release.
@@ -155,7 +166,6 @@ class SpnVectorEnv(PlanarVectorEnv):
         self._bearings = config.lidar.bearings
         self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
-        self._begun = 0
 
     @property
     def renderer(self) -> RoomRenderer:
@@ -170,28 +180,24 @@ class SpnVectorEnv(PlanarVectorEnv):
 
     def _place(self, k: int, rng: np.random.Generator, options: dict[str, Any]) -> int:
         """Put a robot down in a room; return the room's index."""
-        index, task = self._drawn(k, rng, options)
+        index, task = self._drawn(rng, options)
         self._in_rooms.place(k, index, task.start)
         self._goals[k] = task.goal
         if self._maps:
             self._maps[k].reset()
         return index
 
-    def _drawn(
-        self, k: int, rng: np.random.Generator, options: dict[str, Any]
-    ) -> tuple[int, RoomTask]:
+    def _drawn(self, rng: np.random.Generator, options: dict[str, Any]) -> tuple[int, RoomTask]:
         """Return the room's index and the task of an episode."""
         config, rooms = self.config, self._rooms
-        given: Sequence[tuple[int, RoomTask]] | None = options.get("tasks")
-        if given is not None:
-            return given[k]
-        if config.tasks == "fixed":
-            fixed = [(index, task) for index, room in enumerate(rooms) for task in room.tasks]
-            self._begun += 1
-            return fixed[int(options.get("task", self._begun - 1)) % len(fixed)]
+        if "task" in options or config.tasks == "fixed":
+            fixed = fixed_tasks(rooms)
+            return fixed[int(options.get("task", rng.integers(len(fixed))))]
         index = options.get("room")
         if index is None:
             index = self._drawn_room(rng, options.get("difficulty"))
+        if "drive" in options:
+            return int(index), options["drive"]
         robot = config.robot
         task = random_task(
             rooms[index],
@@ -289,6 +295,11 @@ def room_renderer(config: SpnConfig, rooms: Rooms | None = None, movers: int = 0
     return RoomRenderer(
         rooms, lidars, config.capacity, config.goal_encoding, movers, config.randomization
     )
+
+
+def fixed_tasks(rooms: Sequence[Room]) -> list[tuple[int, RoomTask]]:
+    """Return the fixed tasks of rooms, each with its room's index."""
+    return [(index, task) for index, room in enumerate(rooms) for task in room.tasks]
 
 
 class SpnEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):

@@ -18,14 +18,17 @@ from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import (
     OffroadConfig,
     OffroadEnv,
-    offroad_actions,
-    offroad_observations,
     stage_config,
 )
+from andabata.tasks.planar import PlanarVectorEnv
+from andabata.tasks.spn import SpnConfig, SpnVectorEnv
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
+
+TaskConfig = OffroadConfig | SpnConfig
+"""Settings of an environment of any kind."""
 
 _ENDED = (
     "worker: expected a running process, got one that has ended; a script that makes environments "
@@ -58,6 +61,27 @@ def make_vector(
     if workers <= 1:
         return robots_in_one_process(config, num_envs, scenes=scenes)
     return OffroadVectorEnv(config, num_envs, workers)
+
+
+def is_batched(config: TaskConfig) -> bool:
+    """Return True if many robots of a task are driven in one compiled pass."""
+    return isinstance(config, SpnConfig) or is_planar(config)
+
+
+def make_batch(config: TaskConfig, count: int, scenes: SceneCache | None = None) -> PlanarVectorEnv:
+    """Return planar robots that begin their episodes on request.
+
+    Args:
+        config: A task of which ``is_batched`` is true.
+        count: Number of robots.
+        scenes: Scenes to share, where the task has any.
+
+    Raises:
+        ValueError: If the task is another.
+    """
+    if isinstance(config, SpnConfig):
+        return SpnVectorEnv(config, count, autoreset=False)
+    return MazeVectorEnv(config, count, scenes, autoreset=False)
 
 
 def robots_in_one_process(
@@ -105,8 +129,8 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
         self.single_observation_space, self.single_action_space = (
-            observation_box(offroad_observations(config)),
-            action_box(offroad_actions(config)),
+            observation_box(config.observations),
+            action_box(config.actions),
         )
         self.observation_space = gym.vector.utils.batch_space(
             self.single_observation_space, num_envs

@@ -5,8 +5,11 @@ from functools import partial
 
 from andabata.engine import Engine
 from andabata.models import Models
-from andabata.tasks.maze import MazeVectorEnv, is_planar
-from andabata.tasks.offroad import OffroadConfig, OffroadEnv
+from andabata.tasks.maze import is_planar
+from andabata.tasks.offroad import OffroadEnv
+from andabata.tasks.planar import PlanarVectorEnv
+from andabata.tasks.spn import SpnConfig
+from andabata.tasks.vector import TaskConfig, is_batched, make_batch
 from rl.policy import Policy, policy_from_bytes
 from rl.training import Episode, EpisodeSpec, play, play_together
 from worlds.scenes import SceneCache
@@ -15,21 +18,20 @@ _Files = tuple[bytes, bytes, bytes]
 _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
-_batches: dict[int, MazeVectorEnv] = {}
+_batches: dict[int, PlanarVectorEnv] = {}
 _shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
-_ROBOTS = 8
-"""Number of robots of the first stage that a process drives side by side."""
+_ROBOTS = {"offroad": 8, "spn": 16}
+"""Number of planar robots that a process drives side by side, by task."""
 
 
 class ParallelSampler:
     """Plays each episode in whichever process is free; an episode depends on its seed alone.
 
-    The robots of the first stage are driven side by side in one compiled pass, a share of them in
-    each process.
+    Planar robots are driven side by side in one compiled pass, a share of them in each process.
     """
 
-    def __init__(self, stages: Sequence[OffroadConfig], models: Models, engine: Engine) -> None:
+    def __init__(self, stages: Sequence[TaskConfig], models: Models, engine: Engine) -> None:
         """Prepare.
 
         Args:
@@ -60,11 +62,11 @@ class ParallelSampler:
         return [found[number] for number in range(len(specs))]
 
     def _shares(self, specs: Sequence[EpisodeSpec]) -> list[_Share]:
-        """Return which episodes are played together: the planar stage's, else each alone."""
+        """Return which episodes are played together: those of a planar stage, else each alone."""
         planar: dict[int, list[int]] = {}
         alone: list[_Share] = []
         for number, spec in enumerate(specs):
-            if is_planar(self._stages[spec.stage]):
+            if is_batched(self._stages[spec.stage]):
                 planar.setdefault(spec.stage, []).append(number)
             else:
                 alone.append((number,))
@@ -78,7 +80,7 @@ class ParallelSampler:
 
 
 def _play(
-    stages: Sequence[OffroadConfig],
+    stages: Sequence[TaskConfig],
     files: _Files,
     policy: bytes,
     action_repeat: int,
@@ -88,9 +90,9 @@ def _play(
     """Play one stage's episodes in this process, which keeps its environments."""
     config, actor = stages[specs[0].stage], policy_from_bytes(policy)
     name = hash(config.model_dump_json())
-    if is_planar(config):
+    if isinstance(config, SpnConfig) or is_planar(config):
         if name not in _batches:
-            _batches[name] = MazeVectorEnv(config, _ROBOTS, _shelf, autoreset=False)
+            _batches[name] = make_batch(config, _ROBOTS[config.task], _shelf)
         return play_together(_batches[name], actor, action_repeat, specs, explore)
     key = (name, files)
     if key not in _environments:

@@ -1,8 +1,9 @@
-"""Training plans as data: ``plans/*.toml``, one for each algorithm (section 5)."""
+"""Training plans as data: ``plans/TASK/ALGORITHM.toml``."""
 
 import tomllib
 from importlib.resources import files
-from typing import Any, Self
+from importlib.resources.abc import Traversable
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -11,29 +12,25 @@ from andabata.machine.lidar_models import sensor_settings
 from andabata.machine.robot import RobotModel
 from andabata.tasks.offroad import (
     OffroadConfig,
-    offroad_actions,
-    offroad_observations,
     stage_config,
 )
-from andabata.tasks.registration import STAGES
+from andabata.tasks.spn import SpnConfig
+from andabata.tasks.vector import TaskConfig
 from rl.curriculum import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
-from worlds.splits import VALIDATION_SEEDS
+
+DEFAULT = "sac"
+"""Name of each task's default plan."""
 
 
 class StagePlan(Stage):
     """A stage with its environment.
 
     Attributes:
-        environment: World family, sensors, plant, reward and time limit.
+        environment: Worlds or rooms, sensors, plant, reward and time limit.
     """
 
-    environment: OffroadConfig
-
-    @property
-    def unseen(self) -> OffroadConfig:
-        """The same in the worlds that are kept for validation."""
-        return self.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
+    environment: Annotated[TaskConfig, Field(discriminator="task")]
 
 
 class TrainingPlan(BaseModel):
@@ -59,6 +56,8 @@ class TrainingPlan(BaseModel):
     def _check_decimation(self) -> Self:
         """Refuse decisions on scans of earlier decisions."""
         for name, stage in self.stages.items():
+            if not isinstance(stage.environment, OffroadConfig):
+                continue
             every = stage.environment.perception_decimation
             repeat = self.learner.action_repeat
             if repeat % every:
@@ -78,43 +77,70 @@ class TrainingPlan(BaseModel):
             ),
             learner=self.learner,
             seed=seed,
-            observations=offroad_observations(plans[0].environment),
-            actions=offroad_actions(plans[0].environment),
+            observations=plans[0].environment.observations,
+            actions=plans[0].environment.actions,
             final_lr_scale=self.final_lr_scale,
             validation=self.validation,
             validate_every=self.validate_every,
         )
 
 
-def algorithms() -> tuple[str, ...]:
-    """Return the names of the plans."""
-    folder = files("andabata.training").joinpath("plans")
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir()))
+TASKS = ("offroad", "spn")
+"""Kinds of task that there are plans for."""
+
+
+def algorithms(task: str = "offroad") -> tuple[str, ...]:
+    """Return the names of a task's plans, the default first.
+
+    Raises:
+        ValueError: If there is no such task.
+    """
+    if task not in TASKS:
+        raise ValueError(f"--task: expected {', '.join(TASKS)}, got {task!r}")
+    names = (entry.name.removesuffix(".toml") for entry in _plans(task).iterdir())
+    return tuple(sorted(names, key=lambda name: (name != DEFAULT, name)))
 
 
 def load_plan(
-    algorithm: str = "sac", sensor: str = "utm-30lx", robot: str = "andabata"
+    algorithm: str = DEFAULT,
+    sensor: str = "utm-30lx",
+    robot: str = "andabata",
+    task: str = "offroad",
 ) -> TrainingPlan:
-    """Return the plan of an algorithm, with a laser and a body; stage 1 keeps its 32 beams.
+    """Return the plan of a task and an algorithm.
+
+    Args:
+        algorithm: Name of the plan.
+        sensor: Laser of off-road tasks; their stage 1 keeps its 32 beams.
+        robot: Body of off-road tasks.
+        task: Kind of task.
 
     Raises:
-        ValueError: If there is no algorithm or body of that name.
+        ValueError: If there is no task, algorithm or body of that name.
         UnknownSensorError: If there is no laser of that name.
     """
-    if algorithm not in algorithms():
-        raise ValueError(f"--algorithm: expected {', '.join(algorithms())}, got {algorithm!r}")
-    text = files("andabata.training").joinpath("plans", f"{algorithm}.toml").read_text()
-    data = tomllib.loads(text)
-    settings, body = sensor_settings(sensor), {"robot": RobotModel.load(robot)}
+    if algorithm not in algorithms(task):
+        raise ValueError(f"--algorithm: expected {', '.join(algorithms(task))}, got {algorithm!r}")
+    data = tomllib.loads(_plans(task).joinpath(f"{algorithm}.toml").read_text())
+    parts = {**sensor_settings(sensor), "robot": RobotModel.load(robot)}
     stages = {}
-    for name in STAGES:
-        rules = dict(data["stages"][name])
-        environment = _environment(name, rules.pop("environment", {}), settings | body)
+    for name, rules in data["stages"].items():
+        changes = rules.pop("environment", {})
+        environment: TaskConfig
+        if task == "offroad":
+            environment = _offroad(name, changes, parts)
+        else:
+            environment = SpnConfig.model_validate(changes)
         stages[name] = StagePlan(name=name, environment=environment, **rules)
     return TrainingPlan(**{**data, "stages": stages})
 
 
-def _environment(stage: str, changes: dict[str, Any], parts: dict[str, Any]) -> OffroadConfig:
+def _plans(task: str) -> Traversable:
+    """Return the folder of a task's plans."""
+    return files("andabata.training").joinpath("plans", task)
+
+
+def _offroad(stage: str, changes: dict[str, Any], parts: dict[str, Any]) -> OffroadConfig:
     """Return a stage's environment with a plan's changes and a robot's parts."""
     base = stage_config(stage)
     flat = base.simulated_robot.sensing.scanner == "horizontal"

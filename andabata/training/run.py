@@ -69,7 +69,7 @@ def learn(
     if not resume:
         write_json(folder / "run.json", describe("train", settings, seed) | origin)
     chosen = [list(plan.stages.values())[k] for k in stages]
-    environments = [one.environment for one in chosen] + [one.unseen for one in chosen]
+    environments = [one.environment for one in chosen] + [one.environment.unseen for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
     with Engine(workers) as engine:

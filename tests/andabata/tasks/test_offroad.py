@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env as check_gymnasium
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 from andabata.tasks.episode_monitor import TerminationConfig
-from andabata.tasks.offroad import make_offroad, offroad_actions, offroad_observations, stage_config
+from andabata.tasks.offroad import make_offroad, stage_config
 from andabata.tasks.registration import STAGES
 from worlds.splits import TRAINING_SEEDS
 
@@ -223,7 +223,7 @@ def test_a_reset_without_a_seed_goes_on_with_the_stream(scenes):
 def test_spaces_are_those_of_the_robot(stage):
     """35 observations up to the grid's radius, one yaw rate up to the steering limit."""
     config = stage_config(stage)
-    observations, actions = offroad_observations(config), offroad_actions(config)
+    observations, actions = config.observations, config.actions
     assert observations.size == 35
     assert observations.term("ranges").high == config.simulated_robot.grid.outer_radius == 10.0
     assert (actions.names, actions.low, actions.high) == (("angular",), (-0.5,), (0.5,))

@@ -19,6 +19,7 @@ from torch.nn.functional import smooth_l1_loss
 from rl.learner import BaseLearnerConfig, Learner
 from rl.networks import Actor, ValueCritic
 from rl.policy import Policy
+from rl.replay import Renderer
 from rl.spaces import ActionSpec, ObservationSpec
 from rl.training import Episode
 
@@ -62,6 +63,7 @@ class ActorCritic(Learner):
         actions: ActionSpec,
         config: ActorCriticConfig,
         seed: int,
+        renderer: Renderer | None = None,
     ) -> None:
         """Draw fresh networks.
 
@@ -70,10 +72,17 @@ class ActorCritic(Learner):
             actions: Space of the actions.
             config: Settings.
             seed: Seed of the weights.
+            renderer: None: it learns from states, and remembers none.
 
         Raises:
             DeviceError: If torch does not find the device.
+            ValueError: If there is a renderer.
         """
+        if renderer is not None:
+            raise ValueError(
+                "algorithm: expected one with a replay buffer for situations, got 'actor-critic'; "
+                "take 'sac'"
+            )
         super().__init__(config.device)
         self.config = config
         with torch.random.fork_rng(devices=[]):

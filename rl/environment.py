@@ -14,6 +14,9 @@ class Environment(Protocol):
     Observations are float32, shape (n_observations,); actions are shares from -1 to 1, float32,
     shape (n_actions,). The last ``info`` of an episode has ``is_success`` (bool), ``outcome`` (str)
     and, where the robot turns, ``turns`` (float); every ``info`` of a step has ``reward_terms``.
+
+    Every info, that of a reset too, may hold ``situations``, float32, shape (m,): enough to render
+    the observation anew. They are remembered in the place of observations.
     """
 
     def reset(
@@ -33,7 +36,8 @@ class VectorEnvironment(Protocol):
 
     A robot whose episode is over stands still until ``reset`` with a ``reset_mask`` begins its next
     one. The infos of a step in which episodes end hold ``is_success``, ``outcome`` and ``turns`` of
-    each.
+    each. Infos may hold ``situations``, shape (n, m), as in ``Environment``. The arrays of a step
+    are not written to by later ones.
     """
 
     num_envs: int

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.learner import BaseLearnerConfig, Learner
+from rl.replay import Renderer
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import ActionSpec, ObservationSpec
 
@@ -19,7 +20,11 @@ _LEARNERS: dict[type[BaseLearnerConfig], type[SoftActorCritic] | type[ActorCriti
 
 
 def make_learner(
-    config: LearnerConfig, observations: ObservationSpec, actions: ActionSpec, seed: int
+    config: LearnerConfig,
+    observations: ObservationSpec,
+    actions: ActionSpec,
+    seed: int,
+    renderer: Renderer | None = None,
 ) -> Learner:
     """Return a fresh learner.
 
@@ -28,8 +33,11 @@ def make_learner(
         observations: Space of the observations.
         actions: Space of the actions.
         seed: Seed of the weights.
+        renderer: Renderer of the observations if episodes hold situations.
 
     Raises:
         DeviceError: If torch does not find the device.
+        ValueError: If there is a renderer for a learner that remembers nothing.
     """
-    return _LEARNERS[type(config)](observations, actions, config, seed)  # type: ignore[arg-type]
+    learner = _LEARNERS[type(config)]
+    return learner(observations, actions, config, seed, renderer)  # type: ignore[arg-type]

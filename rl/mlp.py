@@ -1,18 +1,15 @@
 """A multilayer perceptron as a policy, compiled: it runs without torch."""
 
-import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.policy import Tensors, policy_to_bytes
+from rl.gaussian_policy import GaussianPolicy
+from rl.policy import Tensors
 from rl.spaces import ActionSpec, ObservationSpec
 from terrain.kernel import kernel
-
-LOG_SIGMA = (-4.0, 0.5)
-"""Bounds of the logarithm of the spread of explored actions, before tanh."""
 
 
 class Layers(NamedTuple):
@@ -30,7 +27,7 @@ class Layers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MlpPolicy:
+class MlpPolicy(GaussianPolicy):
     """A multilayer perceptron from observations to actions.
 
     Hidden layers are followed by a ReLU. The last layer gives the means of the actions, before
@@ -42,12 +39,14 @@ class MlpPolicy:
         observations: Space of its observations.
         actions: Space of its actions.
         info: Origin of the policy: config, commit, stage; ready for JSON.
+        terms: Names of the terms that are its inputs, None for all.
     """
 
     weights: Tensors
     observations: ObservationSpec
     actions: ActionSpec
     info: dict[str, Any] = field(default_factory=dict)
+    terms: tuple[str, ...] | None = None
 
     architecture = "mlp"
 
@@ -57,7 +56,8 @@ class MlpPolicy:
         names = {f"layer{k}.{part}" for k in range(count) for part in ("weight", "bias")}
         if not count or set(self.weights) != names:
             raise ValueError(f"layers: expected {sorted(names)}, got {sorted(self.weights)}")
-        inputs = self.observations.size
+        read = self.observations if self.terms is None else self.observations.only(self.terms)
+        inputs = read.size
         for k in range(count):
             weight, bias = self.weights[f"layer{k}.weight"], self.weights[f"layer{k}.bias"]
             if weight.ndim != 2 or weight.shape[1] != inputs or bias.shape != weight.shape[:1]:
@@ -71,83 +71,64 @@ class MlpPolicy:
                 "layers: expected mean and log sigma of each action as outputs "
                 f"({2 * self.actions.size}), got {inputs}"
             )
-        object.__setattr__(self, "_layers", self._compiled_layers(count))
+        columns = None if self.terms is None else self.observations.columns(self.terms)
+        object.__setattr__(self, "_columns", columns)
+        object.__setattr__(self, "_layers", self._compiled_layers(read, count))
 
-    def _compiled_layers(self, count: int) -> Layers:
+    def _compiled_layers(self, read: ObservationSpec, count: int) -> Layers:
         """Return the layers with a row for each input."""
         weights = [self.weights[f"layer{k}.weight"] for k in range(count)]
         biases = [self.weights[f"layer{k}.bias"] for k in range(count)]
         return Layers(
-            self.observations.scale(),
+            read.scale(),
             tuple(np.ascontiguousarray(array.T) for array in weights),
             tuple(np.ascontiguousarray(array) for array in biases),
         )
 
-    def _outputs(self, observation: NDArray[np.float32]) -> list[float]:
-        """Return the means before tanh and the log sigmas."""
+    def _outputs(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return means before tanh and log sigmas, shape (n, 2 n_actions)."""
+        columns: NDArray[np.intp] | None = self._columns  # type: ignore[attr-defined]
         layers: Layers = self._layers  # type: ignore[attr-defined]
-        outputs: list[float] = forward(np.ascontiguousarray(observation), layers).tolist()
-        return outputs
-
-    def reset(self) -> None:
-        """Nothing is remembered between steps: the observation holds all memory there is."""
-
-    def best(self, observation: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the best actions as shares from -1 to 1, shape (n_actions,)."""
-        means = self._outputs(observation)[: self.actions.size]
-        return np.array([math.tanh(mean) for mean in means])
-
-    def explore(
-        self, observation: NDArray[np.float32], rng: np.random.Generator
-    ) -> NDArray[np.float64]:
-        """Return random actions around the best as shares from -1 to 1, shape (n_actions,)."""
-        outputs, count = self._outputs(observation), self.actions.size
-        shares = np.empty(count)
-        for k in range(count):
-            sigma = math.exp(min(max(outputs[count + k], LOG_SIGMA[0]), LOG_SIGMA[1]))
-            shares[k] = math.tanh(outputs[k] + sigma * rng.standard_normal())
-        return shares
-
-    def act(self, observation: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the actions for an observation in SI units, shape (n_actions,).
-
-        Raises:
-            ValueError: If the observation has another length or is not finite.
-        """
-        if observation.shape != (self.observations.size,):
-            raise ValueError(
-                f"observation: expected shape ({self.observations.size},), got {observation.shape}"
-            )
-        if not np.isfinite(observation).all():
-            raise ValueError("observation: expected finite numbers, got NaN or infinity")
-        return self.actions.scaled(self.best(observation))
-
-    def tensors(self) -> Tensors:
-        """Return the weights by name, for a file."""
-        return dict(self.weights)
-
-    def to_bytes(self) -> bytes:
-        """Return the policy as a file's bytes."""
-        return policy_to_bytes(self)
+        read = observations if columns is None else observations.take(columns, axis=1)
+        return forward(read, layers)
 
 
 @kernel
-def forward(observation: NDArray[np.float32], layers: Layers) -> NDArray[np.float32]:
-    """Return the outputs of the last layer for one observation, float32, shape (outputs,).
+def forward(observations: NDArray[np.float32], layers: Layers) -> NDArray[np.float32]:
+    """Return the outputs of the last layer for each observation, float32, shape (n, outputs)."""
+    scale = layers.scale
+    outputs = np.empty((len(observations), len(layers.biases[-1])), dtype=np.float32)
+    for row in range(len(observations)):
+        observation = observations[row]
+        x = (scale[0] + scale[1] * observation) / (scale[2] + scale[3] * observation)
+        outputs[row] = dense(x, layers.weights, layers.biases)
+    return outputs
+
+
+@kernel
+def dense(
+    x: NDArray[np.float32],
+    weights: tuple[NDArray[np.float32], ...],
+    biases: tuple[NDArray[np.float32], ...],
+) -> NDArray[np.float32]:
+    """Return the outputs of the last of several layers for one input, float32, shape (outputs,).
 
     A sum is made in one order, whether one policy runs or many: BLAS would choose its own.
+
+    Args:
+        x: Input, float32, shape (inputs,).
+        weights: Weights of each layer, float32, shape (inputs, outputs).
+        biases: Biases of each layer, float32, shape (outputs,).
     """
-    scale = layers.scale
-    x = (scale[0] + scale[1] * observation) / (scale[2] + scale[3] * observation)
-    for layer in range(len(layers.weights)):
-        rows = layers.weights[layer]
-        y = layers.biases[layer].copy()
+    for layer in range(len(weights)):
+        rows = weights[layer]
+        y = biases[layer].copy()
         for i in range(len(x)):
             # Half of the hidden units are zero after a ReLU: their rows add nothing.
             if x[i] != 0.0:
                 for j in range(len(y)):
                     y[j] += rows[i, j] * x[i]
-        if layer < len(layers.weights) - 1:
+        if layer < len(weights) - 1:
             for j in range(len(y)):
                 y[j] = max(y[j], np.float32(0.0))
         x = y

@@ -9,7 +9,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from rl.mlp import LOG_SIGMA, MlpPolicy
+from rl.gaussian_policy import LOG_SIGMA
+from rl.mlp import MlpPolicy
+from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec
 
 _LOG_ROOT_TWO_PI = 0.5 * float(np.log(2 * np.pi))
@@ -24,24 +26,48 @@ def use_one_thread() -> None:
     torch.set_flush_denormal(True)
 
 
-class Actor(nn.Module):
-    """Maps observations to squashed normal distributions: 35-200-200 to means and log sigmas."""
+class TermReader(nn.Module):
+    """Picks the terms that a network reads, and scales them."""
 
-    def __init__(
-        self, observations: ObservationSpec, actions: ActionSpec, hidden: Sequence[int]
-    ) -> None:
-        """Draw weights from torch's generator.
+    scale: Tensor
+    columns: Tensor
+
+    def __init__(self, observations: ObservationSpec, terms: Sequence[str] | None) -> None:
+        """Prepare.
 
         Args:
             observations: Space of the observations.
-            actions: Space of the actions.
-            hidden: Width of each hidden layer.
+            terms: Names of the terms that are read, None for all.
         """
         super().__init__()
-        self._observations, self._actions = observations, actions
-        widths = [observations.size, *hidden, 2 * actions.size]
-        self.linear = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
-        self.register_buffer("scale", torch.from_numpy(observations.scale()), persistent=False)
+        read = observations if terms is None else observations.only(terms)
+        columns = observations.columns([term.name for term in read.terms])
+        first, last = int(columns[0]), int(columns[-1])
+        self.size = read.size
+        # Terms side by side need no copy.
+        self._range = (first, last + 1) if last - first == len(columns) - 1 else None
+        self.register_buffer("scale", torch.from_numpy(read.scale()), persistent=False)
+        self.register_buffer("columns", torch.from_numpy(columns), persistent=False)
+
+    def forward(self, states: Tensor) -> Tensor:
+        """Return scaled values, shape (n, size); see ``ObservationSpec.scale``.
+
+        Args:
+            states: Observations in SI units, shape (n, n_observations).
+        """
+        if self._range is None:
+            states = states.index_select(1, self.columns)
+        else:
+            states = states[:, slice(*self._range)]
+        a, b, c, d = self.scale
+        return (a + b * states) / (c + d * states)
+
+
+class SquashedGaussianActor(nn.Module):
+    """What actors have in common: draws of actions and their log-probabilities.
+
+    A subclass gives means before tanh and sigmas, ``forward``, and the policy, ``policy``.
+    """
 
     def forward(self, states: Tensor) -> tuple[Tensor, Tensor]:
         """Return means before tanh and sigmas, shape (n, n_actions).
@@ -49,11 +75,15 @@ class Actor(nn.Module):
         Args:
             states: Observations in SI units, shape (n, n_observations).
         """
-        x = _scaled(states, self.scale)
-        for layer in self.linear[:-1]:
-            x = torch.relu(layer(x))
-        mean, log_sigma = self.linear[-1](x).chunk(2, dim=1)
-        return mean, log_sigma.clamp(*LOG_SIGMA).exp()
+        raise NotImplementedError
+
+    def policy(self, info: dict[str, Any]) -> Policy:
+        """Return the actor as a policy that runs without torch.
+
+        Args:
+            info: Origin of the policy, ready for JSON.
+        """
+        raise NotImplementedError
 
     def sample(self, states: Tensor, noise: torch.Generator) -> tuple[Tensor, Tensor]:
         """Return actions from -1 to 1, shape (n, n_actions), and log-probabilities, shape (n,)."""
@@ -71,17 +101,65 @@ class Actor(nn.Module):
         log_p = -normal.square() / 2 - sigma.log() - _LOG_ROOT_TWO_PI
         return (log_p - _log_squash(before)).sum(dim=1)
 
+
+class Actor(SquashedGaussianActor):
+    """Maps observations to squashed normal distributions: 35-200-200 to means and log sigmas."""
+
+    def __init__(
+        self,
+        observations: ObservationSpec,
+        actions: ActionSpec,
+        hidden: Sequence[int],
+        terms: Sequence[str] | None = None,
+    ) -> None:
+        """Draw weights from torch's generator.
+
+        Args:
+            observations: Space of the observations.
+            actions: Space of the actions.
+            hidden: Width of each hidden layer.
+            terms: Names of the terms that it reads, None for all.
+        """
+        super().__init__()
+        self._observations, self._actions = observations, actions
+        self._terms = None if terms is None else tuple(terms)
+        self.read = TermReader(observations, terms)
+        self.linear = linear_layers([self.read.size, *hidden, 2 * actions.size])
+
+    def forward(self, states: Tensor) -> tuple[Tensor, Tensor]:
+        """Return means before tanh and sigmas; see ``SquashedGaussianActor.forward``."""
+        return mean_and_sigma(self.read(states), self.linear)
+
     def policy(self, info: dict[str, Any]) -> MlpPolicy:
         """Return the actor as a policy that runs without torch.
 
         Args:
             info: Origin of the policy, ready for JSON.
         """
-        weights = {}
-        for number, layer in enumerate(self.linear):
-            weights[f"layer{number}.weight"] = _array(layer.weight)
-            weights[f"layer{number}.bias"] = _array(layer.bias)
-        return MlpPolicy(weights, self._observations, self._actions, info)
+        weights = layer_weights(self.linear)
+        return MlpPolicy(weights, self._observations, self._actions, info, self._terms)
+
+
+def linear_layers(widths: Sequence[int]) -> nn.ModuleList:
+    """Return fresh layers from each width to the next."""
+    return nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
+
+
+def mean_and_sigma(x: Tensor, layers: nn.ModuleList) -> tuple[Tensor, Tensor]:
+    """Return means before tanh and sigmas of layers with a ReLU between them."""
+    for layer in layers[:-1]:
+        x = torch.relu(layer(x))
+    mean, log_sigma = layers[-1](x).chunk(2, dim=1)
+    return mean, log_sigma.clamp(*LOG_SIGMA).exp()
+
+
+def layer_weights(layers: nn.ModuleList) -> dict[str, NDArray[np.float32]]:
+    """Return copies of weights and biases as policies name them."""
+    weights = {}
+    for number, layer in enumerate(layers):
+        weights[f"layer{number}.weight"] = as_array(layer.weight)
+        weights[f"layer{number}.bias"] = as_array(layer.bias)
+    return weights
 
 
 class ValueCritic(nn.Module):
@@ -99,9 +177,8 @@ class ValueCritic(nn.Module):
         """
         super().__init__()
         self._takes_reward = takes_reward
-        widths = [observations.size + takes_reward, *hidden, 1]
-        self.linear = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
-        self.register_buffer("scale", torch.from_numpy(observations.scale()), persistent=False)
+        self.read = TermReader(observations, None)
+        self.linear = linear_layers([observations.size + takes_reward, *hidden, 1])
 
     def forward(self, states: Tensor, rewards: Tensor) -> Tensor:
         """Return the values of states, shape (n,).
@@ -110,7 +187,7 @@ class ValueCritic(nn.Module):
             states: Observations in SI units, shape (n, n_observations).
             rewards: Rewards that came with them, shape (n,).
         """
-        x = _scaled(states, self.scale)
+        x = self.read(states)
         if self._takes_reward:
             x = torch.cat([x, rewards[:, None]], dim=1)
         for layer in self.linear[:-1]:
@@ -119,29 +196,58 @@ class ValueCritic(nn.Module):
         return value.squeeze(1)
 
 
-class TwinCritic(nn.Module):
-    """Two critics side by side, state and actions to a value: 36-200-200-1 each.
+class StackedCritic(nn.Module):
+    """Several critics of one shape side by side: one batched product drives all through a layer.
 
-    The paper prints the reward as the 36th input; a value of an action needs the action there
-    (assumption). Hidden layers are normalised: without it the values of loops grow until the robot
-    circles.
+    Hidden layers are normalised: without it the values of loops grow until the robot circles.
     """
 
-    def __init__(
-        self, observations: ObservationSpec, actions: ActionSpec, hidden: Sequence[int]
-    ) -> None:
-        """Draw weights from torch's generator; arguments as for ``Actor``."""
+    def __init__(self, count: int, widths: Sequence[int]) -> None:
+        """Draw weights from torch's generator.
+
+        Args:
+            count: Number of critics.
+            widths: Number of inputs, width of each hidden layer, number of outputs.
+        """
         super().__init__()
-        widths = [observations.size + actions.size, *hidden, 1]
         self.weights = nn.ParameterList()
         self.biases = nn.ParameterList()
         for inputs, outputs in pairwise(widths):
             bound = inputs**-0.5
             self.weights.append(
-                nn.Parameter(torch.empty(2, inputs, outputs).uniform_(-bound, bound))
+                nn.Parameter(torch.empty(count, inputs, outputs).uniform_(-bound, bound))
             )
-            self.biases.append(nn.Parameter(torch.empty(2, 1, outputs).uniform_(-bound, bound)))
-        self.register_buffer("scale", torch.from_numpy(observations.scale()), persistent=False)
+            self.biases.append(nn.Parameter(torch.empty(count, 1, outputs).uniform_(-bound, bound)))
+
+    def _values(self, x: Tensor) -> Tensor:
+        """Return each critic's values of the same inputs, shape (count, n)."""
+        x = x.expand(len(self.weights[0]), *x.shape)
+        last = len(self.weights) - 1
+        for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
+            x = torch.baddbmm(biases, x, weights)
+            if number < last:
+                x = torch.relu(nn.functional.layer_norm(x, x.shape[-1:]))
+        return x.squeeze(-1)
+
+
+class TwinCritic(StackedCritic):
+    """Two critics side by side, state and actions to a value: 36-200-200-1 each.
+
+    The paper prints the reward as the 36th input; a value of an action needs the action there
+    (assumption).
+    """
+
+    def __init__(
+        self,
+        observations: ObservationSpec,
+        actions: ActionSpec,
+        hidden: Sequence[int],
+        terms: Sequence[str] | None = None,
+    ) -> None:
+        """Draw weights from torch's generator; arguments as for ``Actor``."""
+        read = TermReader(observations, terms)
+        super().__init__(2, [read.size + actions.size, *hidden, 1])
+        self.read = read
 
     def forward(self, states: Tensor, actions: Tensor) -> Tensor:
         """Return both critics' values, shape (2, n).
@@ -150,22 +256,36 @@ class TwinCritic(nn.Module):
             states: Observations in SI units, shape (n, n_observations).
             actions: Actions from -1 to 1, shape (n, n_actions).
         """
-        x = torch.cat([_scaled(states, self.scale), actions], dim=1)
-        x = x.expand(2, *x.shape)
-        last = len(self.weights) - 1
-        for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
-            # One batched product drives both critics through a layer.
-            x = torch.baddbmm(biases, x, weights)
-            if number < last:
-                x = torch.relu(nn.functional.layer_norm(x, x.shape[-1:]))
-        return x.squeeze(-1)
+        return self._values(torch.cat([self.read(states), actions], dim=1))
+
+
+class StateCritic(StackedCritic):
+    """Maps a state to its value, with the layers of ``TwinCritic``."""
+
+    def __init__(
+        self,
+        observations: ObservationSpec,
+        hidden: Sequence[int],
+        terms: Sequence[str] | None = None,
+    ) -> None:
+        """Draw weights from torch's generator; arguments as for ``Actor``."""
+        read = TermReader(observations, terms)
+        super().__init__(1, [read.size, *hidden, 1])
+        self.read = read
+
+    def forward(self, states: Tensor) -> Tensor:
+        """Return the values of states, shape (n,).
+
+        Args:
+            states: Observations in SI units, shape (n, n_observations).
+        """
+        return self._values(self.read(states)).squeeze(0)
 
 
 @torch.no_grad()
 def polyak_update(target: nn.Module, online: nn.Module, tau: float) -> None:
     """Move a share ``tau`` of one network's parameters into another's."""
-    for slow, fast in zip(target.parameters(), online.parameters(), strict=True):
-        slow.lerp_(fast, tau)
+    torch._foreach_lerp_(list(target.parameters()), list(online.parameters()), tau)
 
 
 def _log_squash(before: Tensor) -> Tensor:
@@ -173,12 +293,6 @@ def _log_squash(before: Tensor) -> Tensor:
     return 2 * (float(np.log(2)) - before - nn.functional.softplus(-2 * before))
 
 
-def _scaled(states: Tensor, scale: Tensor) -> Tensor:
-    """Return observations as the networks take them; see ``ObservationSpec.scale``."""
-    a, b, c, d = scale
-    return (a + b * states) / (c + d * states)
-
-
-def _array(tensor: Tensor) -> NDArray[np.float32]:
+def as_array(tensor: Tensor) -> NDArray[np.float32]:
     """Return a copy of a tensor's numbers."""
     return tensor.detach().cpu().numpy().astype(np.float32).copy()

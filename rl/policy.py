@@ -4,6 +4,7 @@ A file is complete: architecture, weights, spaces and how it was trained; drivin
 """
 
 import json
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -19,7 +20,11 @@ _VERSION = 3
 
 _MAX_BYTES = 64 << 20
 
-_ARCHITECTURES = {"mlp": "rl.mlp:MlpPolicy"}
+_ARCHITECTURES = {
+    "mlp": "rl.mlp:MlpPolicy",
+    "point_set": "rl.point_set:PointSetPolicy",
+    "proportional": "rl.proportional:ProportionalPolicy",
+}
 """Class of each architecture by its name in the files; a new one is a module and a line here."""
 
 Tensors = dict[str, NDArray[np.float32]]
@@ -37,6 +42,7 @@ class Policy(Protocol):
         observations: Space of its observations.
         actions: Space of its actions.
         info: Origin of the policy: config, commit, stage; ready for JSON.
+        terms: Names of the terms that it reads, None for all or the architecture's own.
     """
 
     architecture: str
@@ -53,6 +59,10 @@ class Policy(Protocol):
     def info(self) -> dict[str, Any]:
         """How it was trained, ready for JSON."""
 
+    @property
+    def terms(self) -> tuple[str, ...] | None:
+        """Names of the terms that it reads, None for all or the architecture's own."""
+
     def reset(self) -> None:
         """Forget the last episode; only recurrent policies remember one."""
 
@@ -66,6 +76,14 @@ class Policy(Protocol):
         self, observation: NDArray[np.float32], rng: np.random.Generator
     ) -> NDArray[np.float64]:
         """Return random actions around the best as shares from -1 to 1, shape (n_actions,)."""
+
+    def best_many(self, observations: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return ``best`` of each row, shape (n, n_actions), equal to the bit."""
+
+    def explore_many(
+        self, observations: NDArray[np.float32], rngs: Sequence[np.random.Generator]
+    ) -> NDArray[np.float64]:
+        """Return ``explore`` of each row and its generator, (n, n_actions), equal to the bit."""
 
     def tensors(self) -> Tensors:
         """Return the weights by name, for a file."""
@@ -86,6 +104,8 @@ def policy_to_bytes(policy: Policy) -> bytes:
         "actions": policy.actions.model_dump(mode="json"),
         "info": policy.info,
     }
+    if policy.terms is not None:
+        about["terms"] = policy.terms
     tensors = {name: np.ascontiguousarray(array) for name, array in policy.tensors().items()}
     return save(tensors, metadata={"about": json.dumps(about, sort_keys=True)})
 
@@ -114,6 +134,7 @@ def policy_from_bytes(data: bytes, name: str = "policy") -> Policy:
             ObservationSpec.model_validate(about["observations"]),
             ActionSpec.model_validate(about["actions"]),
             dict(about["info"]),
+            about.get("terms"),
         )
     except (SafetensorError, ValueError, KeyError, IndexError, TypeError) as error:
         reason = (str(error).splitlines() or [""])[0]
@@ -125,7 +146,8 @@ def policy_from_bytes(data: bytes, name: str = "policy") -> Policy:
 
 def with_info(policy: Policy, info: dict[str, Any]) -> Policy:
     """Return the same policy with another description of how it was trained."""
-    return _make(policy.architecture, policy.tensors(), policy.observations, policy.actions, info)
+    parts = (policy.architecture, policy.tensors(), policy.observations, policy.actions)
+    return _make(*parts, info, policy.terms)
 
 
 def load_policy(path: Path) -> Policy:
@@ -144,6 +166,7 @@ def _make(
     observations: ObservationSpec,
     actions: ActionSpec,
     info: dict[str, Any],
+    terms: Sequence[str] | None,
 ) -> Policy:
     """Return a policy of an architecture.
 
@@ -153,8 +176,8 @@ def _make(
     if architecture not in _ARCHITECTURES:
         raise ValueError(f"architecture {architecture!r}")
     module, _, attribute = _ARCHITECTURES[architecture].partition(":")
-    policy: Policy = getattr(import_module(module), attribute)(tensors, observations, actions, info)
-    return policy
+    make: Callable[..., Policy] = getattr(import_module(module), attribute)
+    return make(tensors, observations, actions, info, None if terms is None else tuple(terms))
 
 
 def _check_version(about: dict[str, Any]) -> None:

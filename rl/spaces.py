@@ -4,7 +4,7 @@ An observation is one float32 vector, the parts one after the other. A set of k 
 shape (k, 2) with a part of shape (k,) beside it that masks the points that count.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from math import prod
 from typing import Any, Literal, Self
@@ -95,6 +95,24 @@ class ObservationSpec(BaseModel):
             if term.name == name:
                 return slice(end - term.size, end)
         raise AssertionError(name)
+
+    def only(self, names: Sequence[str]) -> Self:
+        """Return the layout of some of the parts, in the order of this one.
+
+        Raises:
+            KeyError: If there is none of a name.
+        """
+        chosen = {self.term(name).name for name in names}
+        return type(self)(terms=tuple(term for term in self.terms if term.name in chosen))
+
+    def columns(self, names: Sequence[str]) -> NDArray[np.intp]:
+        """Return where some of the parts stand in the vector, in the order of this layout.
+
+        Raises:
+            KeyError: If there is none of a name.
+        """
+        terms = self.only(names).terms
+        return np.concatenate([np.arange(self.size)[self.slice_of(term.name)] for term in terms])
 
     def vector(self, parts: Mapping[str, Any]) -> NDArray[np.float32]:
         """Return observations as vectors.

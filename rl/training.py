@@ -4,7 +4,7 @@ Nothing of an environment has to be stored for a resume, and the result does not
 processes play the episodes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,11 @@ from rl.policy import Policy
 
 Seed = tuple[int, ...]
 
+SITUATIONS = "situations"
+"""Name of the info from which observations can be rendered again; see ``rl.replay.Renderer``."""
+
+_ENDS = ("outcome", "is_success", "turns")
+
 
 @dataclass(frozen=True)
 class EpisodeSpec:
@@ -25,11 +30,13 @@ class EpisodeSpec:
         stage: Index of the stage.
         seed: Seed of everything random in it.
         difficulty: Difficulty of its world from 0 to 1, None for the stage's own.
+        task: Index of a task of the stage's fixed list, None for one drawn by the seed.
     """
 
     stage: int
     seed: Seed
     difficulty: float | None = None
+    task: int | None = None
 
 
 @dataclass(frozen=True)
@@ -37,10 +44,11 @@ class Episode:
     """A finished episode, one row a decision; a decision is held for several control steps.
 
     Attributes:
-        states: Observation at each decision, float32, shape (t, n_observations).
+        states: Observation at each decision, float32, shape (t, n_observations), or where the
+            environment gives situations, those in their place, shape (t, m).
         actions: Actions as shares from -1 to 1, float32, shape (t, n_actions).
         rewards: Sum over each decision's steps, unscaled, float64, shape (t,).
-        last_state: Observation after the last decision, float32, shape (n_observations,).
+        last_state: Observation or situation after the last decision, float32, shape (size,).
         terminated: True if it ended for good; a time-out only cuts it short.
         outcome: Name of its end.
         is_success: True if the goal was reached.
@@ -83,24 +91,26 @@ def play(
         explore: True to draw actions at random around the policy's best.
     """
     recorder = EpisodeRecorder(0, spec)
-    state, _ = environment.reset(seed=recorder.first_seed, options=_options(spec))
+    state, info = environment.reset(seed=recorder.first_seed, options=_options(spec))
     policy.reset()
     over, terminated = False, False
-    info: dict[str, Any] = {}
     while not over:
-        action = recorder.decide(policy, state, explore)
+        shares = policy.explore(state, recorder.rng) if explore else policy.best(state)
+        action = shares.astype(np.float32)
+        recorder.decide(info.get(SITUATIONS, state), action)
         for _ in range(action_repeat):
             state, reward, terminated, truncated, info = environment.step(action)
             recorder.add(reward, info.get("reward_terms", {}))
             over = terminated or truncated
             if over:
                 break
-    return recorder.finished(state, terminated, info)
+    return recorder.finished(info.get(SITUATIONS, state), terminated, info)
 
 
 def _options(spec: EpisodeSpec) -> dict[str, Any]:
     """Return the options of a reset."""
-    return {} if spec.difficulty is None else {"difficulty": spec.difficulty}
+    options = {"difficulty": spec.difficulty, "task": spec.task}
+    return {name: value for name, value in options.items() if value is not None}
 
 
 class EpisodeRecorder:
@@ -108,33 +118,29 @@ class EpisodeRecorder:
 
     Attributes:
         number: Index of the episode in the result.
-        difficulty: Difficulty of its world, None for the stage's own.
+        spec: Episode that is played.
         first_seed: Seed of the environment's reset.
+        rng: Draws of the policy.
     """
 
     def __init__(self, number: int, spec: EpisodeSpec) -> None:
         """Begin an episode, the ``number``-th of the result."""
-        self.number, self.difficulty = number, spec.difficulty
-        self._rng = np.random.default_rng(spec.seed)
-        self.first_seed = int(self._rng.integers(2**31))
+        self.number, self.spec = number, spec
+        self.rng = np.random.default_rng(spec.seed)
+        self.first_seed = int(self.rng.integers(2**31))
         self._states: list[NDArray[np.float32]] = []
         self._actions: list[NDArray[np.float32]] = []
         self._rewards: list[float] = []
         self._steps = 0
         self._terms: dict[str, float] = {}
 
-    def decide(
-        self, policy: Policy, state: NDArray[np.float32], explore: bool
-    ) -> NDArray[np.float32]:
-        """Return the actions for a state, float32, shape (n_actions,), and keep both."""
-        shares = policy.explore(state, self._rng) if explore else policy.best(state)
-        action = shares.astype(np.float32)
+    def decide(self, state: NDArray[np.float32], action: NDArray[np.float32]) -> None:
+        """Keep the state or situation of a decision, and its actions; both must not change."""
         self._states.append(state)
         self._actions.append(action)
         self._rewards.append(0.0)
-        return action
 
-    def add(self, reward: float, terms: dict[str, float]) -> None:
+    def add(self, reward: float, terms: Mapping[str, float]) -> None:
         """Add the reward of a control step to the present decision."""
         self._rewards[-1] += reward
         self._steps += 1
@@ -142,7 +148,7 @@ class EpisodeRecorder:
             self._terms[name] = self._terms.get(name, 0.0) + value
 
     def finished(
-        self, last_state: NDArray[np.float32], terminated: bool, info: dict[str, Any]
+        self, last_state: NDArray[np.float32], terminated: bool, info: Mapping[str, Any]
     ) -> Episode:
         """Return the episode that has ended; ``info`` is that of its last step."""
         return Episode(
@@ -175,46 +181,79 @@ def play_together(
         specs: Seed and difficulty of each episode.
         explore: True to draw actions at random around the policy's best.
     """
-    count = environments.num_envs
     waiting = list(enumerate(specs))[::-1]
     found: dict[int, Episode] = {}
-    recorders: list[EpisodeRecorder | None] = [None] * count
-    states = np.zeros((count, policy.observations.size), dtype=np.float32)
-    actions = np.zeros((count, policy.actions.size), dtype=np.float32)
+    playing: dict[int, EpisodeRecorder] = {}
+    actions = np.zeros((environments.num_envs, policy.actions.size), dtype=np.float32)
+    states, info = np.zeros((0, 0), dtype=np.float32), dict[str, Any]()
     while len(found) < len(specs):
-        idle = np.array([recorder is None for recorder in recorders])
-        for k in np.flatnonzero(idle)[: len(waiting)].tolist():
-            recorders[k] = EpisodeRecorder(*waiting.pop())
-        begun = idle & np.array([recorder is not None for recorder in recorders])
-        if begun.any():
-            states = _begin(environments, recorders, begun)
-        for k, recorder in enumerate(recorders):
-            if recorder is not None:
-                actions[k] = recorder.decide(policy, states[k], explore)
+        idle = [k for k in range(environments.num_envs) if k not in playing][: len(waiting)]
+        if idle:
+            playing |= {k: EpisodeRecorder(*waiting.pop()) for k in idle}
+            states, info = _begin(environments, playing, idle)
+        _decide(policy, playing, states, info.get(SITUATIONS, states), actions, explore)
         for _ in range(action_repeat):
             states, rewards, terminated, truncated, info = environments.step(actions)
-            for k, recorder in enumerate(recorders):
-                if recorder is None:
-                    continue
-                terms = {name: float(part[k]) for name, part in info["reward_terms"].items()}
-                recorder.add(float(rewards[k]), terms)
-                if terminated[k] or truncated[k]:
-                    end = {key: info[key][k] for key in ("outcome", "is_success", "turns")}
-                    found[recorder.number] = recorder.finished(states[k], bool(terminated[k]), end)
-                    recorders[k] = None
+            _add(playing, rewards, info["reward_terms"])
+            for k in np.flatnonzero(terminated | truncated).tolist():
+                if k in playing:
+                    end = {key: info[key][k] for key in _ENDS if key in info}
+                    last = info.get(SITUATIONS, states)[k]
+                    recorder = playing.pop(k)
+                    found[recorder.number] = recorder.finished(last, bool(terminated[k]), end)
     return [found[number] for number in range(len(specs))]
 
 
 def _begin(
-    environments: VectorEnvironment,
-    recorders: Sequence[EpisodeRecorder | None],
-    begun: NDArray[np.bool_],
-) -> NDArray[np.float32]:
-    """Begin the episodes of some robots and return the states of all, shape (n, m)."""
-    seeds = [recorder.first_seed if recorder else None for recorder in recorders]
-    levels = [recorder.difficulty if recorder else None for recorder in recorders]
-    options = {"reset_mask": begun, "difficulty": levels}
-    return environments.reset(seed=seeds, options=options)[0]
+    environments: VectorEnvironment, playing: Mapping[int, EpisodeRecorder], begun: Sequence[int]
+) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """Begin the episodes of some robots and return the states of all, shape (n, m), and infos."""
+    robots = [playing.get(k) for k in range(environments.num_envs)]
+    mask = np.zeros(len(robots), dtype=np.bool_)
+    mask[list(begun)] = True
+    options: dict[str, Any] = {
+        "reset_mask": mask,
+        "difficulty": [None if one is None else one.spec.difficulty for one in robots],
+    }
+    tasks = [None if one is None else one.spec.task for one in robots]
+    if any(task is not None for task in tasks):
+        options["task"] = tasks
+    seeds = [None if one is None else one.first_seed for one in robots]
+    return environments.reset(seed=seeds, options=options)
+
+
+def _decide(
+    policy: Policy,
+    playing: Mapping[int, EpisodeRecorder],
+    states: NDArray[np.float32],
+    kept: NDArray[np.float32],
+    actions: NDArray[np.float32],
+    explore: bool,
+) -> None:
+    """Write the actions of the robots that play, and record them with ``kept``, their states."""
+    rows = list(playing)
+    if explore:
+        rngs = [recorder.rng for recorder in playing.values()]
+        shares = policy.explore_many(states[rows], rngs)
+    else:
+        shares = policy.best_many(states[rows])
+    chosen = shares.astype(np.float32)
+    actions[rows] = chosen
+    for (k, recorder), action in zip(playing.items(), chosen, strict=True):
+        recorder.decide(kept[k], action)
+
+
+def _add(
+    playing: Mapping[int, EpisodeRecorder],
+    rewards: NDArray[np.float64],
+    terms: Mapping[str, NDArray[np.float64]],
+) -> None:
+    """Add the rewards of a control step to the decisions of the robots that play."""
+    # Lists once a step: taking single numbers from arrays costs more than all else here.
+    totals, names = rewards.tolist(), tuple(terms)
+    parts = list(zip(*(part.tolist() for part in terms.values()), strict=True))
+    for k, recorder in playing.items():
+        recorder.add(totals[k], dict(zip(names, parts[k], strict=True)) if parts else {})
 
 
 def serial_rollouts(environments: Sequence[Environment]) -> RolloutFunction:

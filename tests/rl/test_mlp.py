@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from rl.mlp import LOG_SIGMA, MlpPolicy
+from rl.gaussian_policy import LOG_SIGMA
+from rl.mlp import MlpPolicy
 from rl.networks import Actor
 from rl.spaces import steering_actions, steering_observations
 from tests.known_environments import TARGETS, TWO_ACTIONS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from rl.mlp import LOG_SIGMA
+from rl.gaussian_policy import LOG_SIGMA
 from rl.networks import Actor, TwinCritic, ValueCritic, polyak_update, use_one_thread
 from rl.spaces import steering_actions, steering_observations
 from tests.known_environments import TARGETS, TWO_ACTIONS
@@ -73,7 +73,7 @@ def test_the_critics_are_two():
         both = critic(states, actions)
         assert both.shape == (2, 5)
         assert (both[0] - both[1]).abs().max() > 1e-3
-        scale = critic.scale
+        scale = critic.read.scale
         x = torch.cat([(scale[0] + scale[1] * states) / (scale[2] + scale[3] * states), actions], 1)
         for n in range(2):
             y = x

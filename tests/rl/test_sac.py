@@ -248,4 +248,13 @@ def test_the_settings_of_the_shipped_policy():
         "ema_rate": 0.001,
         "reward_scale": 0.02,
         "buffer_size": 200_000,
+        "actor": {"kind": "mlp", "width": 64, "features": 20},
+        "actor_terms": None,
+        "critic_terms": None,
+        "critic_hidden": None,
+        "actor_every": 1,
+        "warmup_episodes": 0,
+        "state_value": False,
+        "learn_temperature": True,
+        "min_temperature": 0.0,
     }

@@ -1,14 +1,7 @@
-"""Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser.
+"""Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
-Presets are TOML files in ``room_plans``. SPN (Zhang et al., arXiv 2010.10209) trains in
-``spn-env0`` to ``spn-env3`` and is judged in ``spn-env4`` to ``spn-env7``. Its own layouts of the
-first four are a picture only; the others are those of its references [9] and [10] (assumption).
-"""
-
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +15,6 @@ _BORDER = 0.2
 
 _CELL = 0.05
 """Edge of the cells on which free space is connected [m]."""
-
-_PLANS = "room_plans"
-
-
-class UnknownRoomError(ValueError):
-    """Name without a room."""
 
 
 class Appearance(BaseModel):
@@ -154,36 +141,6 @@ class Room:
             away = np.hypot(x - centres[:, 0], y - centres[:, 1]) - radii
             nearest = np.minimum(nearest, away.min(axis=1))
         return np.asarray(nearest)
-
-
-@cache
-def room_names() -> tuple[str, ...]:
-    """Return the names of the rooms, sorted."""
-    names = (entry.name for entry in files("worlds").joinpath(_PLANS).iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
-
-
-@cache
-def room_plan(name: str) -> RoomPlan:
-    """Return the plan of a room.
-
-    Raises:
-        UnknownRoomError: If there is no room of that name.
-    """
-    if name not in room_names():
-        raise UnknownRoomError(f"room: expected one of {', '.join(room_names())}, got {name!r}")
-    text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
-    return RoomPlan.model_validate(tomllib.loads(text))
-
-
-@cache
-def make_room(name: str) -> Room:
-    """Return a room by its name.
-
-    Raises:
-        UnknownRoomError: If there is no room of that name.
-    """
-    return Room.of(name, room_plan(name))
 
 
 @cache

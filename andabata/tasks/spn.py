@@ -24,7 +24,8 @@ from andabata.tasks.room_observations import (
 )
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
-from worlds.rooms import Room, RoomTask, make_room, random_task
+from worlds.room_catalogue import make_room
+from worlds.rooms import Room, RoomTask, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""

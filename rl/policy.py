@@ -150,6 +150,17 @@ def with_info(policy: Policy, info: dict[str, Any]) -> Policy:
     return _make(*parts, info, policy.terms)
 
 
+def with_observations(policy: Policy, observations: ObservationSpec) -> Policy:
+    """Return the same policy for another space, such as one with more points.
+
+    Raises:
+        ValueError: If the weights do not fit the terms that the policy reads.
+        KeyError: If one of them is missing.
+    """
+    parts = (policy.architecture, policy.tensors(), observations, policy.actions)
+    return _make(*parts, policy.info, policy.terms)
+
+
 def load_policy(path: Path) -> Policy:
     """Return the policy of a file.
 

@@ -174,6 +174,11 @@ class SpnVectorEnv(PlanarVectorEnv):
         return self._renderer
 
     @property
+    def poses(self) -> NDArray[np.float64]:
+        """Copy of the true x, y [m] and yaw [rad] of each robot, shape (n, 3)."""
+        return self._in_rooms.poses.copy()
+
+    @property
     def _situations(self) -> NDArray[np.float32]:
         """Situations of all robots; see ``RoomRenderer``."""
         batch = self._in_rooms

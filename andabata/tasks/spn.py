@@ -43,6 +43,8 @@ class SpnConfig(BaseModel):
         rooms: Names of the rooms.
         favourite: Share of the episodes in the room that the difficulty names; the others have the
             rest in equal parts (paper: 0.7 and 0.1 each).
+        extra_rooms: Names of more rooms, all as likely (assumption; the paper has four in all).
+        extra_share: Share of the episodes in them.
         tasks: ``random`` starts and goals, or one of the rooms' ``fixed`` ones.
         clearance: Smallest distance of random starts and goals from obstacles [m] (assumption).
         min_distance: Smallest distance of a random goal from its start [m] (assumption).
@@ -66,6 +68,8 @@ class SpnConfig(BaseModel):
     task: Literal["spn"] = "spn"
     rooms: tuple[str, ...] = Field(default=TRAINING_ROOMS, min_length=1)
     favourite: float = Field(default=0.7, gt=0, le=1)
+    extra_rooms: tuple[str, ...] = ()
+    extra_share: float = Field(default=0.5, ge=0, le=1)
     tasks: Literal["random", "fixed"] = "random"
     clearance: float = Field(default=0.3, ge=0)
     min_distance: float = Field(default=1.0, ge=0)
@@ -95,6 +99,11 @@ class SpnConfig(BaseModel):
     def fixed(self) -> Self:
         """The same on the rooms' fixed tasks, the paper's test."""
         return self.model_copy(update={"tasks": "fixed", "randomization": None})
+
+    @property
+    def all_rooms(self) -> tuple[str, ...]:
+        """Names of all rooms, the curriculum's own first."""
+        return self.rooms + self.extra_rooms
 
     @property
     def observations(self) -> ObservationSpec:
@@ -158,7 +167,7 @@ class SpnVectorEnv(PlanarVectorEnv):
             UnknownRoomError: If there is no room of a name.
         """
         self.config = config
-        self._rooms = [make_room(name) for name in config.rooms]
+        self._rooms = [make_room(name) for name in config.all_rooms]
         appearing = max(len(room.appearances) for room in self._rooms)
         self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, appearing)
         self._renderer = room_renderer(config, self._in_rooms.rooms, appearing)
@@ -216,11 +225,13 @@ class SpnVectorEnv(PlanarVectorEnv):
 
     def _drawn_room(self, rng: np.random.Generator, difficulty: float | None) -> int:
         """Return the index of a random room: mostly that of the difficulty, any without one."""
-        count = len(self._rooms)
+        config, count = self.config, len(self.config.rooms)
+        if config.extra_rooms and rng.random() < config.extra_share:
+            return count + int(rng.integers(len(config.extra_rooms)))
         if difficulty is None or count == 1:
             return int(rng.integers(count))
-        shares = np.full(count, (1 - self.config.favourite) / (count - 1))
-        shares[round(difficulty * (count - 1))] = self.config.favourite
+        shares = np.full(count, (1 - config.favourite) / (count - 1))
+        shares[round(difficulty * (count - 1))] = config.favourite
         return int(rng.choice(count, p=shares))
 
     def _executed(
@@ -294,7 +305,7 @@ def room_renderer(config: SpnConfig, rooms: Rooms | None = None, movers: int = 0
         movers: Number of moving obstacles of a situation.
     """
     if rooms is None:
-        rooms = room_arrays([make_room(name) for name in config.rooms])
+        rooms = room_arrays([make_room(name) for name in config.all_rooms])
     lidars = [config.lidar]
     if config.randomization is not None:
         lidars += config.randomization.draw(np.random.default_rng(0), _BANK)

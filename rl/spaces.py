@@ -16,6 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 MIDDLE_RANGE = 2.0
 """Range that is neither near nor far for the networks [m]."""
 
+MIN_POINT_RANGE = 0.02
+"""Smallest range that a point is made of [m]: reciprocals stay finite at contact."""
+
 Scaling = Literal["linear", "proximity", "none"]
 """Scaling of a term for networks: division by its upper bound, nearness (ranges), or none."""
 
@@ -231,6 +234,44 @@ def steering_observations(n_sectors: int, max_range: float, limit: float) -> Obs
             ObservationTerm(name="heading_error", shape=(1,), low=-np.pi, high=np.pi, unit="rad"),
         )
     )
+
+
+def steering_points(n_sectors: int, max_range: float, limit: float) -> ObservationSpec:
+    """Return the paper's state with the ranges as points, too, for policies that read a set.
+
+    Point i is (sin a / d, cos a / d) with the bearing a and the range d of sector i [1/m], as in
+    Zhang et al. (arXiv 2010.10209, section III-A); sectors that saw nothing are masked.
+
+    Args:
+        n_sectors: Number of ranges of the virtual scan.
+        max_range: Largest range [m].
+        limit: Largest yaw rate [rad/s].
+    """
+    near = 1 / MIN_POINT_RANGE
+    points = (
+        ObservationTerm(
+            name="points", shape=(n_sectors, 2), low=-near, high=near, unit="1/m", scaling="none"
+        ),
+        ObservationTerm(
+            name="mask", shape=(n_sectors,), low=0.0, high=1.0, unit="1", scaling="none"
+        ),
+    )
+    return ObservationSpec(terms=points + steering_observations(n_sectors, max_range, limit).terms)
+
+
+def points_of(ranges: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the ranges of sectors as points and their mask, shapes (..., n, 2) and (..., n).
+
+    Args:
+        ranges: Range of each sector, sector 0 centred on ``-pi + pi / n``, then counter-clockwise;
+            NaN where nothing is known [m], shape (..., n).
+    """
+    count = ranges.shape[-1]
+    bearings = -np.pi + 2 * np.pi / count * (np.arange(count) + 0.5)
+    known = np.isfinite(ranges)
+    near = np.where(known, 1 / np.maximum(np.where(known, ranges, 1.0), MIN_POINT_RANGE), 0.0)
+    points = near[..., None] * np.stack([np.sin(bearings), np.cos(bearings)], axis=-1)
+    return points.astype(np.float32), known.astype(np.float32)
 
 
 def steering_actions(limit: float) -> ActionSpec:

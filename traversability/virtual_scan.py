@@ -33,6 +33,10 @@ class VirtualScan:
         """Return ranges for the policy, free and unknown ones as ``max_range`` [m], shape (n,)."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
 
+    def known(self) -> NDArray[np.float32]:
+        """Return ranges with free ones as ``max_range`` and unknown ones as NaN [m], shape (n,)."""
+        return np.where(np.isposinf(self.ranges), np.float32(self.max_range), self.ranges)
+
     def log_odds_of(self, grid: PolarGrid) -> NDArray[np.float32]:
         """Return the log odds of cells, or those that follow from the ranges if there are none.
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
 from andabata.navigation.controller import ControllerInput
-from rl.policy import Policy
-from rl.spaces import ActionSpec, ObservationSpec
+from rl.policy import Policy, with_observations
+from rl.spaces import ActionSpec, ObservationSpec, points_of, steering_points
 
 
 class PolicyController:
@@ -40,7 +40,7 @@ class PolicyController:
         Raises:
             ValueError: If the scan's largest range is another than in training.
         """
-        observations = self._policy.observations
+        observations = self._fitted(situation).observations
         if "ranges" in _names(observations):
             trained = observations.term("ranges").high
             if situation.scan.max_range != trained:
@@ -50,6 +50,18 @@ class PolicyController:
                 )
         actions = self._policy.act(observation_of(observations, situation))
         return twist_of(self._policy.actions, actions, self._cruise_speed)
+
+    def _fitted(self, situation: ControllerInput) -> Policy:
+        """Return the policy for as many sectors as the scan has, if it reads a set of points.
+
+        A policy of a fixed vector stays as it is: its observation refuses another number.
+        """
+        observations, sectors = self._policy.observations, len(situation.scan.ranges)
+        if "points" in _names(observations) and observations.term("points").shape[0] != sectors:
+            reach, limit = (observations.term(name).high for name in ("ranges", "previous_actions"))
+            spaces = steering_points(sectors, reach, limit)
+            self._policy = with_observations(self._policy, spaces)
+        return self._policy
 
 
 def observation_of(
@@ -79,6 +91,8 @@ def _names(observations: ObservationSpec) -> list[str]:
 
 _TERMS: dict[str, Any] = {
     "ranges": lambda situation: situation.scan.finite(),
+    "points": lambda situation: points_of(situation.scan.known())[0],
+    "mask": lambda situation: points_of(situation.scan.known())[1],
     "previous_actions": lambda situation: situation.previous_steering,
     "heading_error": lambda situation: [situation.heading_error],
 }

@@ -15,6 +15,7 @@ from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import paper_reward
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import Obstacles
+from rl.spaces import points_of
 from traversability.virtual_scan import VirtualScan
 from worlds.scenes import Scene, SceneCache
 from worlds.world import Task, choose_task, jittered
@@ -119,6 +120,8 @@ class MazeVectorEnv(PlanarVectorEnv):
             "previous_actions": self._previous,
             "heading_error": bearings[:, None],
         }
+        if self.config.scan == "points":
+            parts["points"], parts["mask"] = points_of(ranges)
         self._states[chosen] = self._observations.vector(parts)[chosen]
 
     def _guided(

@@ -19,7 +19,13 @@ from andabata.tasks.episode_monitor import EpisodeMonitor
 from andabata.tasks.rewards import RewardConfig, paper_reward
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from rl.gym_spaces import action_box, observation_box
-from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
+from rl.spaces import (
+    ActionSpec,
+    ObservationSpec,
+    steering_actions,
+    steering_observations,
+    steering_points,
+)
 from worlds.scenes import SceneCache
 from worlds.splits import TRAINING_SEEDS, VALIDATION_SEEDS
 from worlds.world import choose_task, jittered
@@ -34,6 +40,8 @@ class OffroadConfig(BaseModel):
         seeds: World seeds that episodes draw from.
         difficulty: Difficulty of the worlds, None for the preset's own.
         simulated_robot: Robot.
+        scan: Form of the scan in the observation: a vector of ``ranges`` (paper), or ``points``
+            beside it for a policy that reads a set.
         heading: Reference of the heading error: the ``goal`` (paper), or the ``subgoal`` of the
             robot's local planner.
         terminations: Rules that end an episode.
@@ -52,6 +60,7 @@ class OffroadConfig(BaseModel):
     seeds: tuple[int, ...] = TRAINING_SEEDS
     difficulty: float | None = Field(default=None, ge=0, le=1)
     simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
+    scan: Literal["ranges", "points"] = "ranges"
     heading: Literal["goal", "subgoal"] = "subgoal"
     terminations: TerminationConfig = Field(default_factory=TerminationConfig)
     reward: RewardConfig = Field(default_factory=RewardConfig)
@@ -63,7 +72,8 @@ class OffroadConfig(BaseModel):
     def observations(self) -> ObservationSpec:
         """Space of the observations."""
         grid, limit = self.simulated_robot.grid, self.simulated_robot.robot.max_steering
-        return steering_observations(grid.n_sectors, grid.outer_radius, limit)
+        make = steering_points if self.scan == "points" else steering_observations
+        return make(grid.n_sectors, grid.outer_radius, limit)
 
     @property
     def actions(self) -> ActionSpec:

@@ -9,8 +9,10 @@ from rl.spaces import (
     ActionSpec,
     ObservationSpec,
     ObservationTerm,
+    points_of,
     steering_actions,
     steering_observations,
+    steering_points,
 )
 
 SPEC = steering_observations(32, 10.0, 0.5)
@@ -179,3 +181,23 @@ def test_a_term_without_scaling_is_taken_as_it_is():
     a, b, c, d = ObservationSpec(terms=(term,)).scale()
     values = np.float32([0.2, -3.0])
     np.testing.assert_array_equal((a + b * values) / (c + d * values), values)
+
+
+def test_points_of_ranges_point_where_their_sectors_do():
+    """A sector's point is (sin a / d, cos a / d); one that saw nothing is masked and at the origin.
+
+    Sector 0 of four is centred on -135 degrees, and they go on counter-clockwise.
+    """
+    points, mask = points_of(np.float32([[2.0, 4.0, np.nan, 0.0]]))
+    half = np.sqrt(0.5)
+    expected = [[-half / 2, -half / 2], [-half / 4, half / 4], [0.0, 0.0], [50 * half, -50 * half]]
+    np.testing.assert_allclose(points[0], expected, rtol=1e-6)
+    np.testing.assert_array_equal(mask, [[1.0, 1.0, 0.0, 1.0]])
+
+
+def test_the_state_with_points_ends_like_the_papers():
+    """Points and their mask come first; what follows is the paper's state."""
+    spec = steering_points(64, 10.0, 0.5)
+    assert [term.name for term in spec.terms[:2]] == ["points", "mask"]
+    assert spec.terms[2:] == steering_observations(64, 10.0, 0.5).terms
+    assert spec.size == 64 * 3 + 64 + 3

@@ -5,12 +5,14 @@ import pytest
 
 from andabata.machine.kinematics import Twist
 from andabata.navigation.policy_controller import PolicyController, observation_of, twist_of
+from rl.point_set import PointSetPolicy
 from rl.spaces import (
     ActionSpec,
     ObservationSpec,
     ObservationTerm,
     steering_actions,
     steering_observations,
+    steering_points,
 )
 from tests.situations import GRID, scan_of, situation
 
@@ -124,3 +126,35 @@ def test_a_policy_without_ranges_takes_any_scan():
     policy = StubPolicy(ObservationSpec(terms=(PAPER.term("heading_error"),)))
     PolicyController(policy, 0.3).act(seen())
     assert policy.seen[0] == pytest.approx([-0.7])
+
+
+def test_points_are_where_the_scan_ends():
+    """Free sectors end at the largest range, and unknown ones are masked."""
+    given = seen()
+    spec = steering_points(32, 10.0, 0.5)
+    observation = observation_of(spec, given)
+    points = observation[spec.slice_of("points")].reshape(32, 2)
+    mask = observation[spec.slice_of("mask")]
+    assert mask[7] == 0
+    assert mask.sum() == 31
+    assert np.hypot(*points[3]) == pytest.approx(0.1)
+    assert np.hypot(*points[0]) == pytest.approx(1.0)
+
+
+def test_a_policy_of_points_takes_any_number_of_sectors():
+    """Trained with 32 sectors it drives with 64, and a policy of a fixed vector does not."""
+    wide = scan_of(np.linspace(1.0, 4.0, 64))
+    rng = np.random.default_rng(0)
+    shapes = {"point": (8, 2), "gate": (8, 3), "feature": (4, 8), "layer0": (2, 7)}
+    weights = {f"{name}.weight": rng.normal(size=shape) for name, shape in shapes.items()}
+    weights |= {f"{name}.bias": rng.normal(size=shape[0]) for name, shape in shapes.items()}
+    weights = {name: value.astype(np.float32) for name, value in weights.items()}
+    spaces = steering_points(32, 10.0, 0.5), steering_actions(0.5)
+    policy = PointSetPolicy(weights, *spaces, terms=("previous_actions", "heading_error"))
+    controller = PolicyController(policy, 0.3)
+    few = controller.act(seen()).angular
+    many = controller.act(situation(wide)).angular
+    assert few != many
+    assert controller.act(seen()).angular == few
+    with pytest.raises(ValueError, match="ranges"):
+        PolicyController(StubPolicy(), 0.3).act(situation(wide))

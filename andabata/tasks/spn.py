@@ -93,12 +93,14 @@ class SpnConfig(BaseModel):
     @property
     def unseen(self) -> Self:
         """The same with every room as often as others: random tasks that snapshots compare on."""
-        return self.model_copy(update={"favourite": 1 / len(self.rooms), "randomization": None})
+        shares = {"favourite": 1 / len(self.rooms), "extra_rooms": ()}
+        return self.model_copy(update=shares | {"randomization": None})
 
     @property
     def fixed(self) -> Self:
         """The same on the rooms' fixed tasks, the paper's test."""
-        return self.model_copy(update={"tasks": "fixed", "randomization": None})
+        shares = {"tasks": "fixed", "extra_rooms": ()}
+        return self.model_copy(update=shares | {"randomization": None})
 
     @property
     def all_rooms(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from rl.spaces import (
     steering_points,
 )
 from tests.situations import GRID, scan_of, situation
+from traversability.virtual_scan import VirtualScan
 
 PAPER = steering_observations(32, 10.0, 0.5)
 BOTH = ActionSpec(
@@ -143,7 +144,7 @@ def test_points_are_where_the_scan_ends():
 
 def test_a_policy_of_points_takes_any_number_of_sectors():
     """Trained with 32 sectors it drives with 64, and a policy of a fixed vector does not."""
-    wide = scan_of(np.linspace(1.0, 4.0, 64))
+    wide = VirtualScan(np.linspace(1.0, 4.0, 64, dtype=np.float32), 10.0)
     rng = np.random.default_rng(0)
     shapes = {"point": (8, 2), "gate": (8, 3), "feature": (4, 8), "layer0": (2, 7)}
     weights = {f"{name}.weight": rng.normal(size=shape) for name, shape in shapes.items()}

@@ -16,7 +16,7 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.registration import STAGES
-from rl.curriculum import CurriculumConfig, Stage
+from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
 from worlds.splits import VALIDATION_SEEDS
 

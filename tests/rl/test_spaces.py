@@ -169,3 +169,19 @@ def test_impossible_actions_are_refused(low, high, message):
     """Bounds have to be as many as names, the lower below the upper."""
     with pytest.raises(ValidationError, match=message):
         ActionSpec(names=("linear", "angular"), low=low, high=high, units=("m/s", "rad/s"))
+
+
+def test_some_parts_keep_their_order():
+    """Parts are picked in the order of the layout, with their columns in the whole vector."""
+    names = ("heading_error", "ranges")
+    few = SPEC.only(names)
+    assert [term.name for term in few.terms] == ["ranges", "heading_error"]
+    assert few.size == 33
+    np.testing.assert_array_equal(SPEC.columns(names), [*range(32), 34])
+    state = observation(np.arange(32.0) / 4, (0.3, -0.2), 1.5)
+    np.testing.assert_array_equal(
+        state[SPEC.columns(names)],
+        few.vector({"ranges": np.arange(32.0) / 4, "heading_error": [1.5]}),
+    )
+    with pytest.raises(KeyError, match="'goal'"):
+        SPEC.only(("ranges", "goal"))

@@ -16,7 +16,7 @@ from andabata.tasks.offroad import (
 )
 from andabata.tasks.spn import SpnConfig
 from andabata.tasks.vector import TaskConfig
-from rl.curriculum import CurriculumConfig, Stage
+from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
 
 DEFAULT = "sac"

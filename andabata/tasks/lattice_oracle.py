@@ -1,13 +1,11 @@
 """Fewest steps to a goal in a room: a search over (x, y, heading) with the room known.
 
 A* over control steps (Hart, Nilsson, Raphael 1968) with one exact pose kept in each bin of position
-and heading (hybrid-state A*, Dolgov et al. 2008). What remains is bounded from below by the length
-of the shortest way of a disc at full speed. Times and path lengths of drives are compared with
-these bounds.
+and heading (hybrid-state A*, Dolgov et al. 2008). A disc's shortest way at full speed bounds what
+remains from below. Durations and lengths of drives are compared with these.
 """
 
 from functools import cache, lru_cache
-from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
@@ -15,24 +13,19 @@ from numpy.typing import NDArray
 
 from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, room_arrays
-from andabata.tasks.room_kernel import YAW, Rooms, V, X, clearance, drive
-from terrain.kernel import kernel
-from worlds.rooms import Room, RoomTask
+from andabata.tasks.room_kernel import YAW, Rooms, X, clearance, drive
+from terrain.kernel import inlined_kernel, kernel
+from worlds.geodesics import HALF_DIAGONAL, Ways, remaining, ways_to
+from worlds.rooms import CELL, Room, RoomTask
 
-CELL = 0.05
-"""Edge of the bins of position [m]."""
+_HEADINGS = 48
+"""Number of bins of heading: 7.5 degrees each. Those of position are the room's cells."""
 
-HEADINGS = 48
-"""Number of bins of heading: 7.5 degrees each."""
+_SPEEDS = (0.0, 0.5, 1.0)
+"""Speeds of the moves, as shares of the largest; the last is tried first."""
 
-SPEEDS = (0.0, 0.5, 1.0)
-"""Speeds of the moves, as shares of the largest. Full speed is last: it is looked at first."""
-
-RATES = (-1.0, 1.0, -0.5, 0.5, 0.0)
-"""Yaw rates of the moves, as shares of the largest."""
-
-_CORNER = CELL * np.sqrt(0.5)
-"""Largest distance of a pose from the middle of its bin [m]."""
+_RATES = (-1.0, 1.0, -0.5, 0.5, 0.0)
+"""Yaw rates of the moves, as shares of the largest; the last is tried first."""
 
 _MARGIN = 1e-9
 """Distance by which plans keep out of contact and come into the goal [m], against rounding."""
@@ -40,22 +33,11 @@ _MARGIN = 1e-9
 _LONGEST = 10_000
 """Number of steps beyond which no plan is looked for."""
 
+_GAIN = 0.2
+"""Steps that a pose must save to take a bin from another: 0 finds plans 1 % shorter, but takes nine
+times as long."""
+
 _TURN = 2 * np.pi
-
-
-class _Grid(NamedTuple):
-    """Clearance of a room's cells, and the shortest ways from them to a goal.
-
-    Attributes:
-        low: x and y of the first cell's outer corner [m], shape (2,).
-        clearances: Distance of each cell's middle to the nearest obstacle [m], shape (n, m).
-        corners: Next corner of the way from each cell to the goal: x, y and the length of the way
-            from there on [m], shape (n, m, 3); infinite without a way.
-    """
-
-    low: NDArray[np.float64]
-    clearances: NDArray[np.float64]
-    corners: NDArray[np.float64]
 
 
 class _Moves(NamedTuple):
@@ -63,7 +45,8 @@ class _Moves(NamedTuple):
 
     Attributes:
         twists: Speed [m/s] and yaw rate [rad/s] of each, shape (a, 2).
-        places: x and y after each check for contact, from the pose before [m], shape (a, s, 2).
+        places: x and y at each check for contact, in the frame of the pose before [m], shape
+            (a, s, 2).
         turns: Change of heading of each [rad], shape (a,).
     """
 
@@ -72,17 +55,41 @@ class _Moves(NamedTuple):
     turns: NDArray[np.float64]
 
 
+class _Query(NamedTuple):
+    """What is looked for, and where.
+
+    Attributes:
+        goal: Goal [m], shape (2,).
+        goal_radius: Distance from the goal within which it counts as reached [m].
+        radius: Radius of the robot [m].
+        stride: Longest way of a step [m].
+        moves: Moves.
+        ways: Shortest ways to the goal.
+        rooms: The room.
+        movers: No moving obstacles, as ``clearance`` takes them.
+    """
+
+    goal: NDArray[np.float64]
+    goal_radius: float
+    radius: float
+    stride: float
+    moves: _Moves
+    ways: Ways
+    rooms: Rooms
+    movers: Movers
+
+
 def oracle_steps(room: Room, task: RoomTask, robot: DiscRobotConfig, goal_radius: float) -> int:
-    """Return the fewest control steps from a start to a goal, 1 to 2 % above the optimum at most.
+    """Return the fewest control steps from a start to a goal, about 1 % above the optimum.
 
     Args:
         room: Room, without obstacles that appear.
         task: Start and goal.
         robot: Body and its limits.
-        goal_radius: Distance from the goal within which it counts as reached [m].
+        goal_radius: Distance from the goal below which it is reached [m].
 
     Raises:
-        ValueError: If the goal cannot be reached.
+        ValueError: If the start is in contact, or no way leads to the goal.
     """
     return len(oracle_plan(room, task, robot, goal_radius))
 
@@ -90,56 +97,70 @@ def oracle_steps(room: Room, task: RoomTask, robot: DiscRobotConfig, goal_radius
 def oracle_plan(
     room: Room, task: RoomTask, robot: DiscRobotConfig, goal_radius: float
 ) -> NDArray[np.float64]:
-    """Return the twists of ``oracle_steps``: speed [m/s] and yaw rate [rad/s], shape (t, 2).
+    """Return the twists that ``oracle_steps`` counts.
 
-    Driven one after the other they reach the goal without contact.
+    Driven in ``RoomBatch`` one after the other, they reach the goal without contact.
+
+    Args:
+        room: Room, without obstacles that appear.
+        task: Start and goal.
+        robot: Body and its limits.
+        goal_radius: Distance from the goal below which it is reached [m].
+
+    Returns:
+        Speed [m/s] and yaw rate [rad/s] of each step, shape (t, 2).
+
+    Raises:
+        ValueError: If the start is in contact, or no way leads to the goal.
     """
-    if room.clearance(_position(task))[0] < robot.radius:
-        raise _unreachable(room, task, "start is in contact")
-    # A way through cells that a disc can touch without contact is never longer than its own way.
-    grid = _grid(room, task.goal, goal_radius, robot.radius - _CORNER)
-    start = np.array([task.start.x, task.start.y, task.start.yaw])
-    moves = _moves(robot)
-    found = _search(
-        start,
-        np.array(task.goal),
-        goal_radius,
-        robot.radius,
-        robot.max_speed * robot.period,
-        moves,
-        grid,
-        _obstacles(room),
-        Movers.none(1),
+    _remaining_length(room, task, robot.radius, goal_radius)
+    query = _Query(
+        goal=np.array(task.goal),
+        goal_radius=goal_radius,
+        radius=robot.radius,
+        stride=robot.max_speed * robot.period,
+        moves=_moves(robot),
+        ways=ways_to(room, task.goal, goal_radius, robot.radius),
+        rooms=_arrays(room),
+        movers=Movers.none(1),
     )
-    if len(found) and found[0] < 0:
-        raise _unreachable(room, task, "there is no way")
-    return moves.twists[found]
+    is_found, plan = _search(np.array([task.start.x, task.start.y, task.start.yaw]), query)
+    if not is_found:
+        raise _unreachable(room, task, "no way leads there")
+    return query.moves.twists[plan]
 
 
 def geodesic_length(room: Room, task: RoomTask, radius: float, goal_radius: float) -> float:
-    """Return the length of the shortest way of a disc to a goal, whatever its heading [m].
+    """Return the length of a disc's shortest way to a goal, whatever its heading, within 1 % [m].
 
-    It is the shortest path length that SPL (Anderson et al. 2018) compares with, to within 1 %.
+    It is the length that SPL compares paths with (Anderson et al., arXiv 1807.06757).
 
     Args:
         room: Room, without obstacles that appear.
         task: Start and goal.
         radius: Radius of the disc [m].
-        goal_radius: Distance from the goal within which it counts as reached [m].
+        goal_radius: Distance from the goal below which it is reached [m].
 
     Raises:
-        ValueError: If the goal cannot be reached.
+        ValueError: If the start is in contact, or no way leads to the goal.
     """
-    grid = _grid(room, task.goal, goal_radius, radius)
-    length = float(_remaining(task.start.x, task.start.y, grid))
+    return max(_remaining_length(room, task, radius, goal_radius) - goal_radius, 0.0)
+
+
+def _remaining_length(room: Room, task: RoomTask, radius: float, goal_radius: float) -> float:
+    """Return the length of the shortest way from a start to the goal's middle [m].
+
+    Raises:
+        ValueError: If the start is in contact, or no way leads to the goal.
+    """
+    start = np.array([task.start.x, task.start.y])
+    if (np.abs(start) >= room.half).any() or room.clearance(start[None])[0] < radius:
+        raise _unreachable(room, task, "the start is in contact")
+    ways = ways_to(room, task.goal, goal_radius, radius)
+    length = float(remaining(task.start.x, task.start.y, ways))
     if not np.isfinite(length):
-        raise _unreachable(room, task, "there is no way")
-    return max(length - goal_radius, 0.0)
-
-
-def _position(task: RoomTask) -> NDArray[np.float64]:
-    """Return where a task starts [m], shape (1, 2)."""
-    return np.array([[task.start.x, task.start.y]])
+        raise _unreachable(room, task, "no way leads there")
+    return length
 
 
 def _unreachable(room: Room, task: RoomTask, reason: str) -> ValueError:
@@ -147,47 +168,32 @@ def _unreachable(room: Room, task: RoomTask, reason: str) -> ValueError:
     start = (task.start.x, task.start.y)
     return ValueError(
         f"room {room.name}: expected a goal that can be reached from {start}, got {task.goal}: "
-        f"{reason}; take a task of random_task"
+        f"{reason}; random_task draws goals that can"
     )
 
 
-@cache
-def _obstacles(room: Room) -> Rooms:
+@lru_cache(maxsize=64)
+def _arrays(room: Room) -> Rooms:
     """Return a room as the compiled pass takes it."""
     return room_arrays([room])
 
 
 @cache
-def _clearances(room: Room) -> NDArray[np.float64]:
-    """Return the clearance of the middle of each of a room's cells [m], shape (n, m)."""
-    edges = [np.arange(-half + CELL / 2, half, CELL) for half in room.half]
-    places = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1)
-    return room.clearance(places.reshape(-1, 2)).reshape(places.shape[:2])
-
-
-@lru_cache(maxsize=64)
-def _grid(room: Room, goal: tuple[float, float], goal_radius: float, radius: float) -> _Grid:
-    """Return the ways of a disc to a goal from every cell of a room."""
-    low, clearances = -np.array(room.half), _clearances(room)
-    corners = _ways(clearances, low, np.array(goal), goal_radius, radius)
-    return _Grid(low, clearances, corners)
-
-
-@cache
 def _moves(robot: DiscRobotConfig) -> _Moves:
-    """Return the moves of a robot, driven as the simulator drives them."""
-    shares = [(v, w) for v in SPEEDS for w in RATES if v or w]
+    """Return the moves of a robot, as the simulator drives them where nothing stands."""
+    shares = [(v, w) for v in _SPEEDS for w in _RATES if v or w]
     twists = np.array(shares) * (robot.max_speed, robot.max_yaw_rate)
     count = len(twists)
     motions = np.concatenate([np.zeros((count, YAW + 1)), twists], axis=1)
-    nowhere = Rooms(np.zeros((1, 1, 4)), np.zeros(1, int), np.zeros((1, 1, 3)), np.zeros(1, int))
+    none = np.zeros(1, dtype=np.int64)
+    empty = Rooms(np.zeros((1, 1, 4)), none, np.zeros((1, 1, 3)), none)
     places = np.empty((count, robot.substeps, 2))
     for s in range(robot.substeps):
         drive(
             motions,
             np.ones(count, dtype=np.bool_),
             np.zeros(count, dtype=np.int64),
-            nowhere,
+            empty,
             Movers.none(count),
             robot.radius,
             robot.period / robot.substeps,
@@ -199,195 +205,101 @@ def _moves(robot: DiscRobotConfig) -> _Moves:
 
 
 @kernel
-def _ways(
-    clearances: NDArray[np.float64],
-    low: NDArray[np.float64],
-    goal: NDArray[np.float64],
-    goal_radius: float,
-    radius: float,
-) -> NDArray[np.float64]:
-    """Return the next corner of the shortest way of a disc from each cell, as ``_Grid`` has it.
-
-    Dijkstra's search over eight neighbours from the goal. A cell that sees the next corner of its
-    neighbour's way goes there straight (Theta*, Nash et al. 2007), so that lengths are not those of
-    ways along the grid.
-    """
-    n, m = clearances.shape
-    best = np.full((n, m), np.inf)
-    corners = np.full((n, m, 3), np.inf)
-    waiting = [(0.0, 0, 0)]
-    waiting.pop()
-    for i in range(n):
-        for j in range(m):
-            x, y = low[0] + (i + 0.5) * CELL, low[1] + (j + 0.5) * CELL
-            away = np.hypot(x - goal[0], y - goal[1])
-            if away < goal_radius + _CORNER and clearances[i, j] >= radius:
-                best[i, j] = away
-                corners[i, j] = goal[0], goal[1], 0.0
-                heappush(waiting, (away, i, j))
-    while len(waiting):
-        length, i, j = heappop(waiting)
-        if length > best[i, j]:
-            continue
-        here_x, here_y = low[0] + (i + 0.5) * CELL, low[1] + (j + 0.5) * CELL
-        corner_x, corner_y, onward = corners[i, j]
-        for a in range(max(i - 1, 0), min(i + 2, n)):
-            for b in range(max(j - 1, 0), min(j + 2, m)):
-                if clearances[a, b] < radius:
-                    continue
-                x, y = low[0] + (a + 0.5) * CELL, low[1] + (b + 0.5) * CELL
-                straight = onward + np.hypot(x - corner_x, y - corner_y)
-                stepped = length + np.hypot(x - here_x, y - here_y)
-                # The straight way is never longer: where it isn't shorter, neither is needed.
-                if straight >= best[a, b]:
-                    continue
-                if _sees(clearances, low, radius, x, y, corner_x, corner_y):
-                    best[a, b] = straight
-                    corners[a, b] = corner_x, corner_y, onward
-                elif stepped < best[a, b]:
-                    best[a, b] = stepped
-                    corners[a, b] = here_x, here_y, length
-                else:
-                    continue
-                heappush(waiting, (best[a, b], a, b))
-    return corners
-
-
-@kernel
-def _sees(
-    clearances: NDArray[np.float64],
-    low: NDArray[np.float64],
-    radius: float,
-    x: float,
-    y: float,
-    to_x: float,
-    to_y: float,
-) -> bool:
-    """Return True if a disc can drive straight from (x, y) to another place [m]."""
-    length = np.hypot(to_x - x, to_y - y)
-    gone = 0.0
-    while gone < length:
-        share = gone / length
-        i = int((x + share * (to_x - x) - low[0]) / CELL)
-        j = int((y + share * (to_y - y) - low[1]) / CELL)
-        spare = clearances[i, j] - radius
-        if spare < 0.0:
-            return False
-        # As far as the clearance reaches nothing can be in the way.
-        gone += max(spare - _CORNER, 0.5 * CELL)
-    return True
-
-
-@kernel
-def _remaining(x: float, y: float, grid: _Grid) -> float:
-    """Return the length of the shortest way from a place to the goal's middle [m]."""
-    i, j = int((x - grid.low[0]) / CELL), int((y - grid.low[1]) / CELL)
-    corner = grid.corners[i, j]
-    return corner[2] + np.hypot(x - corner[0], y - corner[1])
-
-
-@kernel
-def _search(
-    start: NDArray[np.float64],
-    goal: NDArray[np.float64],
-    goal_radius: float,
-    radius: float,
-    stride: float,
-    moves: _Moves,
-    grid: _Grid,
-    rooms: Rooms,
-    movers: Movers,
-) -> NDArray[np.int64]:
-    """Return the indices of the moves of the plan with the fewest steps, shape (t,), or [-1].
+def _search(start: NDArray[np.float64], query: _Query) -> tuple[bool, NDArray[np.int64]]:
+    """Return whether there is a plan, and the index of each of its moves, shape (t,).
 
     Args:
         start: x, y [m] and yaw [rad], shape (3,).
-        goal: Goal [m], shape (2,).
-        goal_radius: Distance from the goal within which it counts as reached [m].
-        radius: Radius of the robot [m].
-        stride: Largest way of a step [m].
-        moves: Moves.
-        grid: Ways to the goal.
-        rooms: The room.
-        movers: No moving obstacles.
+        query: What is looked for.
     """
-    n, m = grid.clearances.shape
-    bins = np.full((n, m, HEADINGS), -1, dtype=np.int32)
-    size = 1 << 14
-    poses, links = np.empty((size, 3)), np.empty((size, 4), dtype=np.int64)
-    # Estimates are whole steps: nodes of the same estimate are a chain, the newest first, which
-    # looks deep before it looks wide.
-    heads = np.full(_LONGEST, -1)
-    poses[0] = start
+    n, m = query.ways.clearances.shape
+    bins = np.full((n, m, _HEADINGS), -1, dtype=np.int32)
+    # Nodes: pose and estimated steps of the whole way; node before, move, steps so far, next node
+    # with the same estimate. Estimates are whole numbers, so that nodes wait in a chain for each,
+    # the newest first: the search looks deep before it looks wide.
+    poses, links = np.empty((1 << 14, 4)), np.empty((1 << 14, 4), dtype=np.int64)
+    chains = np.full(_LONGEST, -1)
+    poses[0] = start[0], start[1], start[2], 0.0
     links[0] = -1, -1, 0, -1
-    count, estimate = 1, 0
-    remaining = _remaining(start[0], start[1], grid)
-    if remaining < np.inf:
-        heads[0] = 0
+    chains[0], count, estimate = 0, 1, 0
     while estimate < _LONGEST:
-        node = heads[estimate]
+        node = chains[estimate]
         if node < 0:
             estimate += 1
             continue
-        heads[estimate] = links[node, 3]
-        x, y, yaw = poses[node]
-        if np.hypot(x - goal[0], y - goal[1]) < goal_radius - _MARGIN:
-            return _traced(links, node)
-        if node > 0 and bins[_bin(x, y, yaw, grid)] != node:
-            continue
-        steps = links[node, 2] + 1
-        c, s = np.cos(yaw), np.sin(yaw)
-        for a in range(len(moves.turns)):
-            new_x, new_y = x, y
-            hit = False
-            for place in moves.places[a]:
-                new_x, new_y = x + c * place[0] - s * place[1], y + s * place[0] + c * place[1]
-                if _touches(new_x, new_y, radius, grid, rooms, movers):
-                    hit = True
-                    break
-            if hit:
+        chains[estimate] = links[node, 3]
+        x, y, yaw = poses[node, :3]
+        if np.hypot(x - query.goal[0], y - query.goal[1]) < query.goal_radius - _MARGIN:
+            return True, _traced(links, node)
+        if node > 0 and bins[_bin(x, y, yaw, query.ways)] != node:
+            continue  # A better pose took its bin.
+        steps, c, s = links[node, 2] + 1, np.cos(yaw), np.sin(yaw)
+        for move in range(len(query.moves.turns)):
+            is_free, new_x, new_y = _moved(x, y, c, s, query.moves.places[move], query)
+            if not is_free:
                 continue
-            new_yaw = yaw + moves.turns[a]
-            key = _bin(new_x, new_y, new_yaw, grid)
+            rest = (remaining(new_x, new_y, query.ways) - query.goal_radius) / query.stride
+            cost = steps + max(rest, 0.0)
+            if not cost < _LONGEST:
+                continue
+            new_yaw = yaw + query.moves.turns[move]
+            key = _bin(new_x, new_y, new_yaw, query.ways)
             old = bins[key]
-            if old >= 0 and links[old, 2] <= steps:
-                continue
-            rest = _remaining(new_x, new_y, grid) - goal_radius
-            total = steps + max(int(np.ceil(rest / stride - _MARGIN)), 0)
-            if total >= _LONGEST:
+            if old >= 0 and cost > poses[old, 3] - _GAIN:
                 continue
             if count == len(poses):
                 poses = np.concatenate((poses, np.empty_like(poses)))
                 links = np.concatenate((links, np.empty_like(links)))
-            poses[count] = new_x, new_y, new_yaw
-            links[count] = node, a, steps, heads[total]
-            heads[total] = count
-            bins[key] = count
-            count += 1
+            total = int(np.ceil(cost - _MARGIN))
+            poses[count] = new_x, new_y, new_yaw, cost
+            links[count] = node, move, steps, chains[total]
+            chains[total] = bins[key] = count
             estimate = min(estimate, total)
-    return np.full(1, -1)
+            count += 1
+    return False, np.empty(0, dtype=np.int64)
 
 
-@kernel
-def _bin(x: float, y: float, yaw: float, grid: _Grid) -> tuple[int, int, int]:
-    """Return the bin of a pose."""
-    i, j = int((x - grid.low[0]) / CELL), int((y - grid.low[1]) / CELL)
-    return i, j, int(yaw % _TURN * (HEADINGS / _TURN)) % HEADINGS
+@inlined_kernel
+def _moved(
+    x: float, y: float, c: float, s: float, places: NDArray[np.float64], query: _Query
+) -> tuple[bool, float, float]:
+    """Return whether a move touches nothing, and where it ends [m].
+
+    Args:
+        x: Position [m].
+        y: Position [m].
+        c: Cosine of the heading.
+        s: Sine of the heading.
+        places: Places of the move, shape (s, 2).
+        query: What is looked for.
+    """
+    new_x, new_y = x, y
+    for place in places:
+        new_x, new_y = x + c * place[0] - s * place[1], y + s * place[0] + c * place[1]
+        if _touches(new_x, new_y, query):
+            return False, new_x, new_y
+    return True, new_x, new_y
 
 
-@kernel
-def _touches(
-    x: float, y: float, radius: float, grid: _Grid, rooms: Rooms, movers: Movers
-) -> bool:
-    """Return True if a robot would be in contact."""
-    i, j = int(np.floor((x - grid.low[0]) / CELL)), int(np.floor((y - grid.low[1]) / CELL))
-    if not (0 <= i < grid.clearances.shape[0] and 0 <= j < grid.clearances.shape[1]):
+@inlined_kernel
+def _touches(x: float, y: float, query: _Query) -> bool:
+    """Return True if a robot at a place would be in contact."""
+    low, clearances = query.ways.low, query.ways.clearances
+    i, j = int(np.floor((x - low[0]) / CELL)), int(np.floor((y - low[1]) / CELL))
+    if not (0 <= i < clearances.shape[0] and 0 <= j < clearances.shape[1]):
         return True
-    # The cell's clearance decides most; what is near the limit is measured.
-    spare = grid.clearances[i, j] - radius
-    if abs(spare) > _CORNER + _MARGIN:
+    # The cell's clearance decides nearly always; what is close to the limit is measured.
+    spare = clearances[i, j] - query.radius
+    if abs(spare) > HALF_DIAGONAL + _MARGIN:
         return spare < 0.0
-    return clearance(x, y, 0, rooms, 0, movers) < radius + _MARGIN
+    return clearance(x, y, 0, query.rooms, 0, query.movers) < query.radius + _MARGIN
+
+
+@inlined_kernel
+def _bin(x: float, y: float, yaw: float, ways: Ways) -> tuple[int, int, int]:
+    """Return the bin of a pose in the room."""
+    i, j = int((x - ways.low[0]) / CELL), int((y - ways.low[1]) / CELL)
+    return i, j, int(yaw % _TURN * (_HEADINGS / _TURN)) % _HEADINGS
 
 
 @kernel

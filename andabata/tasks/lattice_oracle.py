@@ -5,6 +5,7 @@ and heading (hybrid-state A*, Dolgov et al. 2008). A disc's shortest way at full
 remains from below. Durations and lengths of drives are compared with these.
 """
 
+import math
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -18,8 +19,8 @@ from terrain.kernel import inlined_kernel, kernel
 from worlds.geodesics import HALF_DIAGONAL, Ways, remaining, ways_to
 from worlds.rooms import CELL, Room, RoomTask
 
-_HEADINGS = 48
-"""Number of bins of heading: 7.5 degrees each. Those of position are the room's cells."""
+_WIDTH = np.radians(7.5)
+"""Largest width of a bin of heading [rad]; the largest edge of one of position is a room's cell."""
 
 _SPEEDS = (0.0, 0.5, 1.0)
 """Speeds of the moves, as shares of the largest; the last is tried first."""
@@ -48,11 +49,15 @@ class _Moves(NamedTuple):
         places: x and y at each check for contact, in the frame of the pose before [m], shape
             (a, s, 2).
         turns: Change of heading of each [rad], shape (a,).
+        edge: Edge of the bins of position [m].
+        headings: Number of bins of heading.
     """
 
     twists: NDArray[np.float64]
     places: NDArray[np.float64]
     turns: NDArray[np.float64]
+    edge: float
+    headings: int
 
 
 class _Query(NamedTuple):
@@ -201,7 +206,11 @@ def _moves(robot: DiscRobotConfig) -> _Moves:
             np.zeros(count, dtype=np.bool_),
         )
         places[:, s] = motions[:, X:YAW]
-    return _Moves(twists, places, motions[:, YAW].copy())
+    # A bin that the sharpest turn or the longest way cannot leave would hold a robot in it.
+    edge = min(CELL, 0.5 * robot.max_speed * robot.period)
+    width = min(_WIDTH, 0.625 * robot.max_yaw_rate * robot.period)
+    turns = motions[:, YAW].copy()
+    return _Moves(twists, places, turns, edge, math.ceil(_TURN / width - _MARGIN))
 
 
 @kernel
@@ -212,8 +221,9 @@ def _search(start: NDArray[np.float64], query: _Query) -> tuple[bool, NDArray[np
         start: x, y [m] and yaw [rad], shape (3,).
         query: What is looked for.
     """
-    n, m = query.ways.clearances.shape
-    bins = np.full((n, m, _HEADINGS), -1, dtype=np.int32)
+    low, edge, headings = query.ways.low, query.moves.edge, query.moves.headings
+    n, m = int(np.ceil(-2 * low[0] / edge)), int(np.ceil(-2 * low[1] / edge))
+    bins = np.full((n, m, headings), -1, dtype=np.int32)
     # Nodes: pose and estimated steps of the whole way; node before, move, steps so far, next node
     # with the same estimate. Estimates are whole numbers, so that nodes wait in a chain for each,
     # the newest first: the search looks deep before it looks wide.
@@ -231,7 +241,7 @@ def _search(start: NDArray[np.float64], query: _Query) -> tuple[bool, NDArray[np
         x, y, yaw = poses[node, :3]
         if np.hypot(x - query.goal[0], y - query.goal[1]) < query.goal_radius - _MARGIN:
             return True, _traced(links, node)
-        if node > 0 and bins[_bin(x, y, yaw, query.ways)] != node:
+        if node > 0 and bins[_bin(x, y, yaw, low, edge, headings)] != node:
             continue  # A better pose took its bin.
         steps, c, s = links[node, 2] + 1, np.cos(yaw), np.sin(yaw)
         for move in range(len(query.moves.turns)):
@@ -243,7 +253,7 @@ def _search(start: NDArray[np.float64], query: _Query) -> tuple[bool, NDArray[np
             if not cost < _LONGEST:
                 continue
             new_yaw = yaw + query.moves.turns[move]
-            key = _bin(new_x, new_y, new_yaw, query.ways)
+            key = _bin(new_x, new_y, new_yaw, low, edge, headings)
             old = bins[key]
             if old >= 0 and cost > poses[old, 3] - _GAIN:
                 continue
@@ -296,10 +306,12 @@ def _touches(x: float, y: float, query: _Query) -> bool:
 
 
 @inlined_kernel
-def _bin(x: float, y: float, yaw: float, ways: Ways) -> tuple[int, int, int]:
+def _bin(
+    x: float, y: float, yaw: float, low: NDArray[np.float64], edge: float, headings: int
+) -> tuple[int, int, int]:
     """Return the bin of a pose in the room."""
-    i, j = int((x - ways.low[0]) / CELL), int((y - ways.low[1]) / CELL)
-    return i, j, int(yaw % _TURN * (_HEADINGS / _TURN)) % _HEADINGS
+    i, j = int((x - low[0]) / edge), int((y - low[1]) / edge)
+    return i, j, int(yaw % _TURN * (headings / _TURN)) % headings
 
 
 @kernel

@@ -1,6 +1,6 @@
 """Many robots in the plane: the seam of batch simulators, and the base of the tasks on them.
 
-A ``PlanarBatch`` moves robots and measures their beams, each kind in its own form; it knows no goal.
+A ``PlanarBatch`` moves robots and measures their beams, in a form of its own; it knows no goal.
 ``PlanarVectorEnv`` is a drive to one goal on it: a task adds where drives begin, what is rewarded
 and what is observed, as functions over arrays. Each robot does what it does alone, with the same
 draws.

@@ -68,10 +68,13 @@ def test_the_order_of_the_points_is_nothing(policy):
         np.testing.assert_array_equal(order[many.support_points(other)], many.support_points(one))
 
 
-def test_copies_of_points_are_nothing(policy):
+@pytest.mark.parametrize(("n", "is_masked"), [(50, True), (64, False)])
+def test_copies_of_points_are_nothing(policy, n, is_masked):
     """Each point once, or each three times: the same action, and the first copy supports it."""
-    once, thrice = policy.with_points(50), policy.with_points(150)
-    for one in draws(50):
+    once, thrice = policy.with_points(n), policy.with_points(3 * n)
+    for one in draws(n):
+        if not is_masked:
+            one[once.observations.slice_of("mask")] = 1
         points = one[once.observations.slice_of("points")].reshape(-1, 2)
         mask = one[once.observations.slice_of("mask")]
         other = np.zeros(thrice.observations.size, np.float32)

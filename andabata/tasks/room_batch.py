@@ -101,7 +101,8 @@ class RoomBatch:
         """
         self.places[k] = room
         self.motions[k] = start.x, start.y, start.yaw, 0.0, 0.0
-        self.movers.radii[k] = 0.0
+        for array in self.movers:
+            array[k] = 0.0
         self._contacts[k] = False
         self._steps[k] = 0
 

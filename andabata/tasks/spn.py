@@ -14,7 +14,6 @@ from andabata.navigation.planning.lidar_map import LaserPose, LidarMap, LidarMap
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import RoomRewardConfig, room_reward
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, room_arrays
-from andabata.tasks.room_kernel import Rooms
 from andabata.tasks.room_observations import (
     GoalEncoding,
     LidarRandomization,
@@ -25,7 +24,7 @@ from andabata.tasks.room_observations import (
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask, random_task
+from worlds.rooms import Room, RoomTask, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""
@@ -176,9 +175,9 @@ class SpnVectorEnv(PlanarVectorEnv):
         """
         self.config = config
         self._rooms = [make_room(name) for name in config.all_rooms]
-        appearing = max(len(room.appearances) for room in self._rooms)
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, appearing)
-        self._renderer = room_renderer(config, self._in_rooms.rooms, appearing)
+        movers = most_appearances(self._rooms)
+        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
+        self._renderer = room_renderer(config)
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
@@ -245,7 +244,10 @@ class SpnVectorEnv(PlanarVectorEnv):
     def _executed(
         self, actions: NDArray[np.float32], going: NDArray[np.bool_]
     ) -> NDArray[np.float64]:
-        """Return the twists of actions, shape (n, 2)."""
+        """Return the twists of actions, shape (n, 2); let what has to appear appear."""
+        # Not in the step that came near: its observation is that of its situation.
+        for k in np.flatnonzero(going).tolist() if self._in_rooms.movers.radii.size else ():
+            self._let_appear(k)
         shares = np.clip(actions, -1.0, 1.0)
         return np.where(going[:, None], self._actions.scaled(shares), 0.0)
 
@@ -260,7 +262,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         return room_reward(self.config.reward, before, self._goal_distances, endings)
 
     def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
-        """Renew the observations of some robots, and let what has to appear appear."""
+        """Renew the observations of some robots."""
         batch, config = self._in_rooms, self.config
         numbers = np.flatnonzero(chosen)
         found = batch.reciprocals[numbers]
@@ -278,8 +280,6 @@ class SpnVectorEnv(PlanarVectorEnv):
             batch.motions[numbers],
             self._targets[numbers],
         )
-        for k in numbers.tolist() if batch.movers.radii.shape[1] else ():
-            self._let_appear(k)
 
     def _noisy(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the reciprocals of a robot's beams with noise on their ranges, shape (b,)."""
@@ -296,7 +296,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         return self._maps[k].subgoal(pose[:2], self._goals[k])
 
     def _let_appear(self, k: int) -> None:
-        """Put obstacles down whose time has come; they are seen from the next step on."""
+        """Put obstacles down whose time has come."""
         movers, position = self._in_rooms.movers, self._in_rooms.poses[k, :2]
         for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
             x, y, radius = one.circle
@@ -304,21 +304,24 @@ class SpnVectorEnv(PlanarVectorEnv):
                 movers.places[k, m], movers.radii[k, m] = (x, y), radius
 
 
-def room_renderer(config: SpnConfig, rooms: Rooms | None = None, movers: int = 0) -> RoomRenderer:
-    """Return what renders the observations of a task's situations.
+def most_appearances(rooms: Sequence[Room]) -> int:
+    """Return how many obstacles appear in a room at most."""
+    return max(len(room.appearances) for room in rooms)
 
-    Args:
-        config: Settings of the task.
-        rooms: Its rooms as arrays; None makes them.
-        movers: Number of moving obstacles of a situation.
-    """
-    if rooms is None:
-        rooms = room_arrays([make_room(name) for name in config.all_rooms])
+
+def room_renderer(config: SpnConfig) -> RoomRenderer:
+    """Return what renders the observations of a task's situations."""
+    rooms = [make_room(name) for name in config.all_rooms]
     lidars = [config.lidar]
     if config.randomization is not None:
         lidars += config.randomization.draw(np.random.default_rng(0), _BANK)
     return RoomRenderer(
-        rooms, lidars, config.capacity, config.goal_encoding, movers, config.randomization
+        room_arrays(rooms),
+        lidars,
+        config.capacity,
+        config.goal_encoding,
+        most_appearances(rooms),
+        config.randomization,
     )
 
 

@@ -1,0 +1,187 @@
+"""Observations in rooms: goals, situations rendered anew, lasers drawn at random, noise."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
+from andabata.tasks.movers import Movers
+from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
+from andabata.tasks.room_kernel import MIN_RANGE, SECTORS
+from andabata.tasks.room_observations import (
+    LidarRandomization,
+    RoomRenderer,
+    encoded_goals,
+    noisy,
+    room_observations,
+)
+from worlds.room_catalogue import make_room
+from worlds.rooms import random_task
+
+ROOMS = [make_room(name) for name in ("spn-env1", "spn-env6", "spn-crowded")]
+LIDAR = PLANAR_LIDARS["ten-beams-forward"]
+POINTS = 12
+
+
+def renderer(lidars=(LIDAR,), points=POINTS, movers=1, randomization=None, encoding="cosine"):
+    """Return what renders in the three rooms."""
+    return RoomRenderer(room_arrays(ROOMS), lidars, points, encoding, movers, randomization)
+
+
+def driven_batch(count=30, lidar=LIDAR):
+    """Return robots in all rooms after a step, each with a post beside it, and their goals."""
+    rng = np.random.default_rng(3)
+    batch = RoomBatch(count, ROOMS, DiscRobotConfig(), lidar, movers=1)
+    goals = np.zeros((count, 2))
+    for k in range(count):
+        task = random_task(ROOMS[k % 3], rng, 0.2)
+        batch.place(k, k % 3, task.start)
+        goals[k] = task.goal
+        batch.movers.places[k, 0] = np.array([task.start.x, task.start.y]) + rng.uniform(0.4, 0.8)
+    batch.movers.radii[:] = 0.1
+    twists = np.column_stack([rng.uniform(0, 0.5, count), rng.uniform(-1, 1, count)])
+    batch.step(twists, np.ones(count, dtype=bool))
+    return batch, goals
+
+
+def part(rows, name):
+    """Return one term of observations."""
+    spec = room_observations(POINTS, "cosine", 1.1)
+    return rows[:, spec.slice_of(name)].reshape(-1, *spec.term(name).shape)
+
+
+def test_the_layout_is_points_mask_windows_goal_and_velocity():
+    """Terms stand in this order; the polar goal has a number less."""
+    spec = room_observations(120, "cosine", 1.1)
+    shapes = {term.name: term.shape for term in spec.terms}
+    expected = {
+        "points": (120, 2),
+        "mask": (120,),
+        "windows": (36,),
+        "goal": (3,),
+        "velocity": (2,),
+    }
+    assert list(shapes.items()) == list(expected.items())
+    assert room_observations(7, "polar", 1.1).term("goal").shape == (2,)
+    assert spec.size == 3 * 120 + SECTORS + 5
+
+
+def test_goals_are_distance_and_bearing_from_the_heading():
+    """A goal to the left has a positive bearing; those behind are pi, not minus pi."""
+    poses = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, np.pi / 2], [0.0, 0.0, 3.0]])
+    goals = np.array([[1.0, 3.0], [1.0, 0.0], [-1.0, -1.0]])
+    polar = encoded_goals(poses, goals, "polar")
+    bearing = np.arctan2(-1, -1) - 3.0 + 2 * np.pi
+    np.testing.assert_allclose(
+        polar, [[2.0, np.pi / 2], [1.0, np.pi], [np.sqrt(2), bearing]], rtol=1e-12
+    )
+    cosine = encoded_goals(poses, goals, "cosine")
+    np.testing.assert_allclose(cosine[:, 0], polar[:, 0] / 5.0)
+    np.testing.assert_allclose(
+        np.arctan2(cosine[:, 2], cosine[:, 1]) % 6.283185307179586, polar[:, 1] % 6.283185307179586
+    )
+    np.testing.assert_allclose(np.hypot(cosine[:, 1], cosine[:, 2]), 1.0)
+
+
+@pytest.mark.parametrize("encoding", ["cosine", "polar"])
+def test_a_situation_rendered_again_gives_the_observation(encoding):
+    """Of 30 robots with posts, in three rooms, all numbers come again within 1e-5."""
+    batch, goals = driven_batch()
+    again = renderer(encoding=encoding)
+    lasers = laser_arrays([LIDAR])
+    seen = again.observe(batch.reciprocals, lasers, batch.mounted, batch.motions, goals)
+    situations = again.situations(batch.places, batch.motions, goals, batch.movers)
+    assert situations.dtype == np.float32
+    assert situations.shape == (30, again.size) == (30, 11)
+    rendered = again(situations, np.random.default_rng(0))
+    assert rendered.dtype == np.float32
+    np.testing.assert_allclose(rendered, seen, atol=1e-5)
+    # Rooms and posts count: others give other points.
+    elsewhere = situations.copy()
+    elsewhere[:, 0] = (situations[:, 0] + 1) % 3
+    assert (again(elsewhere, np.random.default_rng(0)) != rendered).any(axis=1).mean() > 0.9
+    alone = situations.copy()
+    alone[:, 10] = 0.0
+    assert (again(alone, np.random.default_rng(0)) != rendered).any(axis=1).mean() > 0.15
+
+
+def test_velocity_and_goal_stand_at_the_end():
+    """The last numbers are the goal as encoded, speed and yaw rate."""
+    batch, goals = driven_batch(6)
+    made = renderer()
+    rows = made(made.situations(batch.places, batch.motions, goals, batch.movers), None)
+    np.testing.assert_allclose(part(rows, "velocity"), batch.motions[:, 3:], rtol=1e-6)
+    np.testing.assert_allclose(
+        part(rows, "goal"), encoded_goals(batch.poses, goals, "cosine"), atol=1e-5
+    )
+    assert part(rows, "mask").sum(axis=1).tolist() == [10.0] * 6
+    assert (part(rows, "points")[:, 10:] == 0.0).all()
+
+
+def test_drawn_lasers_stay_in_their_bounds():
+    """Fields of view, beams, ranges and places cover their ranges, beams evenly by octaves."""
+    bounds = LidarRandomization()
+    drawn = bounds.draw(np.random.default_rng(5), 2000)
+    for values, (low, high) in (
+        ([one.fov_deg for one in drawn], bounds.fov_deg),
+        ([one.max_range for one in drawn], bounds.max_range),
+        ([one.x for one in drawn], bounds.x),
+        ([one.count for one in drawn], bounds.beams),
+    ):
+        assert low <= min(values) < low + 0.05 * (high - low)
+        assert high >= max(values) > high - 0.05 * (high - low)
+    beams = np.array([one.count for one in drawn])
+    assert np.mean(beams < np.sqrt(10 * 1080)) == pytest.approx(0.5, abs=0.05)
+    assert bounds.draw(np.random.default_rng(5), 2000) == drawn
+
+
+def test_a_share_of_the_observations_has_drawn_lasers():
+    """A share of 0 changes nothing, 1 everything; the same generator gives the same again."""
+    batch, goals = driven_batch()
+    plain = renderer()
+    situations = plain.situations(batch.places, batch.motions, goals, batch.movers)
+    own = plain(situations, np.random.default_rng(1))
+    bank = [LIDAR, *LidarRandomization().draw(np.random.default_rng(2), 50)]
+    changed = []
+    for share in (0.0, 0.5, 1.0):
+        made = renderer(bank, randomization=LidarRandomization(share=share))
+        rows = made(situations, np.random.default_rng(1))
+        np.testing.assert_array_equal(rows, made(situations, np.random.default_rng(1)))
+        assert not np.array_equal(rows, made(situations, np.random.default_rng(4))) or share == 0
+        np.testing.assert_array_equal(part(rows, "goal"), part(own, "goal"))
+        changed.append(np.mean((abs(rows - own) > 1e-5).any(axis=1)))
+    assert changed[0] == 0.0
+    assert 0.2 < changed[1] < 0.8
+    assert changed[2] == 1.0
+
+
+def test_noise_is_on_what_returned_alone():
+    """Ranges of returns have the robot's own deviation; silence and other robots stay as they are.
+
+    No beam gets farther than its largest range, nor nearer than the smallest.
+    """
+    lasers = laser_arrays([PlanarLidarConfig(max_range=4.0)])
+    ranges = np.full((3, 1080), 2.0, dtype=np.float32)
+    ranges[:, 500:] = 4.0
+    ranges[:, :100] = MIN_RANGE
+    ranges[:, 100:200] = 3.999
+    found, mounted = 1 / ranges, np.zeros(3, dtype=np.int64)
+    sigma = np.array([0.0, 0.02, 0.1])
+    seen = noisy(found, lasers, mounted, sigma, np.random.default_rng(0))
+    assert seen.dtype == np.float32
+    np.testing.assert_allclose(seen[0], found[0], rtol=1e-6)
+    np.testing.assert_array_equal(seen[:, 500:], found[:, 500:])
+    for k in (1, 2):
+        errors = 1 / seen[k, 200:500] - 2.0
+        assert errors.std() == pytest.approx(sigma[k], rel=0.15)
+        assert errors.mean() == pytest.approx(0.0, abs=0.2 * sigma[k])
+    assert seen.min() == np.float32(0.25)
+    assert seen.max() <= np.float32(1 / MIN_RANGE) * (1 + 1e-6)
+    assert (found == 1 / ranges).all()
+
+
+def test_situations_without_movers_end_with_the_goal():
+    """Eight numbers: room, pose, speeds, goal."""
+    made = renderer(movers=0)
+    motions, targets = np.arange(5.0)[None], np.array([[6.0, 7.0]])
+    rows = made.situations(np.array([2]), motions, targets, Movers.none(1))
+    assert rows.tolist() == [[2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0]]

@@ -1,0 +1,363 @@
+"""The compiled pass of rooms: exact rays, exact clearance, exact arcs, points and windows."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.tasks.movers import Movers
+from andabata.tasks.room_batch import laser_arrays, room_arrays
+from andabata.tasks.room_kernel import (
+    MIN_RANGE,
+    SECTORS,
+    Lasers,
+    cast,
+    clearance,
+    drive,
+    take_points,
+)
+from worlds.room_catalogue import make_room
+from worlds.rooms import Room, RoomPlan
+
+LIDARS = (
+    PlanarLidarConfig(),
+    PlanarLidarConfig(fov_deg=270, resolution_deg=0.25, max_range=30, x=0.05),
+    PlanarLidarConfig(fov_deg=180, resolution_deg=20, max_range=10, x=0.1, y=-0.08, yaw_deg=35),
+    PlanarLidarConfig(fov_deg=90, resolution_deg=0.7, max_range=4, yaw_deg=-170),
+    PlanarLidarConfig(fov_deg=350, resolution_deg=1, max_range=8, x=-0.1, yaw_deg=180),
+    PlanarLidarConfig(fov_deg=360, resolution_deg=7.5, max_range=3, yaw_deg=123),
+)
+
+
+def random_room(rng):
+    """Return a cluttered room of 8 by 6 m."""
+    corners = rng.uniform((-4.0, -3.0), (3.5, 2.5), (15, 2))
+    boxes = np.concatenate([corners, corners + rng.uniform(0.02, 1.0, (15, 2))], axis=1)
+    circles = np.concatenate([rng.uniform(-3, 3, (6, 2)), rng.uniform(0.02, 0.4, (6, 1))], axis=1)
+    plan = RoomPlan(
+        about="test",
+        half=(4.0, 3.0),
+        boxes=tuple(map(tuple, boxes)),
+        circles=tuple(map(tuple, circles)),
+    )
+    return Room.of("test", plan)
+
+
+def free_motions(made, rng, count, least=0.2):
+    """Return robots at rest, with clearance and any heading."""
+    places = rng.uniform((-4.0, -3.0), (4.0, 3.0), (200 * count, 2))
+    places = places[made.clearance(places) > least][:count]
+    yaws = rng.uniform(-np.pi, np.pi, len(places))
+    return np.column_stack([places, yaws, np.zeros((len(places), 2))])
+
+
+def scan(made, motions, lidar, movers=None):
+    """Return the reciprocals of all beams."""
+    count = len(motions)
+    found = np.zeros((count, lidar.count), dtype=np.float32)
+    zeros = np.zeros(count, dtype=np.int64)
+    everyone = np.ones(count, dtype=bool)
+    movers = movers or Movers.none(count)
+    rooms, lasers = room_arrays([made]), laser_arrays([lidar])
+    cast(motions, everyone, zeros, rooms, movers, lasers, zeros, found)
+    return found
+
+
+def reference(made, motion, lidar):
+    """Return the ranges of all beams by slabs and quadratic equations, all against all [m]."""
+    c, s = np.cos(motion[2]), np.sin(motion[2])
+    origin = motion[:2] + lidar.x * np.array([c, s]) + lidar.y * np.array([-s, c])
+    bearings = motion[2] + np.radians(lidar.yaw_deg) + lidar.bearings
+    rays = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+    with np.errstate(divide="ignore"):
+        one = (made.boxes[None, :, :2] - origin) / rays[:, None]
+        other = (made.boxes[None, :, 2:] - origin) / rays[:, None]
+    enter = np.minimum(one, other).max(axis=2)
+    leave = np.maximum(one, other).min(axis=2)
+    hits = [np.where((enter <= leave) & (enter > 0), enter, np.inf).min(axis=1)]
+    if len(made.circles):
+        to = made.circles[:, :2] - origin
+        along = rays @ to.T
+        rest = made.circles[:, 2] ** 2 - (to**2).sum(axis=1) + along**2
+        chord = np.sqrt(np.maximum(rest, 0.0))
+        hits.append(np.where((rest >= 0) & (along > 0), along - chord, np.inf).min(axis=1))
+    return np.minimum(np.min(hits, axis=0), lidar.max_range)
+
+
+@pytest.mark.parametrize("lidar", LIDARS, ids=lambda lidar: lidar.label)
+def test_rays_are_exact(lidar):
+    """Ranges in random rooms are those of the reference within 1e-5 m, but at grazed edges."""
+    rng = np.random.default_rng(7)
+    beams = grazed = 0
+    for _ in range(12):
+        made = random_room(rng)
+        motions = free_motions(made, rng, 8)
+        for motion, row in zip(motions, scan(made, motions, lidar), strict=True):
+            expected = reference(made, motion, lidar)
+            # Reciprocals are float32: their spacing is that of a range near 5 m, and more farther.
+            wrong = abs(1.0 / row - expected) > 1e-5 * np.maximum(1.0, (expected / 5.0) ** 2)
+            grazed += wrong.sum()
+            beams += len(row)
+    assert grazed <= 1e-4 * beams
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0, 1.5])
+def test_beams_along_the_axes_meet_what_is_there(turn):
+    """Beams along walls' normals, where rounding decides on which side they are, are exact too."""
+    lidar = PlanarLidarConfig(fov_deg=360, resolution_deg=90, max_range=20)
+    made = Room.of("test", RoomPlan(about="test", half=(3.0, 2.0), boxes=[(1.0, -0.5, 1.5, 0.5)]))
+    for y, ahead in ((0.0, 1.0), (-0.5, 1.0), (0.5, 1.0), (0.7, 3.0)):
+        row = scan(made, np.array([[0.0, y, np.pi * turn, 0.0, 0.0]]), lidar)[0]
+        # The beams start behind the robot: west at yaw 0.
+        expected = np.roll([3.0, 2.0 + y, ahead, 2.0 - y], -int(2 * turn))
+        np.testing.assert_allclose(1.0 / row, expected, rtol=1e-6)
+
+
+def test_the_order_of_obstacles_does_not_matter():
+    """A permutation of boxes and circles gives the same bytes."""
+    rng = np.random.default_rng(8)
+    made = random_room(rng)
+    mixed = Room("mixed", made.half, rng.permutation(made.boxes), rng.permutation(made.circles))
+    motions = free_motions(made, rng, 20)
+    for lidar in LIDARS:
+        np.testing.assert_array_equal(scan(made, motions, lidar), scan(mixed, motions, lidar))
+
+
+def test_each_robot_has_its_own_room_and_laser():
+    """Robots of one call see what they would see alone; those not chosen keep their rows."""
+    rng = np.random.default_rng(9)
+    rooms = [random_room(rng), make_room("spn-env5"), random_room(rng)]
+    lasers = laser_arrays(LIDARS)
+    motions = np.concatenate([free_motions(made, rng, 2) for made in rooms])
+    places = np.repeat(np.arange(3), 2)
+    mounted = np.arange(len(LIDARS))
+    chosen = np.array([True, True, False, True, True, True])
+    found = np.full((6, lasers.directions.shape[2]), 9.0, dtype=np.float32)
+    cast(motions, chosen, places, room_arrays(rooms), Movers.none(6), lasers, mounted, found)
+    for k, lidar in enumerate(LIDARS):
+        if chosen[k]:
+            alone = scan(rooms[places[k]], motions[k : k + 1], lidar)[0]
+            np.testing.assert_array_equal(found[k, : lidar.count], alone)
+    assert (found[2] == 9.0).all()
+
+
+def test_moving_circles_are_seen_as_standing_ones():
+    """A mover gives the beams of a circle of the room at its place; radius 0 is nobody."""
+    rng = np.random.default_rng(10)
+    bare = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0)))
+    posted = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0), circles=[(1.0, 0.5, 0.3)]))
+    motions = free_motions(posted, rng, 10)
+    movers = Movers.none(10, 2)
+    movers.places[:, 0], movers.radii[:, 0] = (1.0, 0.5), 0.3
+    movers.places[:, 1] = motions[:, :2]
+    for lidar in LIDARS:
+        seen = scan(bare, motions, lidar, movers)
+        np.testing.assert_array_equal(seen, scan(posted, motions, lidar))
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-9, 0.0, -1e-3, -0.1])
+def test_a_laser_at_or_inside_an_obstacle_stays_finite(gap):
+    """Reciprocals end at that of the smallest range, wherever the laser is."""
+    boxes, circles = [(1.0, -1.0, 2.0, 1.0)], [(-1.0, 0.0, 0.5)]
+    made = Room.of("test", RoomPlan(about="t", half=(4.0, 3.0), boxes=boxes, circles=circles))
+    motions = np.array([[1.0 - gap, 0.0, 0.3, 0, 0], [-0.5 + gap, 0.0, -2.0, 0, 0]])
+    for lidar in (PlanarLidarConfig(), PlanarLidarConfig(fov_deg=180, resolution_deg=1)):
+        found = scan(made, motions, lidar)
+        assert np.isfinite(found).all()
+        assert found.min() >= np.float32(1.0 / lidar.max_range)
+        assert (found.max(axis=1) == np.float32(1.0 / MIN_RANGE)).all()
+
+
+def test_clearance_is_that_of_the_room():
+    """Outside of obstacles it is the room's own; a mover counts, and one of radius 0 does not."""
+    rng = np.random.default_rng(11)
+    made = random_room(rng)
+    rooms, movers = room_arrays([make_room("spn-env0"), made]), Movers.none(1, 2)
+    points = rng.uniform((-4.0, -3.0), (4.0, 3.0), (500, 2))
+    points = points[made.clearance(points) > 0.0]
+    for point, expected in zip(points, made.clearance(points), strict=True):
+        assert clearance(*point, 1, rooms, 0, movers) == pytest.approx(expected)
+    movers.places[0, 1], movers.radii[0, 1] = points[0] + (0.3, 0.4), 0.45
+    least = min(made.clearance(points[:1])[0], 0.05)
+    assert clearance(*points[0], 1, rooms, 0, movers) == pytest.approx(least)
+
+
+def test_clearance_is_the_distance_to_the_nearest_of_a_dense_sample():
+    """No point of an obstacle's border is nearer, and one is as near, within the sample's step."""
+    made = Room.of(
+        "test",
+        RoomPlan(about="t", half=(2, 2), boxes=[(0.3, -0.2, 0.9, 0.7)], circles=[(-0.8, 0.1, 0.4)]),
+    )
+    t = np.linspace(0.0, 1.0, 2001)
+    sides = [
+        np.stack([a + t * (c - a), np.full_like(t, y)], axis=1)
+        for a, b, c, d in made.boxes
+        for y in (b, d)
+    ]
+    sides += [
+        np.stack([np.full_like(t, x), b + t * (d - b)], axis=1)
+        for a, b, c, d in made.boxes
+        for x in (a, c)
+    ]
+    angles = 2 * np.pi * t
+    sides += [
+        np.stack([x + r * np.cos(angles), y + r * np.sin(angles)], axis=1)
+        for x, y, r in made.circles
+    ]
+    border = np.concatenate(sides)
+    points = np.random.default_rng(12).uniform(-2.0, 2.0, (300, 2))
+    rooms, movers = room_arrays([made]), Movers.none(1)
+    for point in points[made.clearance(points) > 0.0]:
+        nearest = np.hypot(*(border - point).T).min()
+        found = clearance(*point, 0, rooms, 0, movers)
+        assert nearest - 2e-3 < found <= nearest + 1e-9
+
+
+def driven(made, motion, periods=1, substeps=2, movers=None):
+    """Return a robot's motion and contact after some periods of 0.2 s."""
+    motions, contacts = np.array([motion], dtype=np.float64), np.zeros(1, dtype=bool)
+    one, first = np.ones(1, dtype=bool), np.zeros(1, dtype=np.int64)
+    movers = movers or Movers.none(1)
+    for _ in range(periods):
+        rooms = room_arrays([made])
+        drive(motions, one, first, rooms, movers, 0.2, 0.2, substeps, contacts)
+    return motions[0], bool(contacts[0])
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 7])
+@pytest.mark.parametrize("w", [0.0, 1e-12, 0.4, -1.0])
+def test_motion_follows_exact_arcs(substeps, w):
+    """However many substeps there are, the robot is where its circle leads."""
+    made = Room.of("test", RoomPlan(about="test", half=(50.0, 50.0)))
+    (x, y, yaw, *_), contact = driven(made, [1.0, 2.0, 3.0, 0.5, w], 10, substeps)
+    turn = 2.0 * w
+    radius = 0.5 / w if abs(w) > 1e-6 else np.inf
+    ahead = radius * np.sin(turn) if np.isfinite(radius) else 1.0
+    left = radius * (1 - np.cos(turn)) if np.isfinite(radius) else 0.0
+    assert x == pytest.approx(1.0 + ahead * np.cos(3.0) - left * np.sin(3.0))
+    assert y == pytest.approx(2.0 + ahead * np.sin(3.0) + left * np.cos(3.0))
+    assert np.cos(yaw - 3.0 - turn) == pytest.approx(1.0)
+    assert -np.pi < yaw <= np.pi
+    assert not contact
+
+
+def test_contact_is_overlap_of_the_disc():
+    """A robot 1 mm from a wall, a corner or a circle is free, and in contact 1 mm beyond."""
+    boxes, circles = [(1.0, -1.0, 2.0, 1.0)], [(-2.0, 0.0, 0.5)]
+    made = Room.of("test", RoomPlan(about="t", half=(4.0, 3.0), boxes=boxes, circles=circles))
+    corner = 0.2 / np.sqrt(2)
+    for place, inward in (
+        ((0.8, 0.0), (1.0, 0.0)),
+        ((1.0 - corner, 1.0 + corner), (1.0, -1.0)),
+        ((-1.3, 0.0), (-1.0, 0.0)),
+        ((0.0, 2.8), (0.0, 1.0)),
+    ):
+        for depth, expected in ((-1e-3, False), (1e-3, True)):
+            x, y = np.array(place) + depth * np.array(inward)
+            assert driven(made, [x, y, 0.0, 0.0, 0.0])[1] == expected
+
+
+def test_a_robot_stays_where_it_touched():
+    """It stops at the first check in contact, less than a substep's way inside."""
+    made = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0), boxes=[(1.0, -1.0, 2.0, 1.0)]))
+    (x, *_), contact = driven(made, [0.72, 0.0, 0.0, 0.5, 0.0])
+    assert not contact or x == pytest.approx(0.82)
+    (x, *_), contact = driven(made, [0.76, 0.0, 0.0, 0.5, 0.0])
+    assert contact
+    assert x == pytest.approx(0.81)
+
+
+def test_a_mover_touches_a_robot_at_rest():
+    """Movers move at their velocities, and contact is with them where they are at that time."""
+    made, movers = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0))), Movers.none(1, 1)
+    movers.places[0, 0], movers.velocities[0, 0], movers.radii[0, 0] = (0.0, 1.0), (0, -1.0), 0.1
+    assert not driven(made, [0.0] * 5, 3, movers=movers)[1]
+    assert movers.places[0, 0, 1] == pytest.approx(0.4)
+    assert driven(made, [0.0] * 5, 1, movers=movers)[1]
+
+
+def test_robots_that_are_not_chosen_stand_still():
+    """Neither they nor their movers move, and their contact is kept; that of the others is new."""
+    motions = np.tile([0.0, 0.0, 0.0, 0.5, 0.1], (2, 1))
+    movers, contacts = Movers.none(2, 1), np.array([True, True])
+    movers.velocities[:], movers.radii[:], movers.places[:] = 1.0, 0.1, 2.0
+    rooms, zeros = room_arrays([make_room("spn-env0")]), np.zeros(2, dtype=np.int64)
+    drive(motions, np.array([True, False]), zeros, rooms, movers, 0.2, 0.2, 2, contacts)
+    assert motions[0, 0] > 0.09
+    assert motions[1, 0] == 0.0
+    assert (movers.places[1] == 2.0).all()
+    assert contacts.tolist() == [False, True]
+
+
+def observed(found, lidar, capacity):
+    """Return points, mask and windows of one scan."""
+    rows = np.full((1, 3 * capacity + SECTORS + 4), 7.0, dtype=np.float32)
+    zeros = np.zeros(1, dtype=np.int64)
+    take_points(found, np.ones(1, bool), laser_arrays([lidar]), zeros, capacity, rows)
+    points = rows[0, : 2 * capacity].reshape(capacity, 2)
+    mask, windows = np.split(rows[0, 2 * capacity : 3 * capacity + SECTORS], [capacity])
+    assert (rows[0, 3 * capacity + SECTORS :] == 7.0).all()
+    return points, mask, windows
+
+
+@pytest.mark.parametrize("lidar", LIDARS, ids=lambda lidar: lidar.label)
+def test_points_are_bearing_and_distance_from_the_robots_centre(lidar):
+    """Each beam's end, seen from the robot's centre and heading, gives its point."""
+    rng = np.random.default_rng(13)
+    made = random_room(rng)
+    motions = free_motions(made, rng, 1, least=0.4)
+    found = scan(made, motions, lidar)
+    points, mask, _ = observed(found, lidar, lidar.count + 3)
+    bearings = np.radians(lidar.yaw_deg) + lidar.bearings
+    ends = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) / found[0][:, None]
+    ends += lidar.x, lidar.y
+    distances, bearings = np.hypot(*ends.T), np.arctan2(ends[:, 1], ends[:, 0])
+    expected = np.stack([np.sin(bearings), np.cos(bearings)], axis=1) / distances[:, None]
+    np.testing.assert_allclose(points[:-3], expected, atol=2e-6)
+    np.testing.assert_array_equal(points[-3:], 0.0)
+    np.testing.assert_array_equal(mask, [1.0] * lidar.count + [0.0] * 3)
+
+
+def test_pooling_keeps_the_nearest_of_each_window_of_beams():
+    """Nine beams of 1080 become one point: the nearest; a rest of a window counts as one."""
+    found = np.random.default_rng(14).uniform(0.2, 4.0, (1, 1080)).astype(np.float32)
+    points, mask, _ = observed(found, PlanarLidarConfig(), 120)
+    near = np.hypot(*points.T)
+    np.testing.assert_allclose(near, found.reshape(120, 9).max(axis=1), rtol=1e-6)
+    assert mask.all()
+    points, mask, _ = observed(found, PlanarLidarConfig(), 100)
+    assert mask.sum() == 99
+    np.testing.assert_allclose(np.hypot(*points[98]), found[0, 98 * 11 :].max(), rtol=1e-6)
+
+
+def test_windows_are_the_nearest_of_ten_degrees_from_behind_on():
+    """A near beam shows in the window of its bearing alone; windows without beams are empty."""
+    lidar = PlanarLidarConfig()
+    for bearing in (-179.9, -95.0, 0.5, 44.0, 179.0):
+        found = np.full((1, 1080), 0.2, dtype=np.float32)
+        found[0, int((bearing + 180.0) * 3)] = 3.0
+        windows = observed(found, lidar, 1080)[2]
+        expected = np.full(SECTORS, 0.2)
+        expected[int((bearing + 180.0) // 10)] = 3.0
+        np.testing.assert_allclose(windows, expected, rtol=1e-6)
+    ahead = PlanarLidarConfig(fov_deg=180, resolution_deg=1, max_range=10)
+    windows = observed(np.full((1, 181), 2.0, dtype=np.float32), ahead, 181)[2]
+    np.testing.assert_allclose(windows[9:27], 2.0, rtol=1e-6)
+    np.testing.assert_allclose(np.delete(windows, slice(8, 28)), 0.1, rtol=1e-6)
+
+
+def test_points_do_not_pass_the_smallest_range():
+    """A laser before the robot's centre that sees backwards has no point inside the limit."""
+    lidar = PlanarLidarConfig(fov_deg=360, resolution_deg=90, x=0.05)
+    found = np.full((1, 4), 20.0, dtype=np.float32)
+    points = observed(found, lidar, 4)[0]
+    assert np.isfinite(points).all()
+    assert np.hypot(*points.T).max() <= 1.0 / MIN_RANGE + 1e-3
+
+
+def test_lasers_are_padded():
+    """A laser of few beams in a batch with a fine one has its own count, step and offset."""
+    lasers = laser_arrays(LIDARS)
+    assert isinstance(lasers, Lasers)
+    assert lasers.counts.tolist() == [lidar.count for lidar in LIDARS]
+    np.testing.assert_allclose(lasers.offsets[2], [0.1, -0.08])
+    assert (lasers.directions[2, :, 10:] == 0.0).all()

@@ -24,7 +24,7 @@ X, Y, YAW, V, W = range(5)
 """Columns of a motion: position [m], heading [rad], speed [m/s], yaw rate [rad/s]."""
 
 _EDGE = 1e-9
-"""Widening of an interval [beams]: a beam at an edge must not be lost to rounding."""
+"""Widening of an interval [beams or sectors]: what is at an edge must not be lost to rounding."""
 
 _TURN = 2 * np.pi
 
@@ -63,6 +63,30 @@ class Lasers(NamedTuple):
     directions: NDArray[np.float32]
     offsets: NDArray[np.float64]
     max_ranges: NDArray[np.float64]
+
+
+class View(NamedTuple):
+    """One laser where it is.
+
+    Attributes:
+        x: Position in the room [m].
+        y: Position in the room [m].
+        c: Cosine of the robot's heading.
+        s: Sine of the robot's heading.
+        first: Bearing of the first beam in the room, from 0 to 2 pi [rad].
+        density: Number of beams for each radian.
+        beams: Number of beams.
+        max_range: Largest range [m].
+    """
+
+    x: float
+    y: float
+    c: float
+    s: float
+    first: float
+    density: float
+    beams: int
+    max_range: float
 
 
 @kernel
@@ -165,114 +189,160 @@ def cast(
         laser, room = mounted[k], places[k]
         c, s = np.cos(motions[k, YAW]), np.sin(motions[k, YAW])
         ahead, left = lasers.offsets[laser]
-        x = motions[k, X] + c * ahead - s * left
-        y = motions[k, Y] + s * ahead + c * left
-        row = found[k]
-        row[:] = np.float32(1.0 / lasers.max_ranges[laser])
-        yaw = motions[k, YAW]
+        view = View(
+            motions[k, X] + c * ahead - s * left,
+            motions[k, Y] + s * ahead + c * left,
+            c,
+            s,
+            (motions[k, YAW] + lasers.firsts[laser]) % _TURN,
+            1.0 / lasers.steps[laser],
+            lasers.counts[laser],
+            lasers.max_ranges[laser],
+        )
+        row, directions = found[k], lasers.directions[laser]
+        row[:] = np.float32(1.0 / view.max_range)
         for b in range(rooms.box_counts[room]):
-            box = rooms.boxes[room, b]
-            # A face is visible from its outer side alone: two faces of a box at most.
-            if x < box[0]:
-                _face(row, lasers, laser, yaw, c, -s, box[0] - x, box[1] - y, box[3] - y, False)
-            elif x > box[2]:
-                _face(row, lasers, laser, yaw, c, -s, box[2] - x, box[1] - y, box[3] - y, False)
-            elif box[1] <= y <= box[3]:
-                row[:] = np.float32(1.0 / MIN_RANGE)
-            if y < box[1]:
-                _face(row, lasers, laser, yaw, s, c, box[1] - y, box[0] - x, box[2] - x, True)
-            elif y > box[3]:
-                _face(row, lasers, laser, yaw, s, c, box[3] - y, box[0] - x, box[2] - x, True)
+            _box(row, directions, view, rooms.boxes[room, b])
         for o in range(rooms.circle_counts[room]):
             circle = rooms.circles[room, o]
-            _circle(row, lasers, laser, yaw, circle[0] - x, circle[1] - y, circle[2])
+            _circle(row, directions, view, circle[0], circle[1], circle[2])
         for m in range(movers.radii.shape[1]):
             if movers.radii[k, m] > 0.0:
-                place = movers.places[k, m]
-                _circle(row, lasers, laser, yaw, place[0] - x, place[1] - y, movers.radii[k, m])
+                x, y = movers.places[k, m]
+                _circle(row, directions, view, x, y, movers.radii[k, m])
         most = np.float32(1.0 / MIN_RANGE)
-        for i in range(lasers.counts[laser]):
-            row[i] = min(row[i], most)
+        for i in range(view.beams):
+            row[i] = row[i] if row[i] < most else most
+
+
+@kernel
+def _box(
+    row: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    view: View,
+    box: NDArray[np.float64],
+) -> None:
+    """Take the larger reciprocals of a box into a row of beams.
+
+    Args:
+        row: Reciprocals, changed in place.
+        directions: Cosine and sine of each beam's bearing from the heading, shape (2, b).
+        view: Laser in the room.
+        box: x_min, y_min, x_max, y_max [m].
+    """
+    west, south, east, north = box[0] - view.x, box[1] - view.y, box[2] - view.x, box[3] - view.y
+    # A face is visible from its outer side alone: two faces of a box at most.
+    across = west if west > 0.0 else min(east, 0.0)
+    along = south if south > 0.0 else min(north, 0.0)
+    if across * across + along * along > view.max_range * view.max_range:
+        return
+    if across == 0.0 and along == 0.0:
+        row[:] = np.float32(1.0 / MIN_RANGE)
+        return
+    # The reciprocal of the distance to the line x = a is cos / a of the bearing in the room.
+    if across != 0.0:
+        u, v = view.c / across, -view.s / across
+        one, other = np.arctan2(south, across), np.arctan2(north, across)
+        _face(row, directions, view, one, other, u, v)
+    if along != 0.0:
+        u, v = view.s / along, view.c / along
+        one, other = np.arctan2(along, west), np.arctan2(along, east)
+        _face(row, directions, view, one, other, u, v)
 
 
 @kernel
 def _face(
     row: NDArray[np.float32],
-    lasers: Lasers,
-    laser: int,
-    yaw: float,
+    directions: NDArray[np.float32],
+    view: View,
+    one: float,
+    other: float,
     u: float,
     v: float,
-    away: float,
-    low: float,
-    high: float,
-    level: bool,
 ) -> None:
     """Take the larger reciprocals of one face into a row of beams.
 
     Args:
         row: Reciprocals, changed in place.
-        lasers: Lasers.
-        laser: Index of the laser.
-        yaw: Heading of the robot [rad].
-        u: Share of a beam's cosine in the component across the face.
-        v: Share of its sine.
-        away: Signed distance of the face's line from the laser [m].
-        low: Begin of the face along its line, from the laser's foot [m].
-        high: Its end [m].
-        level: True for a face along x, False for one along y.
+        directions: Cosine and sine of each beam's bearing from the heading, shape (2, b).
+        view: Laser in the room.
+        one: Bearing of one edge of the face in the room, from -pi to pi [rad].
+        other: Bearing of the other edge [rad].
+        u: Share of a beam's cosine in the reciprocal of its distance [1/m].
+        v: Share of its sine [1/m].
     """
-    if level:
-        one, other = np.arctan2(away, low), np.arctan2(away, high)
-    else:
-        one, other = np.arctan2(low, away), np.arctan2(high, away)
     # The interval runs counter-clockwise from the edge from which it is less than half a turn.
-    width = (other - one) % _TURN
-    begin = one
+    begin, width = one, other - one
+    if width < 0.0:
+        begin, width = other, -width
     if width > np.pi:
-        begin, width = other, _TURN - width
-    directions, count = lasers.directions[laser], lasers.counts[laser]
-    scale = 1.0 / away
-    a, b = np.float32(u * scale), np.float32(v * scale)
-    step = lasers.steps[laser]
-    first = (begin - yaw - lasers.firsts[laser]) % _TURN
+        begin, width = begin + width, _TURN - width
+    a, b = np.float32(u), np.float32(v)
+    start, end = _interval(view, begin, width)
     # Once as it lies, and once a turn earlier: an interval may begin behind the first beam.
-    for turn in range(2):
-        start = (first - turn * _TURN) / step
+    for _ in range(2):
         i0 = max(int(np.ceil(start - _EDGE)), 0)
-        i1 = min(int(np.floor(start + width / step + _EDGE)), count - 1)
+        i1 = min(int(np.floor(end + _EDGE)), view.beams - 1)
         for i in range(i0, i1 + 1):
-            row[i] = max(row[i], a * directions[0, i] + b * directions[1, i])
+            near = a * directions[0, i] + b * directions[1, i]
+            row[i] = near if near > row[i] else row[i]
+        start, end = start - _TURN * view.density, end - _TURN * view.density
 
 
 @kernel
 def _circle(
     row: NDArray[np.float32],
-    lasers: Lasers,
-    laser: int,
-    yaw: float,
-    dx: float,
-    dy: float,
+    directions: NDArray[np.float32],
+    view: View,
+    x: float,
+    y: float,
     radius: float,
 ) -> None:
-    """Take the larger reciprocals of a circle at (dx, dy) from the laser into a row of beams."""
-    distance = np.hypot(dx, dy)
-    if distance <= radius:
+    """Take the larger reciprocals of a circle into a row of beams.
+
+    Args:
+        row: Reciprocals, changed in place.
+        directions: Cosine and sine of each beam's bearing from the heading, shape (2, b).
+        view: Laser in the room.
+        x: Centre in the room [m].
+        y: Centre in the room [m].
+        radius: Radius [m].
+    """
+    dx, dy = x - view.x, y - view.y
+    outside = dx * dx + dy * dy - radius * radius
+    if outside <= 0.0:
         row[:] = np.float32(1.0 / MIN_RANGE)
         return
-    half, step = np.arcsin(radius / distance), lasers.steps[laser]
-    middle = np.arctan2(dy, dx) - yaw - lasers.firsts[laser]
-    first, count = (middle - half) % _TURN, lasers.counts[laser]
-    for turn in range(2):
-        start = (first - turn * _TURN) / step
+    distance = np.sqrt(dx * dx + dy * dy)
+    if distance - radius > view.max_range:
+        return
+    half = np.arcsin(radius / distance)
+    start, end = _interval(view, np.arctan2(dy, dx) - half, 2 * half)
+    # Centre in the robot's frame, where the directions are.
+    u, v = np.float32(view.c * dx + view.s * dy), np.float32(view.c * dy - view.s * dx)
+    squared, inverse = np.float32(radius * radius), np.float32(1.0 / outside)
+    for _ in range(2):
         i0 = max(int(np.ceil(start - _EDGE)), 0)
-        i1 = min(int(np.floor(start + 2 * half / step + _EDGE)), count - 1)
+        i1 = min(int(np.floor(end + _EDGE)), view.beams - 1)
         for i in range(i0, i1 + 1):
-            # Bearing from the circle's middle: the chord lies before it on the beam.
-            aside = i * step - first + turn * _TURN - half
-            across = distance * np.sin(aside)
-            chord = np.sqrt(max(radius * radius - across * across, 0.0))
-            row[i] = max(row[i], np.float32(1.0 / (distance * np.cos(aside) - chord)))
+            aside = u * directions[1, i] - v * directions[0, i]
+            rest = squared - aside * aside
+            chord = np.sqrt(rest if rest > np.float32(0.0) else np.float32(0.0))
+            # The product of the distances to both ends of the chord is what lies outside.
+            near = (u * directions[0, i] + v * directions[1, i] + chord) * inverse
+            row[i] = near if near > row[i] else row[i]
+        start, end = start - _TURN * view.density, end - _TURN * view.density
+
+
+@kernel
+def _interval(view: View, begin: float, width: float) -> tuple[float, float]:
+    """Return begin and end of an interval of bearings in the room, counted in beams."""
+    first = begin - view.first
+    # Intervals begin after -1.5 pi, first beams before 2 pi: two turns are the most.
+    while first < 0.0:
+        first += _TURN
+    start = first * view.density
+    return start, start + width * view.density
 
 
 @kernel
@@ -322,7 +392,11 @@ def take_points(
             squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
             row[2 * p], row[2 * p + 1] = y / squared, x / squared
             mask[p] = 1.0
-            sector = int((np.arctan2(y, x) + np.pi) * (SECTORS / _TURN)) % SECTORS
+            # From the robot's centre a beam's bearing is known.
+            bearing = lasers.firsts[laser] + i * lasers.steps[laser]
+            if ahead != 0.0 or left != 0.0:
+                bearing = np.arctan2(y, x)
+            sector = int(np.floor((bearing + np.pi) * (SECTORS / _TURN) + _EDGE)) % SECTORS
             windows[sector] = max(windows[sector], np.float32(1.0 / np.sqrt(squared)))
         row[2 * used : 2 * capacity] = 0.0
         mask[used:] = 0.0

@@ -22,9 +22,9 @@ LIDARS = (
     PlanarLidarConfig(),
     PlanarLidarConfig(fov_deg=270, resolution_deg=0.25, max_range=30, x=0.05),
     PlanarLidarConfig(fov_deg=180, resolution_deg=20, max_range=10, x=0.1, y=-0.08, yaw_deg=35),
-    PlanarLidarConfig(fov_deg=90, resolution_deg=0.7, max_range=4, yaw_deg=-170),
+    PlanarLidarConfig(fov_deg=90, resolution_deg=0.7, max_range=4, y=0.1, yaw_deg=-170),
     PlanarLidarConfig(fov_deg=350, resolution_deg=1, max_range=8, x=-0.1, yaw_deg=180),
-    PlanarLidarConfig(fov_deg=360, resolution_deg=7.5, max_range=3, yaw_deg=123),
+    PlanarLidarConfig(fov_deg=360, resolution_deg=7.5, max_range=3, yaw_deg=-340),
 )
 
 
@@ -301,12 +301,12 @@ def observed(found, lidar, capacity):
 
 @pytest.mark.parametrize("lidar", LIDARS, ids=lambda lidar: lidar.label)
 def test_points_are_bearing_and_distance_from_the_robots_centre(lidar):
-    """Each beam's end, seen from the robot's centre and heading, gives its point."""
+    """Each beam's end, seen from the robot's centre and heading, gives its point and window."""
     rng = np.random.default_rng(13)
     made = random_room(rng)
     motions = free_motions(made, rng, 1, least=0.4)
     found = scan(made, motions, lidar)
-    points, mask, _ = observed(found, lidar, lidar.count + 3)
+    points, mask, windows = observed(found, lidar, lidar.count + 3)
     bearings = np.radians(lidar.yaw_deg) + lidar.bearings
     ends = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) / found[0][:, None]
     ends += lidar.x, lidar.y
@@ -315,6 +315,11 @@ def test_points_are_bearing_and_distance_from_the_robots_centre(lidar):
     np.testing.assert_allclose(points[:-3], expected, atol=2e-6)
     np.testing.assert_array_equal(points[-3:], 0.0)
     np.testing.assert_array_equal(mask, [1.0] * lidar.count + [0.0] * 3)
+    nearest = np.full(SECTORS, 1.0 / lidar.max_range)
+    # A bearing between two windows belongs to the second.
+    sectors = np.floor((bearings + np.pi) * SECTORS / (2 * np.pi) + 1e-6).astype(int) % SECTORS
+    np.maximum.at(nearest, sectors, 1.0 / distances)
+    np.testing.assert_allclose(windows, nearest, rtol=1e-5)
 
 
 def test_pooling_keeps_the_nearest_of_each_window_of_beams():

@@ -15,11 +15,27 @@ def test_the_room_that_is_timed_has_25_boxes():
 
 
 def test_times_are_divided_by_what_was_done(monkeypatch):
-    """A scan's time is that of a call by its places; a rate is that of all robots."""
-    monkeypatch.setattr(bench, "best_of_seven", lambda call, calls: call(1) or 128.0)
+    """A scan's time is that of a call by its places; a rate is that of all robots and steps."""
+
+    def fastest(call, loops):
+        call()
+        return 128.0
+
+    monkeypatch.setattr(bench, "fastest", fastest)
     assert bench.time_scans(36, places=4) == 32.0
     assert bench.time_simulator(2, 36) == 2e6 / 128.0
-    assert bench.time_environment(2, 36) == 2e6 / 128.0
+    assert bench.time_environment(2, 36) == 2e7 / 128.0
+
+
+def test_the_fastest_loop_counts(monkeypatch):
+    """The first loop compiles and does not count; the shortest of the others does, in us."""
+    now, loops = [0.0], iter([1.0, 9.0, 3.0, 4.0])
+
+    def call():
+        now[0] += next(loops)
+
+    monkeypatch.setattr(bench.time, "perf_counter", lambda: now[0])
+    assert bench.fastest(call, 3) == 3e6
 
 
 def test_the_table_has_a_row_for_each_size(monkeypatch, capsys):
@@ -28,13 +44,14 @@ def test_the_table_has_a_row_for_each_size(monkeypatch, capsys):
     monkeypatch.setattr(bench, "time_scans", lambda beams: beams / 10)
     monkeypatch.setattr(bench, "time_simulator", lambda robots, beams: 1000.0 * robots + beams)
     monkeypatch.setattr(bench, "time_environment", lambda robots, beams: 10.0 * robots + beams)
-    monkeypatch.setattr(bench, "JUDGING_ROOMS", ("spn-env4",))
+    monkeypatch.setattr(bench, "time_oracle", lambda: np.array([20.0, 40.0]))
     bench.main([])
     printed = capsys.readouterr().out
     assert "| scan | 25 boxes | 72 | 7.2 | us |" in printed
     assert "| simulator | 64 robots | 36 | 6.404e+04 | robot steps/s |" in printed
     assert "| environment | 16 robots | 72 | 232 | robot steps/s |" in printed
-    assert "| oracle | slowest | - |" in printed
+    assert "| oracle | mean | - | 30 | ms |" in printed
+    assert "| oracle | slowest | - | 40 | ms |" in printed
     assert len(printed.splitlines()) == 2 + 2 + 4 + 4 + 2
 
 

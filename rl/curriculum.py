@@ -2,108 +2,22 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, Field
 
 from rl import checkpoint as checkpoints
-from rl.learners import LearnerConfig, make_learner
+from rl.curriculum_config import CurriculumConfig, Stage
+from rl.fixed_tasks import FixedTaskFigures, fixed_task_figures, fixed_tasks
+from rl.learners import make_learner
 from rl.policy import Policy, policy_from_bytes, with_info
-from rl.sac import SacConfig
-from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_observations
+from rl.replay import Renderer
 from rl.training import Episode, EpisodeSpec, RolloutFunction
 
 CIRCLING = 4.0
 """Number of whole turns one way in an episode that count as circling."""
-
-
-class Difficulty(BaseModel):
-    """Schedule of the difficulty of a stage's worlds, by the share of successes.
-
-    Attributes:
-        start: Difficulty of the first episodes.
-        least: Least difficulty.
-        most: Most difficulty; a stage is passed there alone.
-        step: Difference between two levels.
-        window: Number of episodes on a level before it is changed.
-        raise_at: Share of successes in them from which the level rises.
-        lower_at: Share of successes below which it falls.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    start: float = Field(default=0.3, ge=0, le=1)
-    least: float = Field(default=0.1, ge=0, le=1)
-    most: float = Field(default=0.5, ge=0, le=1)
-    step: float = Field(default=0.1, gt=0, le=1)
-    window: int = Field(default=16, ge=1)
-    raise_at: float = Field(default=0.8, ge=0, le=1)
-    lower_at: float = Field(default=0.4, ge=0, le=1)
-
-    def after(self, level: float, successes: Sequence[bool]) -> float:
-        """Return the next level after the episodes on this one; the same while they are few."""
-        if len(successes) < self.window:
-            return level
-        share = float(np.mean(successes[-self.window :]))
-        change = self.step * (int(share >= self.raise_at) - int(share < self.lower_at))
-        return round(min(max(level + change, self.least), self.most), 6)
-
-
-class Stage(BaseModel):
-    """One stage of the curriculum.
-
-    Attributes:
-        name: Name of its environment.
-        episodes: Budget of episodes (paper: 200).
-        promote_at: Share of successes in the latest ``window`` episodes that ends the stage before
-            its budget is spent; None never does (paper).
-        window: Number of episodes that ``promote_at`` counts.
-        rehearsal: Share of the episodes that are played in the stages before, so that nothing is
-            forgotten; one episode of each iteration at least is the stage's own.
-        difficulty: Schedule of its worlds' difficulty, None for its environment's own.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: str
-    episodes: int = Field(ge=1)
-    promote_at: float | None = Field(default=None, gt=0, le=1)
-    window: int = Field(default=32, ge=1)
-    rehearsal: float = Field(default=0.0, ge=0, le=0.9)
-    difficulty: Difficulty | None = None
-
-
-class CurriculumConfig(BaseModel):
-    """Settings of a run (Sanchez et al. 2023, section 5).
-
-    Attributes:
-        stages: Stages in order.
-        learner: Settings of the learner.
-        seed: Seed of everything random in the run.
-        observations: Space of the observations.
-        actions: Space of the actions.
-        final_lr_scale: Share of the learning rate at the end of each stage; it falls linearly.
-        validation: Number of episodes in worlds kept for it that are driven without exploring at
-            the end of each stage, in that stage and in all before; 0 leaves them out.
-        validate_every: Number of iterations between validations within a stage, from which the
-            policy that did best is kept; 0 keeps the last.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    stages: tuple[Stage, ...]
-    learner: LearnerConfig = Field(default_factory=SacConfig)
-    seed: int = Field(default=0, ge=0)
-    observations: ObservationSpec = Field(
-        default_factory=lambda: steering_observations(32, 10.0, 0.5)
-    )
-    actions: ActionSpec = Field(default_factory=lambda: steering_actions(0.5))
-    final_lr_scale: float = Field(default=0.2, gt=0, le=1)
-    validation: int = Field(default=0, ge=0)
-    validate_every: int = Field(default=0, ge=0)
 
 
 @dataclass(frozen=True)
@@ -127,8 +41,10 @@ class TrainingIteration:
         terms: Mean sum of each term of the reward.
         circling: Share of the episodes in which the robot circled.
         losses: Figures of the learner by name.
-        validation: Share of successes in the worlds kept for it, by stage; empty where there was no
-            validation.
+        validation: Share of successes in the worlds kept for it, or the score with weighed
+            collisions, by stage; empty where there was no validation.
+        stage_steps: Number of control steps of the stage so far.
+        tasks: Figures of the test of fixed tasks, None where there was none.
     """
 
     stage: int
@@ -148,6 +64,8 @@ class TrainingIteration:
     circling: float
     losses: dict[str, float]
     validation: dict[str, float]
+    stage_steps: int = 0
+    tasks: FixedTaskFigures | None = None
 
 
 @dataclass
@@ -159,10 +77,11 @@ class _Position:
     iteration: int = 0
     iterations: int = 0
     steps: int = 0
+    stage_steps: int = 0
     levels: list[float | None] = field(default_factory=list)
     recent: list[bool] = field(default_factory=list)
     on_level: list[bool] = field(default_factory=list)
-    best: float = -1.0
+    best: float | None = None
 
 
 class Curriculum:
@@ -173,15 +92,21 @@ class Curriculum:
     """
 
     def __init__(
-        self, config: CurriculumConfig, rollout: RolloutFunction, checkpoint: bytes | None = None
+        self,
+        config: CurriculumConfig,
+        rollout: RolloutFunction,
+        checkpoint: bytes | None = None,
+        renderer: Renderer | None = None,
     ) -> None:
         """Start a run, or go on where a checkpoint stands.
 
         Args:
             config: Settings of the run.
             rollout: Function that plays episodes; the stages that follow the config's own are the
-                same again in the worlds kept for validation.
+                same again in the worlds kept for validation, and the one after these holds the
+                fixed tasks of the tests.
             checkpoint: Checkpoint of an earlier run with the same config.
+            renderer: Renderer of the observations if episodes hold situations.
 
         Raises:
             ValueError: If the checkpoint does not fit.
@@ -189,7 +114,7 @@ class Curriculum:
         self._config = config
         self._rollout = rollout
         self.learner = make_learner(
-            config.learner, config.observations, config.actions, config.seed
+            config.learner, config.observations, config.actions, config.seed, renderer
         )
         self._at = _Position(levels=[_first_level(stage) for stage in config.stages])
         self._best: Policy | None = None
@@ -216,8 +141,8 @@ class Curriculum:
             iteration = self._advance(stage)
             if iteration.is_last:
                 self._at.stage += 1
-                self._at.episodes = self._at.iteration = 0
-                self._at.recent, self._at.on_level, self._at.best = [], [], -1.0
+                self._at.episodes = self._at.stage_steps = self._at.iteration = 0
+                self._at.recent, self._at.on_level, self._at.best = [], [], None
             yield iteration
 
     def _advance(self, stage: Stage) -> TrainingIteration:
@@ -228,16 +153,20 @@ class Curriculum:
         behaviour_policy = self.learner.behaviour_policy()
         episodes = self._rollout(behaviour_policy, config.learner.action_repeat, specs, True)
         # Learn from all of them, at a rate that falls over the stage.
-        lr_scale = 1 - (1 - config.final_lr_scale) * at.episodes / stage.episodes
+        spent = min(stage.spent(at.episodes, at.stage_steps), 1.0)
+        lr_scale = 1 - (1 - config.final_lr_scale) * spent
         order = np.random.default_rng((config.seed, at.stage, at.iteration, 1))
         losses = self.learner.update(episodes, order, lr_scale)
         # Count the stage's own episodes, move its difficulty, and validate when due.
         own = [e for e, one in zip(episodes, specs, strict=True) if one.stage == at.stage]
         level = at.levels[at.stage]
+        steps_before = at.steps
         self._move_on(stage, own, sum(episode.steps for episode in episodes))
-        is_last = at.episodes >= stage.episodes or self._is_passed(stage)
-        validation = self._validate(stage, is_last)
-        return self._figures(stage, own, level, losses, validation, is_last)
+        is_last = stage.spent(at.episodes, at.stage_steps) >= 1 or self._is_passed(stage)
+        figures = self._figures(stage, own, level, losses, is_last)
+        return replace(
+            figures, validation=self._validate(stage, is_last), tasks=self._test(steps_before)
+        )
 
     def _specs(self, stage: Stage) -> list[EpisodeSpec]:
         """Return the next iteration's episodes: some of them in the stages before."""
@@ -265,6 +194,7 @@ class Curriculum:
         at.iteration += 1
         at.iterations += 1
         at.steps += steps
+        at.stage_steps += steps
         at.recent = (at.recent + successes)[-stage.window :]
         at.on_level += successes
         level = at.levels[at.stage]
@@ -290,16 +220,16 @@ class Curriculum:
             if is_last:
                 self._best = policy
             return {}
-        rate = self._try(policy, at.stage)
-        if rate >= at.best:
-            at.best, self._best = rate, policy
+        score = self._try(policy, at.stage)
+        if at.best is None or score >= at.best:
+            at.best, self._best = score, policy
         if not is_last or self._best is None:
-            return {stage.name: rate}
+            return {stage.name: score}
         before = {config.stages[k].name: self._try(self._best, k) for k in range(at.stage)}
         return before | {stage.name: at.best}
 
     def _try(self, policy: Policy, stage: int) -> float:
-        """Return the share of successes of a policy in a stage's worlds for validation."""
+        """Return the score of a policy in a stage's worlds for validation."""
         config = self._config
         level = config.stages[stage].difficulty
         specs = [
@@ -311,7 +241,15 @@ class Curriculum:
             for k in range(config.validation)
         ]
         episodes = self._rollout(policy, 1, specs, False)
-        return float(np.mean([episode.is_success for episode in episodes]))
+        return validation_score(episodes, config.collision_weight)
+
+    def _test(self, steps_before: int) -> FixedTaskFigures | None:
+        """Play the fixed tasks if another ``test_every`` steps of the run are full."""
+        config, every = self._config, self._config.test_every
+        if not every or self._at.steps // every == steps_before // every:
+            return None
+        tasks = fixed_tasks(2 * len(config.stages), config.test_tasks)
+        return fixed_task_figures(self._rollout(self.learner.policy({}), 1, tasks, False))
 
     def _figures(
         self,
@@ -319,10 +257,9 @@ class Curriculum:
         own: Sequence[Episode],
         level: float | None,
         losses: dict[str, float],
-        validation: dict[str, float],
         is_last: bool,
     ) -> TrainingIteration:
-        """Return the figures of the iteration."""
+        """Return the figures of the iteration, but for those of validation and test."""
         at = self._at
         names = own[0].terms
         return TrainingIteration(
@@ -342,7 +279,8 @@ class Curriculum:
             terms={name: float(np.mean([e.terms[name] for e in own])) for name in names},
             circling=float(np.mean([episode.turns > CIRCLING for episode in own])),
             losses=losses,
-            validation=validation,
+            validation={},
+            stage_steps=at.stage_steps,
         )
 
     def policy(self, info: dict[str, Any]) -> Policy:
@@ -361,6 +299,19 @@ class Curriculum:
         if self._best is not None:
             best["best"] = torch.frombuffer(bytearray(self._best.to_bytes()), dtype=torch.uint8)
         return self.learner.to_bytes(progress, best)
+
+
+def validation_score(episodes: Sequence[Episode], collision_weight: float | None) -> float:
+    """Return 1 - (time-outs + w collisions) / episodes, or for None the share of successes.
+
+    An episode that terminated without success is a collision, of whatever kind; one that was cut
+    short is a time-out.
+    """
+    if collision_weight is None:
+        return float(np.mean([episode.is_success for episode in episodes]))
+    failed = [episode for episode in episodes if not episode.is_success]
+    lost = sum(collision_weight if episode.terminated else 1.0 for episode in failed)
+    return 1 - lost / len(episodes)
 
 
 def _first_level(stage: Stage) -> float | None:

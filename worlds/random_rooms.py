@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from worlds.rooms import Room, RoomPlan, free_places
+from worlds.rooms import Room, RoomPlan, cell_clearances, free_places
 
 _ATTEMPTS = 100
 """Number of layouts that are tried until one can be driven."""
@@ -75,6 +75,4 @@ def _plan(
 
 def _free_count(room: Room, clearance: float) -> int:
     """Return how many cells of 5 cm are clear, connected or not."""
-    edges = [np.arange(-half + 0.025, half, 0.05) for half in room.half]
-    places = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(-1, 2)
-    return int((room.clearance(places) > clearance).sum())
+    return int((cell_clearances(room) > clearance).sum())

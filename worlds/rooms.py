@@ -1,7 +1,7 @@
 """Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,11 @@ from worlds.world import Start
 _BORDER = 0.2
 """Thickness of the boundary walls, outside of the free space [m]."""
 
-_CELL = 0.05
-"""Edge of the cells on which free space is connected [m]."""
+CELL = 0.05
+"""Edge of the cells that free space is divided into [m]."""
+
+_KEPT = 64
+"""Number of rooms whose cells are remembered."""
 
 
 class Appearance(BaseModel):
@@ -143,7 +146,20 @@ class Room:
         return np.asarray(nearest)
 
 
-@cache
+def cell_middles(room: Room) -> NDArray[np.float64]:
+    """Return the middle of each cell of a room's free space [m], shape (n, m, 2)."""
+    edges = [np.arange(-half + CELL / 2, half, CELL) for half in room.half]
+    return np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1)
+
+
+@lru_cache(maxsize=_KEPT)
+def cell_clearances(room: Room) -> NDArray[np.float64]:
+    """Return the clearance of the middle of each cell of a room [m], shape (n, m)."""
+    middles = cell_middles(room)
+    return room.clearance(middles.reshape(-1, 2)).reshape(middles.shape[:2])
+
+
+@lru_cache(maxsize=_KEPT)
 def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float64]:
     """Return places of the largest region in which a disc can drive from any to any.
 
@@ -158,9 +174,7 @@ def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float
     Raises:
         ValueError: If there is none.
     """
-    edges = [np.arange(-half + _CELL / 2, half, _CELL) for half in room.half]
-    places = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1)
-    distances = room.clearance(places.reshape(-1, 2)).reshape(places.shape[:2])
+    places, distances = cell_middles(room), cell_clearances(room)
     regions, count = label(distances > radius)
     if not count:
         raise ValueError(f"room {room.name}: expected room for a disc of {radius} m, got none")

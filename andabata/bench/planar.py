@@ -1,7 +1,8 @@
-"""Measures the speed of robots in rooms: rays, simulator, SPN's environment, and the oracle.
+"""Measures how fast disc robots in rooms are simulated: rays, and whole steps of a batch.
 
-``python -m andabata.bench.planar`` prints a Markdown table. Loops last a few milliseconds, and the
-fastest counts: what else runs on the core does not.
+``python -m andabata.bench.planar`` prints a Markdown table. The room has about 25 boxes. A whole
+step drives, casts, and writes points and windows. The caster it is compared with intersects every
+beam with every box as slabs and with every circle, in plain numpy, in the same run.
 """
 
 import argparse
@@ -13,143 +14,135 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.lattice_oracle import oracle_drive
-from andabata.tasks.movers import Movers
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
-from andabata.tasks.room_kernel import cast
-from andabata.tasks.spn import SpnConfig, SpnVectorEnv
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomPlan, random_task
+from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
+from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
+from andabata.tasks.room_kernel import SECTORS, take_points
+from worlds.rooms import Room, RoomPlan, free_places
 from worlds.world import Start
 
 BEAMS = (36, 180, 1080)
-"""Numbers of beams all around that are timed."""
+"""Numbers of beams of a step."""
 
-ROBOTS = (16, 64)
-"""Numbers of robots that are timed."""
+_ROBOTS = 64
+"""Number of robots of a step."""
 
-JUDGING_ROOMS = ("spn-env4", "spn-env5", "spn-env6", "spn-env7")
-"""Rooms that the oracle is timed in."""
-
-
-def cluttered_room() -> Room:
-    """Return a room of 10 m with 25 boxes, the walls among them."""
-    rng, boxes = np.random.default_rng(0), []
-    centres = [(x, y) for x in (-3.4, -1.7, 0.0, 1.7, 3.4) for y in (-3.4, -1.1, 1.1, 3.4)]
-    for x, y in [*centres, (0.0, -2.2)]:
-        half = rng.uniform(0.1, 0.4, 2)
-        boxes.append((x - half[0], y - half[1], x + half[0], y + half[1]))
-    return Room.of("cluttered", RoomPlan(about="for timing", half=(5, 5), boxes=tuple(boxes)))
+_POINTS = 120
+"""Largest number of points of an observation."""
 
 
-def all_around(beams: int) -> PlanarLidarConfig:
-    """Return a laser that sees all around, with a number of beams."""
-    return PlanarLidarConfig(resolution_deg=360.0 / beams)
+def crowded_room(seed: int = 0, boxes: int = 21) -> Room:
+    """Return a room of 10 m with random boxes, and four walls around.
 
-
-def starts_in(room: Room, count: int) -> list[Start]:
-    """Return random starts with clearance."""
-    rng = np.random.default_rng(1)
-    return [random_task(room, rng, 0.2).start for _ in range(count)]
-
-
-def fastest(call: Callable[[], object], loops: int) -> float:
-    """Return the duration of the fastest of some loops [us], after one that compiles."""
-    call()
-    times = []
-    for _ in range(loops):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-    return 1e6 * min(times)
-
-
-def time_scans(beams: int, places: int = 64) -> float:
-    """Return the time of one scan in the cluttered room, mean over places [us]."""
-    room, zeros = cluttered_room(), np.zeros(places, dtype=np.int64)
-    motions = np.array([(*_pose(start), 0.0, 0.0) for start in starts_in(room, places)])
-    rooms, lasers = room_arrays([room]), laser_arrays([all_around(beams)])
-    found, everyone = np.zeros((places, beams), dtype=np.float32), np.ones(places, dtype=np.bool_)
-
-    def call() -> None:
-        cast(motions, everyone, zeros, rooms, Movers.none(places), lasers, zeros, found)
-
-    return fastest(call, 1000) / places
-
-
-def _pose(start: Start) -> tuple[float, float, float]:
-    """Return the numbers of a start."""
-    return start.x, start.y, start.yaw
-
-
-def time_simulator(robots: int, beams: int) -> float:
-    """Return the number of robot steps a second of the simulator in the cluttered room."""
-    room = cluttered_room()
-    batch = RoomBatch(robots, [room], DiscRobotConfig(), all_around(beams))
-    for k, start in enumerate(starts_in(room, robots)):
-        batch.place(k, 0, start)
-    # On circles of 0.2 m robots stay in the open, as long as the measurement takes.
-    twists = np.tile([0.1, 0.5], (robots, 1))
-    everyone = np.ones(robots, dtype=np.bool_)
-
-    return 1e6 * robots / fastest(lambda: batch.step(twists, everyone), 1000)
-
-
-def time_environment(robots: int, beams: int) -> float:
-    """Return the number of robot steps a second of SPN's training environment.
-
-    Loops are of ten steps, in which a share of the robots begins anew.
+    Args:
+        seed: Seed of the layout.
+        boxes: Number of boxes inside.
     """
-    env = SpnVectorEnv(SpnConfig(lidar=all_around(beams)), robots)
-    env.reset(seed=0)
-    actions = np.random.default_rng(2).uniform(-1.0, 1.0, (10, robots, 2)).astype(np.float32)
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-4.5, 4.0, (boxes, 2))
+    plan = RoomPlan.model_validate(
+        {
+            "about": "random boxes",
+            "half": (5.0, 5.0),
+            "boxes": np.concatenate([low, low + rng.uniform(0.2, 1.0, (boxes, 2))], 1).tolist(),
+        }
+    )
+    return Room.of("crowded", plan)
 
-    def call() -> None:
-        for row in actions:
-            env.step(row)
 
-    return 1e6 * robots * len(actions) / fastest(call, 50)
+def slab_ranges(
+    boxes: NDArray[np.float64],
+    circles: NDArray[np.float64],
+    place: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    max_range: float,
+) -> NDArray[np.float64]:
+    """Return the ranges of beams, each intersected with every obstacle [m], shape (b,).
+
+    Args:
+        boxes: x_min, y_min, x_max, y_max [m], shape (n, 4).
+        circles: x, y, radius [m], shape (m, 3).
+        place: Position of the laser [m], shape (2,).
+        angles: Angle of each beam in the room [rad], shape (b,).
+        max_range: Range of what returns nothing [m].
+    """
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one = (boxes[:, :2] - place) / directions[:, None]
+        other = (boxes[:, 2:] - place) / directions[:, None]
+    enter, leave = np.minimum(one, other).max(axis=2), np.maximum(one, other).min(axis=2)
+    hits = np.where((enter <= leave) & (leave >= 0), np.maximum(enter, 0.0), np.inf)
+    ranges = np.minimum(hits.min(axis=1), max_range)
+    if len(circles):
+        away = circles[:, :2] - place
+        along = directions @ away.T
+        squared = circles[:, 2] ** 2 - (away**2).sum(axis=1) + along**2
+        hits = along - np.sqrt(np.maximum(squared, 0.0))
+        hits[(squared < 0) | (along < 0)] = np.inf
+        ranges = np.minimum(ranges, hits.min(axis=1))
+    return np.asarray(ranges)
 
 
-def time_oracle(tasks: int = 20) -> NDArray[np.float64]:
-    """Return the time of the oracle for random tasks in the judging rooms [ms], shape (n,)."""
+def least_time(work: Callable[[], object], runs: int = 20) -> float:
+    """Return the least time of some runs [s]."""
     times = []
-    for name in JUDGING_ROOMS:
-        room, rng = make_room(name), np.random.default_rng(3)
-        oracle_drive(room, random_task(room, rng, 0.2))  # Compiled code is compiled.
-        for _ in range(tasks):
-            task = random_task(room, rng, 0.2)
-            began = time.perf_counter()
-            oracle_drive(room, task)
-            times.append(1e3 * (time.perf_counter() - began))
-    return np.array(times)
+    for _ in range(runs):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return min(times)
 
 
-def time_rooms() -> list[Row]:
-    """Return the rows of the table."""
-    rows: list[Row] = [_row("scan", "25 boxes", beams, time_scans(beams), "us") for beams in BEAMS]
-    for name, measured in (("simulator", time_simulator), ("environment", time_environment)):
-        for robots in ROBOTS:
-            rows += [
-                _row(name, f"{robots} robots", beams, measured(robots, beams), "robot steps/s")
-                for beams in BEAMS
-            ]
-    oracle = time_oracle()
-    for name, value in (("mean", oracle.mean()), ("slowest", oracle.max())):
-        rows.append(_row("oracle", name, None, float(value), "ms"))
-    return rows
+def standing_batch(room: Room, lidar: PlanarLidarConfig, robots: int) -> RoomBatch:
+    """Return robots at random free places of a room."""
+    rng = np.random.default_rng(1)
+    batch = RoomBatch(robots, [room], DiscRobotConfig(), lidar)
+    for k, (x, y) in enumerate(rng.choice(free_places(room, 0.2, 0.3), robots)):
+        batch.place(k, 0, Start(x, y, rng.uniform(-np.pi, np.pi)))
+    return batch
 
 
-def _row(part: str, subject: str, beams: int | None, value: float, unit: str) -> Row:
-    """Return one row."""
-    return {"part": part, "subject": subject, "beams": beams, "value": value, "unit": unit}
+def cast_row(room: Room) -> Row:
+    """Return the cost of one robot's 1080 beams beside that of the plain caster."""
+    batch = standing_batch(room, TRAINING_LIDAR, _ROBOTS)
+    everyone = np.ones(_ROBOTS, dtype=np.bool_)
+    batch.observe(everyone)
+    ours = least_time(lambda: batch.observe(everyone)) / _ROBOTS
+    angles = TRAINING_LIDAR.bearings + batch.poses[0, 2]
+    place, reach = batch.poses[0, :2], TRAINING_LIDAR.max_range
+    plain = least_time(lambda: slab_ranges(room.boxes, room.circles, place, angles, reach))
+    return _row(f"cast of 1080 beams, {len(room.boxes)} boxes", 1e6 * ours, "us", plain / ours)
+
+
+def step_row(room: Room, beams: int) -> Row:
+    """Return how many robots' steps are simulated in a second, beside those of the plain caster."""
+    lidar = PlanarLidarConfig(resolution_deg=360 / beams)
+    batch = standing_batch(room, lidar, _ROBOTS)
+    everyone, points = np.ones(_ROBOTS, dtype=np.bool_), min(beams, _POINTS)
+    rows = np.zeros((_ROBOTS, 3 * points + SECTORS), dtype=np.float32)
+    twists = np.tile([0.0, 0.5], (_ROBOTS, 1))
+
+    def step() -> None:
+        batch.step(twists, everyone)
+        take_points(batch.reciprocals, everyone, batch.lasers, batch.mounted, points, rows)
+
+    step()
+    ours = least_time(step) / _ROBOTS
+    angles, reach = lidar.bearings, lidar.max_range
+    plain = least_time(lambda: slab_ranges(room.boxes, room.circles, np.zeros(2), angles, reach))
+    return _row(f"step, {beams} beams", 1 / ours, "robot-steps/s", plain / ours)
+
+
+def _row(name: str, value: float, unit: str, ratio: float) -> Row:
+    """Return a row of the table."""
+    return {"work": name, "value": float(f"{value:.3g}"), "unit": unit, "plain / ours": ratio}
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Print the table."""
     argparse.ArgumentParser(description=__doc__).parse_args(argv)
-    sys.stdout.write(markdown_table(time_rooms()))
+    room = crowded_room()
+    rows = [cast_row(room), *(step_row(room, beams) for beams in BEAMS)]
+    sys.stdout.write(markdown_table(rows))
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ class MazeVectorEnv(PlanarVectorEnv):
         after = self._goal_distances
         if self._planners:
             before, after = self._distances_to_targets(going)
-        return paper_reward(self.config.reward, state.ranges, before, after, endings)
+        return paper_reward(self.config.reward, self._terrain.ranges, before, after, endings)
 
     def _distances_to_targets(
         self, going: NDArray[np.bool_]
@@ -109,7 +109,7 @@ class MazeVectorEnv(PlanarVectorEnv):
 
     def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
         """Renew the observations of some robots."""
-        ranges = state.ranges.copy()
+        ranges = self._terrain.ranges.copy()
         bearings = self._terrain.heading_errors(self._goals)
         positions = self._terrain.believed_positions
         for k in np.flatnonzero(chosen).tolist() if self._planners else ():

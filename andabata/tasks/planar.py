@@ -1,8 +1,9 @@
 """Many robots in the plane: the seam of batch simulators, and the base of the tasks on them.
 
-A ``PlanarBatch`` moves robots and measures their beams; it knows no goal. ``PlanarVectorEnv`` is a
-drive to one goal on it: a task adds where drives begin, what is rewarded and what is observed, as
-functions over arrays. Each robot does what it does alone, with the same draws.
+A ``PlanarBatch`` moves robots and measures their beams, in a form of its own; it knows no goal.
+``PlanarVectorEnv`` is a drive to one goal on it: a task adds where drives begin, what is rewarded
+and what is observed, as functions over arrays. Each robot does what it does alone, with the same
+draws.
 """
 
 from abc import ABC, abstractmethod
@@ -27,13 +28,11 @@ class PlanarState:
 
     Attributes:
         poses: True x, y [m] and yaw [rad], shape (n, 3).
-        ranges: Range of each beam [m], float32, shape (n, b).
         contacts: True where the body touched something, shape (n,).
         tipped: True where it has rolled over, shape (n,).
     """
 
     poses: NDArray[np.float64]
-    ranges: NDArray[np.float32]
     contacts: NDArray[np.bool_]
     tipped: NDArray[np.bool_]
 

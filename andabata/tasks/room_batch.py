@@ -140,12 +140,7 @@ class RoomBatch:
             self.mounted,
             self.reciprocals,
         )
-        return PlanarState(self.poses, self._ranges(), self._contacts, self._tipped)
-
-    def _ranges(self) -> NDArray[np.float32]:
-        """Return the ranges of all beams [m], shape (n, b); infinite where nothing was cast yet."""
-        with np.errstate(divide="ignore"):
-            return np.float32(1.0) / self.reciprocals
+        return PlanarState(self.poses, self._contacts, self._tipped)
 
 
 def room_arrays(rooms: Sequence[Room]) -> Rooms:

@@ -239,15 +239,20 @@ def _box(
     if across == 0.0 and along == 0.0:
         row[:] = np.float32(1.0 / MIN_RANGE)
         return
-    # The reciprocal of the distance to the line x = a is cos / a of the bearing in the room.
-    if across != 0.0:
-        u, v = view.c / across, -view.s / across
+    # The reciprocal of the distance to the line x = a is cos / a of the bearing in the room. Where
+    # two faces are visible they share a corner.
+    if across != 0.0 and along != 0.0:
+        corner = np.arctan2(along, across)
+        other = np.arctan2(north if along == south else south, across)
+        _face(row, directions, view, corner, other, view.c / across, -view.s / across)
+        other = np.arctan2(along, east if across == west else west)
+        _face(row, directions, view, corner, other, view.s / along, view.c / along)
+    elif across != 0.0:
         one, other = np.arctan2(south, across), np.arctan2(north, across)
-        _face(row, directions, view, one, other, u, v)
-    if along != 0.0:
-        u, v = view.s / along, view.c / along
+        _face(row, directions, view, one, other, view.c / across, -view.s / across)
+    else:
         one, other = np.arctan2(along, west), np.arctan2(along, east)
-        _face(row, directions, view, one, other, u, v)
+        _face(row, directions, view, one, other, view.s / along, view.c / along)
 
 
 @kernel

@@ -25,7 +25,7 @@ from andabata.tasks.room_observations import (
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomTask, random_task
+from worlds.rooms import RoomTask, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""
@@ -101,6 +101,12 @@ class SpnConfig(BaseModel):
         """The same on the rooms' fixed tasks, the paper's test."""
         shares = {"tasks": "fixed", "extra_rooms": ()}
         return self.model_copy(update=shares | {"randomization": None})
+
+    @property
+    def fixed_tasks(self) -> list[tuple[int, RoomTask]]:
+        """Fixed tasks of the rooms, each with its room's index."""
+        rooms = enumerate(make_room(name) for name in self.rooms)
+        return [(index, task) for index, room in rooms for task in room.tasks]
 
     @property
     def all_rooms(self) -> tuple[str, ...]:
@@ -208,7 +214,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         """Return the room's index and the task of an episode."""
         config, rooms = self.config, self._rooms
         if "task" in options or config.tasks == "fixed":
-            fixed = fixed_tasks(rooms)
+            fixed = config.fixed_tasks
             return fixed[int(options.get("task", rng.integers(len(fixed))))]
         index = options.get("room")
         if index is None:
@@ -314,11 +320,6 @@ def room_renderer(config: SpnConfig, rooms: Rooms | None = None, movers: int = 0
     return RoomRenderer(
         rooms, lidars, config.capacity, config.goal_encoding, movers, config.randomization
     )
-
-
-def fixed_tasks(rooms: Sequence[Room]) -> list[tuple[int, RoomTask]]:
-    """Return the fixed tasks of rooms, each with its room's index."""
-    return [(index, task) for index, room in enumerate(rooms) for task in room.tasks]
 
 
 class SpnEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):

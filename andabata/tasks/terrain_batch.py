@@ -53,6 +53,7 @@ class TerrainBatch:
     Attributes:
         robots: State of all robots.
         movers: Moving obstacles of each robot's world; see ``Movers``.
+        ranges: Range of each beam [m], float32, shape (n, b).
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class TerrainBatch:
         self._body = _body(robot, errors)
         directions = np.stack([np.cos(lidar.bearings), np.sin(lidar.bearings)], axis=1)
         self._beams = Beams(directions, lidar.x, lidar.y, lidar.z, lidar.max_range)
-        self._ranges = np.zeros((count, len(lidar.bearings)), dtype=np.float32)
+        self.ranges = np.zeros((count, len(lidar.bearings)), dtype=np.float32)
         self._slips = [np.random.default_rng(0) for _ in range(count)]
         self._wanders = [np.random.default_rng(0) for _ in range(count)]
         self._obstacles: list[Obstacles] = []
@@ -132,11 +133,9 @@ class TerrainBatch:
     def observe(self, chosen: NDArray[np.bool_]) -> PlanarState:
         """Measure the beams of some robots and return the state of all."""
         worlds = self._laid_out()
-        measure(chosen, self.robots, self.movers, worlds, self._beams, self._ranges)
+        measure(chosen, self.robots, self.movers, worlds, self._beams, self.ranges)
         robots = self.robots
-        return PlanarState(
-            robots.motions[:, :3], self._ranges, robots.flags[:, 0], robots.flags[:, 1]
-        )
+        return PlanarState(robots.motions[:, :3], robots.flags[:, 0], robots.flags[:, 1])
 
     @property
     def poses(self) -> NDArray[np.float64]:

@@ -21,7 +21,8 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.planar import PlanarVectorEnv
-from andabata.tasks.spn import SpnConfig, SpnVectorEnv
+from andabata.tasks.room_observations import RoomRenderer
+from andabata.tasks.spn import SpnConfig, SpnVectorEnv, room_renderer
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
@@ -82,6 +83,11 @@ def make_batch(config: TaskConfig, count: int, scenes: SceneCache | None = None)
     if isinstance(config, SpnConfig):
         return SpnVectorEnv(config, count, autoreset=False)
     return MazeVectorEnv(config, count, scenes, autoreset=False)
+
+
+def renderer_of(config: TaskConfig) -> RoomRenderer | None:
+    """Return what renders a task's observations from situations; None where states are kept."""
+    return room_renderer(config) if isinstance(config, SpnConfig) else None
 
 
 def robots_in_one_process(

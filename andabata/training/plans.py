@@ -16,8 +16,9 @@ from andabata.tasks.offroad import (
 )
 from andabata.tasks.spn import SpnConfig
 from andabata.tasks.vector import TaskConfig
-from rl.curriculum import CurriculumConfig, Stage
+from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
+from worlds.rooms import RoomTask
 
 DEFAULT = "sac"
 """Name of each task's default plan."""
@@ -41,6 +42,11 @@ class TrainingPlan(BaseModel):
         final_lr_scale: Share of the learning rate at the end; see ``CurriculumConfig``.
         validation: Number of validation episodes; see ``CurriculumConfig``.
         validate_every: Number of iterations between validations; see ``CurriculumConfig``.
+        collision_weight: Weight of collisions in validations; see ``CurriculumConfig``.
+        test_every: Number of control steps between tests on fixed tasks, 0 for none; see
+            ``CurriculumConfig``.
+        checkpoint_every: Number of iterations between two checkpoints; the last one is always
+            written.
         stages: Stages by name, in their order.
     """
 
@@ -50,7 +56,18 @@ class TrainingPlan(BaseModel):
     final_lr_scale: float = Field(default=0.2, gt=0, le=1)
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
+    collision_weight: float | None = Field(default=None, ge=1)
+    test_every: int = Field(default=0, ge=0)
+    checkpoint_every: int = Field(default=1, ge=1)
     stages: dict[str, StagePlan]
+
+    @model_validator(mode="after")
+    def _check_tests(self) -> Self:
+        """Refuse tests of stages that have no fixed tasks."""
+        last = list(self.stages.values())[-1].environment
+        if self.test_every and not isinstance(last, SpnConfig):
+            raise ValueError(f"test_every: expected 0 for the task {last.task}, got others")
+        return self
 
     @model_validator(mode="after")
     def _check_decimation(self) -> Self:
@@ -82,7 +99,17 @@ class TrainingPlan(BaseModel):
             final_lr_scale=self.final_lr_scale,
             validation=self.validation,
             validate_every=self.validate_every,
+            collision_weight=self.collision_weight,
+            test_every=self.test_every,
+            test_tasks=max(len(self.tested(chosen)), 1),
         )
+
+    def tested(self, chosen: range) -> list[RoomTask]:
+        """Return the fixed tasks that the last of some stages is tested on; none off-road."""
+        environment = list(self.stages.values())[chosen[-1]].environment
+        if not (self.test_every and isinstance(environment, SpnConfig)):
+            return []
+        return [task for _, task in environment.fixed_tasks]
 
 
 TASKS = ("offroad", "spn")

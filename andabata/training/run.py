@@ -11,6 +11,8 @@ from andabata.engine import Engine
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
+from andabata.tasks.spn import SpnConfig
+from andabata.tasks.vector import renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan
 from rl.curriculum import Curriculum, TrainingIteration
@@ -69,19 +71,25 @@ def learn(
     if not resume:
         write_json(folder / "run.json", describe("train", settings, seed) | origin)
     chosen = [list(plan.stages.values())[k] for k in stages]
-    environments = [one.environment for one in chosen] + [one.environment.unseen for one in chosen]
+    tasks = [one.environment for one in chosen]
+    environments = tasks + [task.unseen for task in tasks]
+    # The tests' fixed tasks stand behind all stages and their validations.
+    if isinstance(tasks[-1], SpnConfig):
+        environments.append(tasks[-1].fixed)
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
     with Engine(workers) as engine:
         sampler = ParallelSampler(environments, models, engine)
-        curriculum = Curriculum(plan.curriculum(stages, seed), sampler, checkpoint)
+        schedule = plan.curriculum(stages, seed)
+        curriculum = Curriculum(schedule, sampler, checkpoint, renderer_of(tasks[-1]))
         history = history[: curriculum.iterations]
         for iteration in curriculum.run():
             history.append(asdict(iteration))
-            policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
-            if iteration.is_last:
-                atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
-            _write(folder, history, policy, curriculum.to_bytes())
+            if iteration.is_last or curriculum.iterations % plan.checkpoint_every == 0:
+                policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
+                if iteration.is_last:
+                    atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
+                _write(folder, history, policy, curriculum.to_bytes())
             if on_iteration is not None:
                 on_iteration(iteration)
     wall = time.perf_counter() - began

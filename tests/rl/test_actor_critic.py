@@ -5,7 +5,8 @@ import pytest
 import torch
 
 from rl.actor_critic import ActorCritic, ActorCriticConfig
-from rl.curriculum import Curriculum, CurriculumConfig, Stage
+from rl.curriculum import Curriculum
+from rl.curriculum_config import CurriculumConfig, Stage
 from rl.spaces import steering_actions, steering_observations
 from rl.training import Episode, EpisodeSpec, play, serial_rollouts
 from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal

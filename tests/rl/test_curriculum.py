@@ -1,10 +1,13 @@
 """The curriculum: stages in order, exact resume, difficulty by success, rehearsal, validation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rl.actor_critic import ActorCriticConfig
-from rl.curriculum import Curriculum, CurriculumConfig, Difficulty, Stage
+from rl.curriculum import Curriculum, validation_score
+from rl.curriculum_config import CurriculumConfig, Difficulty, Stage
 from rl.sac import SacConfig
 from rl.spaces import steering_observations
 from rl.training import Episode, serial_rollouts
@@ -38,7 +41,7 @@ def run(curriculum, iterations=10**9):
 
 
 def rollouts():
-    return serial_rollouts([TurnToGoal() for _ in range(4)])
+    return serial_rollouts([TurnToGoal() for _ in range(5)])
 
 
 class Recorder:
@@ -297,3 +300,117 @@ def test_the_figures_are_those_of_the_episodes():
     assert first.circling == 1.0
     few = run(Curriculum(plan, made(lambda one: True, turns=4.0)))
     assert few[0].circling == 0.0
+
+
+def test_levels_of_thirds_end_at_one():
+    """Three steps of a third lead from 0 to 1 exactly, and back to 0."""
+    rule = Difficulty(start=0.0, least=0.0, most=1.0, step=1 / 3, window=1, raise_at=0.9)
+    up, down = [0.0], [1.0]
+    for _ in range(4):
+        up.append(rule.after(up[-1], [True]))
+        down.append(rule.after(down[-1], [False]))
+    assert up == pytest.approx([0, 1 / 3, 2 / 3, 1, 1], abs=1e-5)
+    assert down == pytest.approx([1, 2 / 3, 1 / 3, 0, 0], abs=1e-5)
+    assert (up[3], down[3]) == (1.0, 0.0)
+
+
+def test_a_budget_of_steps_ends_a_stage(monkeypatch):
+    """The stage ends after the iteration that spends its steps, and the rate falls with them."""
+    stages = (Stage(name="turn", episodes=100, steps=170), Stage(name="again", episodes=4))
+    plan = config().model_copy(update={"stages": stages})
+    curriculum, scales = Curriculum(plan, made(lambda one: True, steps=15)), []
+    update = curriculum.learner.update
+    monkeypatch.setattr(
+        curriculum.learner, "update", lambda e, rng, scale: scales.append(scale) or update(e, rng)
+    )
+    figures = run(curriculum)
+    assert [(one.name, one.stage_steps) for one in figures] == [
+        ("turn", 60),
+        ("turn", 120),
+        ("turn", 180),
+        ("again", 60),
+    ]
+    assert [one.is_last for one in figures] == [False, False, True, True]
+    assert scales == pytest.approx([1.0, 1 - 0.8 * 60 / 170, 1 - 0.8 * 120 / 170, 1.0])
+    shorter = plan.model_copy(update={"stages": (Stage(name="turn", episodes=4, steps=170),)})
+    assert len(run(Curriculum(shorter, made(lambda one: True, steps=15)))) == 1
+
+
+def test_fixed_tasks_are_tested():
+    """Every ``test_every`` steps each task is played once, in order, with the same seeds."""
+    played = []
+
+    def rollout(policy, repeat, specs, explore):
+        if not explore:
+            played.append((policy, repeat, specs))
+        return made(lambda one: one.task != 1, steps=20)(policy, repeat, specs, explore)
+
+    plan = config(24).model_copy(update={"test_every": 150, "test_tasks": 3})
+    figures = run(Curriculum(plan, rollout))
+    # Four episodes of 20 steps an iteration: 80, 160, 240, 320 ...
+    tested = [one.steps for one in figures if one.tasks is not None]
+    assert tested == [160, 320, 480]
+    assert len({tuple(specs) for _, _, specs in played}) == 1
+    _, repeat, specs = played[0]
+    assert [(one.stage, one.task, one.difficulty) for one in specs] == [
+        (4, k, None) for k in range(3)
+    ]
+    assert len({one.seed for one in specs}) == 3
+    assert repeat == 1
+    other = Curriculum(plan.model_copy(update={"seed": 9}), rollout)
+    run(other)
+    assert played[-1][2] == specs
+    tasks = next(one.tasks for one in figures if one.tasks is not None)
+    assert (tasks.score, tasks.successes, tasks.mean_steps) == (pytest.approx(0.96), 2, 20)
+    assert tasks.steps == (20, None, 20)
+
+
+def test_a_run_with_tests_and_steps_resumes_bit_for_bit():
+    """Budgets of steps, tests and a weighed score come through a kill as well."""
+    stages = (Stage(name="turn", episodes=100, steps=1600), Stage(name="again", episodes=4))
+    changes = {"test_every": 700, "test_tasks": 2, "validation": 2, "validate_every": 1}
+    plan = config(actor_every=3).model_copy(
+        update={"stages": stages, "collision_weight": 2.0, **changes}
+    )
+    whole = Curriculum(plan, rollouts())
+    figures = run(whole)
+    assert [one.tasks is None for one in figures] == [True, False, True, False, True]
+    for killed_after in (1, 2, 4):
+        first = Curriculum(plan, rollouts())
+        run(first, killed_after)
+        second = Curriculum(plan, rollouts(), first.to_bytes())
+        assert run(second) == figures[killed_after:]
+        assert second.to_bytes() == whole.to_bytes()
+
+
+def test_the_score_of_a_validation():
+    """A collision loses its weight, a time-out one, and the plain score is the share."""
+    (goal,) = made(lambda one: True)(None, 1, [None], False)
+    (crash,) = made(lambda one: False)(None, 1, [None], False)
+    late = replace(crash, terminated=False)
+    episodes = [goal, goal, goal, crash, crash, late]
+    assert validation_score(episodes, None) == validation_score(episodes, 1.0) == 0.5
+    assert validation_score(episodes, 2.0) == pytest.approx(1 - 5 / 6)
+    assert validation_score([crash], 3.0) == -2.0
+
+
+def test_a_policy_that_collides_less_is_kept():
+    """With a weight of two, three time-outs are better than two collisions."""
+    for weight, best in ((None, 0), (2.0, 1)):
+        tried = []
+
+        def rollout(policy, repeat, specs, explore, tried=tried):
+            if explore:
+                return made(lambda one: False)(policy, repeat, specs, explore)
+            first = not tried
+            tried.append(policy)
+            fails = 2 if first else 3
+            episodes = made(lambda one: one.seed[2] >= fails)(policy, repeat, specs, explore)
+            return [replace(one, terminated=first or one.is_success) for one in episodes]
+
+        plan = config(8, learning_rate=0.05, ema_rate=1.0).model_copy(
+            update={"validation": 6, "validate_every": 1, "collision_weight": weight}
+        )
+        curriculum = Curriculum(plan, rollout)
+        run(curriculum, 2)
+        assert curriculum.policy({}).to_bytes() == tried[best].to_bytes()

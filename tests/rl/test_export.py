@@ -4,19 +4,25 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 
 from andabata.models import shipped_policy
 from rl.export import ExportError, policy_to_onnx
 from rl.networks import Actor
+from rl.point_set_actor import PointSetActor
 from rl.spaces import ActionSpec, ObservationSpec
 from tests.known_environments import TARGETS, TWO_ACTIONS
+from tests.point_sets import ACTIONS as POINT_ACTIONS
+from tests.point_sets import observation, point_observations
 
 onnx = pytest.importorskip("onnx", reason="onnx is not installed (extra `onnx`)")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed (extra `onnx`)")
 
+CPU = ["CPUExecutionProvider"]
+
 
 def run(policy, states):
-    session = runtime.InferenceSession(policy_to_onnx(policy), providers=["CPUExecutionProvider"])
+    session = runtime.InferenceSession(policy_to_onnx(policy), providers=CPU)
     return session.run(["action"], {"observation": states})[0]
 
 
@@ -52,6 +58,49 @@ def test_the_model_holds_its_spaces():
 
 
 def test_another_architecture_is_refused():
-    """A policy that is no perceptron is refused by its name."""
-    with pytest.raises(ExportError, match="expected a multilayer perceptron, got a policy 'gru'"):
+    """A policy of another architecture is refused by its name."""
+    with pytest.raises(ExportError, match="or a policy on points, got a policy 'gru'"):
         policy_to_onnx(SimpleNamespace(architecture="gru"))
+
+
+@pytest.fixture(scope="module")
+def point_policy():
+    torch.manual_seed(0)
+    actor = PointSetActor(point_observations(120), POINT_ACTIONS, (32, 32))
+    # Larger weights: actions over the whole range.
+    for parameter in actor.linear.parameters():
+        parameter.data.mul_(3.0)
+    return actor.policy({})
+
+
+def run_points(session, space, rows):
+    columns = space.columns(("goal", "velocity"))
+    feed = {
+        "points": rows[:, space.slice_of("points")].reshape(len(rows), -1, 2),
+        "mask": rows[:, space.slice_of("mask")],
+        "goal": rows[:, columns],
+    }
+    return session.run(["action"], feed)[0]
+
+
+def test_one_model_takes_any_number_of_points(point_policy):
+    """The same model gives the policy's actions for 10, 120 and 1080 points, masked ones too."""
+    session = runtime.InferenceSession(policy_to_onnx(point_policy), providers=CPU)
+    rng = np.random.default_rng(0)
+    for n in (10, 120, 1080):
+        policy = point_policy.with_points(n)
+        rows = np.array([observation(n, rng) for _ in range(50)])
+        rows[:3, policy.observations.slice_of("mask")] = 0  # No point at all.
+        expected = np.array([policy.act(row) for row in rows])
+        assert np.ptp(expected, axis=0).min() > 0.05
+        found = run_points(session, policy.observations, rows)
+        np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+def test_a_perceptron_of_some_terms_is_exported():
+    """The model takes the whole observation and reads the policy's terms."""
+    space = point_observations(8)
+    policy = Actor(space, POINT_ACTIONS, (16,), ("windows", "velocity")).policy({})
+    rng = np.random.default_rng(0)
+    rows = np.array([observation(8, rng) for _ in range(50)])
+    np.testing.assert_allclose(run(policy, rows), [policy.act(row) for row in rows], atol=1e-6)

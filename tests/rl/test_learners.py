@@ -29,3 +29,18 @@ def test_the_name_of_the_algorithm_tells_settings_apart():
         read({"algorithm": "actor-critic", "tau": 0.01})
     with pytest.raises(ValidationError):
         read({"algorithm": "magic"})
+
+
+def test_situations_need_a_replay_buffer():
+    """A renderer goes to the learner that remembers situations, and is refused by the other."""
+
+    class Renderer:
+        size = 5
+
+        def __call__(self, situations, rng):
+            raise NotImplementedError
+
+    made = make_learner(SacConfig(hidden=(4,)), TARGETS, TWO_ACTIONS, 0, Renderer())
+    assert made.replay.tensors()["replay.states"].shape == (0, 5)
+    with pytest.raises(ValueError, match="expected one with a replay buffer"):
+        make_learner(ActorCriticConfig(hidden=(4,)), TARGETS, TWO_ACTIONS, 0, Renderer())

@@ -7,6 +7,7 @@ import torch
 from rl.gaussian_policy import LOG_SIGMA
 from rl.mlp import MlpPolicy
 from rl.networks import Actor
+from rl.policy import policy_from_bytes
 from rl.spaces import steering_actions, steering_observations
 from tests.known_environments import TARGETS, TWO_ACTIONS
 
@@ -110,3 +111,36 @@ def test_outputs_are_mean_and_spread_of_each_action():
     weights = {"layer0.weight": np.zeros((2, 2), np.float32), "layer0.bias": np.zeros(2, "f4")}
     with pytest.raises(ValueError, match=r"of each action as outputs \(4\), got 2"):
         MlpPolicy(weights, TARGETS, TWO_ACTIONS)
+
+
+def test_some_terms_alone_are_read():
+    """A policy of some terms has a layer for these, and its file names them."""
+    terms = ("ranges", "heading_error")
+    network = Actor(OBSERVATIONS, ACTIONS, (8,), terms)
+    policy = policy_from_bytes(network.policy({}).to_bytes())
+    assert policy.terms == terms
+    assert policy.weights["layer0.weight"].shape == (8, 33)
+    with torch.no_grad():
+        mean, _ = network(torch.from_numpy(states()))
+    np.testing.assert_allclose(policy.best_many(states()), torch.tanh(mean), atol=1e-6)
+    other = states(1)[0]
+    other[32:34] = 0.1
+    np.testing.assert_array_equal(policy.act(other), policy.act(states(1)[0]))
+    with pytest.raises(ValueError, match="layer0: expected 35 inputs"):
+        MlpPolicy(policy.weights, OBSERVATIONS, ACTIONS)
+    with pytest.raises(KeyError, match="'goal'"):
+        MlpPolicy(policy.weights, OBSERVATIONS, ACTIONS, {}, ("goal",))
+
+
+def test_many_rows_are_single_calls(actor):
+    """Rows together give the bits of each alone, and each draws from its own generator."""
+    policy, rows = actor.policy({}), states(17)
+    best = policy.best_many(rows)
+    drawn = policy.explore_many(rows, [np.random.default_rng(k) for k in range(17)])
+    assert best.shape == drawn.shape == (17, 1)
+    for k, row in enumerate(rows):
+        np.testing.assert_array_equal(best[k], policy.best(row))
+        np.testing.assert_array_equal(drawn[k], policy.explore(row, np.random.default_rng(k)))
+    assert policy.best_many(rows[:0]).shape == (0, 1)
+    with pytest.raises(ValueError, match="zip"):
+        policy.explore_many(rows, [np.random.default_rng(0)])

@@ -5,7 +5,15 @@ import pytest
 import torch
 
 from rl.gaussian_policy import LOG_SIGMA
-from rl.networks import Actor, TwinCritic, ValueCritic, polyak_update, use_one_thread
+from rl.networks import (
+    Actor,
+    StateCritic,
+    TermReader,
+    TwinCritic,
+    ValueCritic,
+    polyak_update,
+    use_one_thread,
+)
 from rl.spaces import steering_actions, steering_observations
 from tests.known_environments import TARGETS, TWO_ACTIONS
 
@@ -84,6 +92,36 @@ def test_the_critics_are_two():
                 if layer < 2:
                     y = torch.relu(torch.nn.functional.layer_norm(y, (16,)))
             torch.testing.assert_close(both[n], y[:, 0], atol=1e-5, rtol=1e-5)
+
+
+def test_the_value_of_a_state_has_the_critics_layers():
+    """The critic of a state is one of the twins without the action."""
+    value, twins = StateCritic(OBSERVATIONS, (16, 8)), TwinCritic(OBSERVATIONS, ACTIONS, (16, 8))
+    states = torch.rand(5, 35)
+    with torch.no_grad():
+        twins.weights[0][:, -1] = 0.0
+        for mine, theirs in zip(value.parameters(), twins.parameters(), strict=True):
+            mine.copy_(theirs[1:, : mine.shape[1]])
+        assert value(states).shape == (5,)
+        torch.testing.assert_close(value(states), twins(states, torch.rand(5, 1))[1])
+
+
+@pytest.mark.parametrize(
+    ("terms", "columns"),
+    [
+        (None, [*range(35)]),
+        (("heading_error",), [34]),
+        (("previous_actions", "heading_error"), [32, 33, 34]),
+        (("heading_error", "ranges"), [*range(32), 34]),
+    ],
+)
+def test_terms_are_picked_and_scaled(terms, columns):
+    """Terms side by side or apart come out in the order of the space, each with its scale."""
+    read, states = TermReader(OBSERVATIONS, terms), torch.rand(5, 35)
+    scale = torch.from_numpy(OBSERVATIONS.scale())
+    scaled = (scale[0] + scale[1] * states) / (scale[2] + scale[3] * states)
+    torch.testing.assert_close(read(states), scaled[:, columns], rtol=0, atol=0)
+    assert read.size == len(columns)
 
 
 def test_a_share_of_the_parameters_moves():

@@ -83,3 +83,56 @@ def test_a_buffer_that_is_not_full_is_restored():
     again.restore(replay.tensors())
     assert len(again) == 5
     assert (again.sample(50, np.random.default_rng(0))["states"] == 7).all()
+
+
+class Doubler:
+    """Renders a situation of one number as an observation of three, with one draw a call."""
+
+    size = 1
+
+    def __init__(self):
+        self.calls = 0
+
+    def __call__(self, situations, rng):
+        self.calls += 1
+        draw = np.full_like(situations, rng.integers(1000))
+        return np.hstack([situations, 2 * situations, draw])
+
+
+def test_situations_are_rendered_when_drawn():
+    """Both ends of a decision are rendered in one call, anew at each draw."""
+    renderer = Doubler()
+    replay = Replay(3, 1, 1000, renderer)
+    replay.add(episode(np.arange(10, dtype=np.float32)[:, None]), 1.0)
+    rng = np.random.default_rng(0)
+    first, second = replay.sample(50, rng), replay.sample(50, rng)
+    assert renderer.calls == 2
+    for rows in (first, second):
+        states, after = rows["states"].numpy(), rows["next_states"].numpy()
+        assert states.shape == after.shape == (50, 3)
+        expected = np.where(states[:, 0] == 9, 99, states[:, 0] + 1)
+        np.testing.assert_array_equal(after[:, 0], expected)
+        np.testing.assert_array_equal(states[:, 1], 2 * states[:, 0])
+        assert np.unique(np.hstack([states[:, 2], after[:, 2]])).size == 1
+    assert first["states"][0, 2] != second["states"][0, 2]
+    assert replay.tensors()["replay.states"].shape == (10, 1)
+
+
+def test_a_buffer_of_situations_is_restored():
+    """A restored buffer of situations draws the same and counts its episodes on."""
+    replay, again = Replay(3, 1, 100, Doubler()), Replay(3, 1, 100, Doubler())
+    for k in range(4):
+        replay.add(episode(np.full((40, 1), k, np.float32)), 1.0)
+    again.restore(replay.tensors())
+    assert again.episodes == replay.episodes == 4
+    first, second = (one.sample(50, np.random.default_rng(1)) for one in (replay, again))
+    for name, column in first.items():
+        np.testing.assert_array_equal(column, second[name])
+
+
+def test_states_and_situations_are_not_mixed_up():
+    """Situations without a renderer and states with one are refused."""
+    with pytest.raises(ValueError, match="expected states of 3 values, got 1; give the learner"):
+        Replay(3, 1, 100).add(episode(np.zeros((5, 1), np.float32)), 1.0)
+    with pytest.raises(ValueError, match="expected situations of 1 values, got 3"):
+        Replay(3, 1, 100, Doubler()).add(episode(np.zeros((5, 3), np.float32)), 1.0)

@@ -6,10 +6,12 @@ import torch
 
 from rl.export import policy_to_onnx
 from rl.policy import policy_from_bytes
-from rl.sac import SacConfig, SoftActorCritic
+from rl.sac import ActorConfig, SacConfig, SoftActorCritic
 from rl.spaces import steering_actions, steering_observations
-from rl.training import EpisodeSpec, play
+from rl.training import Episode, EpisodeSpec, play
 from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
+from tests.point_sets import ACTIONS as POINT_ACTIONS
+from tests.point_sets import observation, point_observations
 
 OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
 
@@ -258,3 +260,270 @@ def test_the_settings_of_the_shipped_policy():
         "learn_temperature": True,
         "min_temperature": 0.0,
     }
+
+
+def moved(tensors, before):
+    """Return whether any of some parameters has changed."""
+    return any(bool((a != b).any()) for a, b in zip(tensors, before, strict=True))
+
+
+def copies(module):
+    return [parameter.detach().clone() for parameter in module.parameters()]
+
+
+def test_the_actor_steps_for_every_mth_step_of_the_critics():
+    """With ``actor_every`` 3 the actor, its average and the temperature move in steps 0, 3, 6."""
+    learner = small(actor_every=3, updates_per_step=0.07)
+    episode = play(TurnToGoal(), learner.behaviour_policy(), 1, EpisodeSpec(0, (1,)))
+    step, steps = learner._update, []
+
+    def watched(*arguments):
+        parts = (learner.actor, learner.average, learner.critics, learner.targets)
+        before, alpha = [copies(part) for part in parts], float(learner.log_temperature.detach())
+        figures = step(*arguments)
+        has_moved = [moved(a.parameters(), b) for a, b in zip(parts, before, strict=True)]
+        steps.append([*has_moved, float(learner.log_temperature.detach()) != alpha])
+        assert bool(figures[2] != 0) == has_moved[0]
+        return figures
+
+    learner._update = watched
+    # Seven steps an update: the count goes on from one update to the next.
+    for _ in range(2):
+        learner.update([episode], np.random.default_rng(0))
+    expected = [[k % 3 == 0, k % 3 == 0, True, True, k % 3 == 0] for k in range(14)]
+    assert steps == expected
+
+
+def test_the_count_of_the_steps_is_resumed():
+    """A restored learner takes its actor's steps at the same counts."""
+    learner, again = (small(actor_every=3, updates_per_step=0.02) for _ in range(2))
+    episode = play(TurnToGoal(), learner.behaviour_policy(), 1, EpisodeSpec(0, (1,)))
+    learner.update([episode], np.random.default_rng(0))
+    again.restore(learner.to_bytes({}, {}))
+    for one in (learner, again):
+        one.update([episode], np.random.default_rng(1))
+    assert again.to_bytes({}, {}) == learner.to_bytes({}, {})
+
+
+def test_a_fixed_temperature_stays():
+    """Without learning the temperature is what it was, whatever the entropy."""
+    learner = small(learn_temperature=False, target_entropy=5.0)
+    before = float(learner.log_temperature.detach())
+    learner._update(batch(), torch.Generator().manual_seed(4))
+    assert float(learner.log_temperature.detach()) == before
+
+
+def test_the_temperature_has_a_floor():
+    """The temperature that falls stops at its least value."""
+    learner = small(temperature=0.05, min_temperature=0.0499, target_entropy=-20.0)
+    free = small(temperature=0.05, target_entropy=-20.0)
+    for k in range(5):
+        for one in (learner, free):
+            one._update(batch(), torch.Generator().manual_seed(k))
+    assert float(learner.log_temperature.detach().exp()) == pytest.approx(0.0499)
+    assert float(free.log_temperature.detach().exp()) < 0.0499
+
+
+@pytest.mark.parametrize("terminated", [0.0, 1.0])
+def test_the_target_with_the_value_of_states(terminated):
+    """With a network of the state's value, Q learns r + gamma (1 - end) of its target network."""
+    learner = small(gamma=0.5, state_value=True, tau=0.25)
+    one = batch(reward=2.0, terminated=terminated)
+    with torch.no_grad():
+        target = 2.0 + 0.5 * (1 - terminated) * learner.targets(one["next_states"])
+        q = learner.critics(one["states"], one["actions"])
+        loss = torch.nn.functional.smooth_l1_loss(q, target.expand_as(q))
+    old = copies(learner.targets)
+    figures = learner._update(one, torch.Generator().manual_seed(4))
+    assert float(figures[0]) == pytest.approx(float(loss), rel=1e-5)
+    for before, new, online in zip(
+        old, learner.targets.parameters(), learner.state_value.parameters(), strict=True
+    ):
+        torch.testing.assert_close(new, before + 0.25 * (online - before))
+
+
+def test_the_value_of_a_state_is_the_actors_own():
+    """The state's value comes to be the mean of min Q - alpha log p over the actor's actions."""
+    learner = small(state_value=True, temperature=0.3, learning_rate=1e-2)
+    states = batch()["states"]
+    for name in ("actor", "critics", "temperature"):
+        learner._set_learning_rate(name, 0.0)
+    for k in range(300):
+        learner._update(batch(), torch.Generator().manual_seed(k))
+    with torch.no_grad():
+        noise, found = torch.Generator().manual_seed(1), []
+        for _ in range(400):
+            actions, log_p = learner.actor.sample(states, noise)
+            found.append(learner.critics(states, actions).amin(dim=0) - 0.3 * log_p)
+        expected = torch.stack(found).mean(dim=0)
+        assert float((learner.state_value(states) - expected).abs().mean()) < 0.1
+
+
+def point_episode(n=12, rows=40, is_situation=False):
+    rng = np.random.default_rng(0)
+    states = np.array([observation(n, rng) for _ in range(rows)])
+    kept = np.arange(rows, dtype=np.float32)[:, None] if is_situation else states
+    return states, Episode(
+        states=kept,
+        actions=rng.uniform(-1, 1, (rows, 2)).astype(np.float32),
+        rewards=rng.normal(size=rows),
+        last_state=kept[-1],
+        terminated=True,
+        outcome="x",
+        is_success=False,
+        steps=rows,
+    )
+
+
+POINTS = {
+    "hidden": (16, 16),
+    "batch_size": 16,
+    "updates_per_step": 0.2,
+    "learning_rate": 1e-2,
+    "critic_terms": ("windows", "goal", "velocity"),
+    "critic_hidden": (8,),
+}
+
+
+def points(seed=2, renderer=None, **changes):
+    settings = {"actor": ActorConfig(kind="points", width=16, features=5), **POINTS, **changes}
+    return SoftActorCritic(
+        point_observations(12), POINT_ACTIONS, SacConfig(**settings), seed, renderer
+    )
+
+
+def test_critics_and_actor_read_their_own_terms():
+    """Critics see the windows and no points, the actor points and no windows."""
+    learner, (states, episode) = points(), point_episode()
+    learner.update([episode], np.random.default_rng(0))
+    space, rows = point_observations(12), torch.from_numpy(states)
+    actions = torch.zeros(len(rows), 2)
+    other = {}
+    for name in ("points", "windows"):
+        other[name] = rows.clone()
+        other[name][:, space.slice_of(name)] += 0.5
+    with torch.no_grad():
+        q, mean = learner.critics(rows, actions), learner.actor(rows)[0]
+        torch.testing.assert_close(learner.critics(other["points"], actions), q, rtol=0, atol=0)
+        assert (learner.critics(other["windows"], actions) != q).any()
+        torch.testing.assert_close(learner.actor(other["windows"])[0], mean, rtol=0, atol=0)
+        assert (learner.actor(other["points"])[0] != mean).any()
+    assert learner.critics.weights[0].shape == (2, 41 + 2, 8)
+    policy = policy_from_bytes(learner.policy({}).to_bytes())
+    assert policy.architecture == "point_set"
+    assert policy.weights["feature.weight"].shape == (5, 16)
+
+
+def test_a_perceptron_reads_its_own_terms():
+    """An actor of windows, goal and velocities ignores the points, also as a file."""
+    terms = ("windows", "goal", "velocity")
+    learner = points(actor=ActorConfig(), actor_terms=terms)
+    states, episode = point_episode()
+    learner.update([episode], np.random.default_rng(0))
+    policy = policy_from_bytes(learner.policy({}).to_bytes())
+    assert (policy.architecture, policy.terms) == ("mlp", terms)
+    with torch.no_grad():
+        mean, _ = learner.average(torch.from_numpy(states))
+    np.testing.assert_allclose(policy.best_many(states), torch.tanh(mean), atol=1e-6)
+    other = states[0].copy()
+    other[: 12 * 3] = 0.25
+    np.testing.assert_array_equal(policy.act(other), policy.act(states[0]))
+
+
+def test_a_point_actor_resumes():
+    """A restored learner with points and the value of states makes the same update, to the bit."""
+    learner, again = (points(seed, state_value=True, actor_every=2) for seed in (2, 3))
+    _, episode = point_episode()
+    learner.update([episode], np.random.default_rng(0))
+    again.restore(learner.to_bytes({}, {}))
+    for one in (learner, again):
+        one.update([episode], np.random.default_rng(1))
+    assert again.to_bytes({}, {}) == learner.to_bytes({}, {})
+
+
+def test_situations_are_learnt_as_their_observations():
+    """A learner that renders situations makes the update of one that remembers states."""
+    states, plain = point_episode()
+    _, situated = point_episode(is_situation=True)
+
+    class Table:
+        size = 1
+
+        def __call__(self, situations, rng):
+            return states[situations[:, 0].astype(int)]
+
+    first, second = points(), points(renderer=Table())
+    figures = [
+        learner.update([episode], np.random.default_rng(0))
+        for learner, episode in ((first, plain), (second, situated))
+    ]
+    assert figures[0] == figures[1]
+    assert first.policy({}).to_bytes() == second.policy({}).to_bytes()
+
+
+def test_the_warm_up_is_driven_by_the_proportional_controller():
+    """The first ``warmup_episodes`` are the controller's, also after a resume; then the actor's."""
+    learner, (_, episode) = points(warmup_episodes=3), point_episode()
+    assert learner.behaviour_policy().architecture == "proportional"
+    assert learner.policy({}).architecture == "point_set"
+    learner.update([episode, episode], np.random.default_rng(0))
+    again = points(seed=9, warmup_episodes=3)
+    again.restore(learner.to_bytes({}, {}))
+    for one in (learner, again):
+        assert one.behaviour_policy().architecture == "proportional"
+        one.update([episode], np.random.default_rng(1))
+        assert one.behaviour_policy().architecture == "point_set"
+
+
+def test_a_warm_up_without_a_goal_is_refused():
+    """A task without a goal term cannot be driven by the controller."""
+    with pytest.raises(ValueError, match="expected a term 'goal'"):
+        small(warmup_episodes=1)
+
+
+class ReachPoint:
+    """One point among masked ones; the best two actions are its coordinates."""
+
+    def reset(self, *, seed=None, options=None):
+        self._rng, self._steps = np.random.default_rng(seed), 0
+        return self._draw(), {}
+
+    def step(self, action):
+        reward = -float(np.abs(np.asarray(action) - self._target).sum())
+        self._steps += 1
+        info = {"is_success": True, "outcome": "timeout", "reward_terms": {"match": reward}}
+        return self._draw(), reward, False, self._steps >= 20, info
+
+    def _draw(self):
+        self._target = self._rng.uniform(-0.8, 0.8, 2).astype(np.float32)
+        place, n = self._rng.integers(6), 6
+        parts = {
+            "points": self._rng.uniform(-5, 5, (n, 2)),
+            "mask": np.eye(n)[place],
+            "windows": np.zeros(36),
+            "goal": np.zeros(3),
+            "velocity": np.zeros(2),
+        }
+        parts["points"][place] = self._target
+        parts["windows"][:2] = self._target
+        return point_observations(n).vector(parts)
+
+
+def test_a_point_actor_learns():
+    """The actor finds the one point that counts, wherever it stands, and repeats it."""
+    config = SacConfig(
+        **{**POINTS, "critic_hidden": (32,), "batch_size": 64, "updates_per_step": 1.0},
+        actor=ActorConfig(kind="points", width=32, features=8),
+        gamma=0.1,
+        reward_scale=1.0,
+        ema_rate=0.01,
+        temperature=0.02,
+        target_entropy=-3.0,
+    )
+    learner = SoftActorCritic(point_observations(6), POINT_ACTIONS, config, seed=1)
+    train(learner, ReachPoint(), 12, 5)
+    environment, policy, errors = ReachPoint(), learner.policy({}), []
+    for k in range(100):
+        state, _ = environment.reset(seed=k)
+        errors.append(np.abs(policy.best(state) - environment._target))
+    assert np.mean(errors) < 0.2

@@ -201,3 +201,19 @@ def test_the_state_with_points_ends_like_the_papers():
     assert [term.name for term in spec.terms[:2]] == ["points", "mask"]
     assert spec.terms[2:] == steering_observations(64, 10.0, 0.5).terms
     assert spec.size == 64 * 3 + 64 + 3
+
+
+def test_some_parts_keep_their_order():
+    """Parts are picked in the order of the layout, with their columns in the whole vector."""
+    names = ("heading_error", "ranges")
+    few = SPEC.only(names)
+    assert [term.name for term in few.terms] == ["ranges", "heading_error"]
+    assert few.size == 33
+    np.testing.assert_array_equal(SPEC.columns(names), [*range(32), 34])
+    state = observation(np.arange(32.0) / 4, (0.3, -0.2), 1.5)
+    np.testing.assert_array_equal(
+        state[SPEC.columns(names)],
+        few.vector({"ranges": np.arange(32.0) / 4, "heading_error": [1.5]}),
+    )
+    with pytest.raises(KeyError, match="'goal'"):
+        SPEC.only(("ranges", "goal"))

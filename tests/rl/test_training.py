@@ -172,3 +172,68 @@ def test_robots_side_by_side_play_what_each_plays_alone(count, repeat):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
         for name in ("terminated", "outcome", "is_success", "steps", "terms", "turns"):
             assert getattr(one, name) == getattr(other, name)
+
+
+class Situated(Clocks):
+    """Clocks that also give the situation they are in, which is kept in the place of the state."""
+
+    def reset(self, *, seed, options):
+        self.tasks = options.get("task")
+        return self._with(*super().reset(seed=seed, options=options))
+
+    def step(self, actions):
+        states, *rest, info = super().step(actions)
+        return states, *rest, self._with(states, info)[1]
+
+    def _with(self, states, info):
+        return states, {**info, "situations": np.hstack([states, -states, states]) + 10}
+
+
+@pytest.mark.parametrize("repeat", [1, 2])
+def test_situations_are_kept_in_the_place_of_states(repeat):
+    """Episodes hold the situations at each decision and at the end; the policy sees the states."""
+    specs = [EpisodeSpec(0, (5, k), task=k) for k in range(7)]
+    clocks = Situated(3)
+    found = play_together(clocks, policy(), repeat, specs)
+    plain = play_together(Clocks(3), policy(), repeat, specs)
+    for one, other in zip(found, plain, strict=True):
+        expected = np.hstack([other.states, -other.states, other.states]) + 10
+        np.testing.assert_array_equal(one.states, expected)
+        np.testing.assert_array_equal(one.last_state, other.last_state * [1, -1, 1] + 10)
+        np.testing.assert_array_equal(one.actions, other.actions)
+    assert all(task in range(7) for task in clocks.tasks if task is not None)
+
+
+def test_one_robot_keeps_its_situations_too():
+    """``play`` keeps situations as ``play_together`` does, the first from the reset."""
+
+    class One(Clock):
+        def reset(self, *, seed=None, options=None):
+            state, info = super().reset(seed=seed, options=options)
+            return state, info | {"situations": np.array([7.0, 0.0], np.float32)}
+
+        def step(self, action):
+            state, *rest, info = super().step(action)
+            return state, *rest, info | {"situations": np.array([7.0, state[0]], np.float32)}
+
+    clock = One(5)
+    episode = play(clock, policy(), 2, EpisodeSpec(0, (1,), task=3))
+    assert episode.states.tolist() == [[7, 0], [7, 2], [7, 4]]
+    assert episode.last_state.tolist() == [7, 5]
+    assert clock.resets[0][1] == {"task": 3}
+
+
+def test_tasks_go_to_the_robots_that_play_them():
+    """Each robot's task stands in its own place of the option; without tasks there is none."""
+    seen = []
+
+    class Tasks(Clocks):
+        def reset(self, *, seed, options):
+            seen.append((options["reset_mask"].copy(), options.get("task")))
+            return super().reset(seed=seed, options=options)
+
+    play_together(Tasks(4), policy(), 1, [EpisodeSpec(0, (5, k), task=k) for k in range(4)])
+    assert seen[0][1] == [0, 1, 2, 3]
+    seen.clear()
+    play_together(Tasks(4), policy(), 1, [EpisodeSpec(0, (5, k)) for k in range(4)])
+    assert all(tasks is None for _, tasks in seen)

@@ -41,7 +41,7 @@ def export(
     policy: PolicyOptions,
     output: ConsoleOptions,
 ) -> None:
-    """Write a policy as ONNX: states in, yaw rates out.
+    """Write a policy as ONNX: states in, or points of any number, and commands out.
 
     Examples:
         andabata policy export --out policy.onnx

@@ -31,13 +31,12 @@ def test_robots_drive_in_their_own_rooms():
     assert not state.tipped.any()
 
 
-def test_ranges_are_reciprocals_of_what_beams_give():
+def test_reciprocals_are_those_of_the_distances():
     """Beams go behind, right, ahead and left; beyond the largest range stands that range."""
     batch = RoomBatch(1, [EMPTY], DiscRobotConfig(), FOUR.model_copy(update={"max_range": 2.5}))
     batch.place(0, 0, Start(1.0, 0.5, 0.0))
-    state = batch.observe(np.ones(1, bool))
-    np.testing.assert_allclose(state.ranges[0], [2.5, 2.5, 2.0, 1.5], rtol=1e-6)
-    np.testing.assert_allclose(batch.reciprocals * state.ranges, 1.0, rtol=1e-6)
+    batch.observe(np.ones(1, bool))
+    np.testing.assert_allclose(1 / batch.reciprocals[0], [2.5, 2.5, 2.0, 1.5], rtol=1e-6)
 
 
 def test_stamps_count_the_steps_of_robots_that_move():
@@ -84,7 +83,7 @@ def test_a_step_by_the_batch_is_a_step_alone():
         for _ in range(5):
             alone = step(single, twists[k])
         np.testing.assert_array_equal(together.poses[k], alone.poses[0])
-        np.testing.assert_array_equal(together.ranges[k], alone.ranges[0])
+        np.testing.assert_array_equal(batch.reciprocals[k], single.reciprocals[0])
 
 
 def test_rooms_are_padded_to_the_fullest():

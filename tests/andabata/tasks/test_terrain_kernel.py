@@ -242,7 +242,7 @@ def test_a_body_stops_at_a_wall_on_any_side(make_scene, side):
     for _ in range(40):
         state = made.step(np.array([[0.3, 0.0]]), np.ones(1, bool))
         contacts.append(bool(state.contacts[0]))
-        ranges_.append(float(state.ranges[0, 0]))
+        ranges_.append(float(made.ranges[0, 0]))
     first = contacts.index(True)
     assert ranges_[first] == pytest.approx(ROBOT.length / 2, abs=0.12)
     assert first == pytest.approx((0.9 - 0.335) / 0.03, abs=6)

@@ -35,9 +35,9 @@ def test_nothing_is_validated_where_it_was_learnt(algorithm):
     """Training, validation and evaluation have worlds of their own, else the same settings."""
     for stage in load_plan(algorithm).stages.values():
         assert set(stage.environment.seeds) <= set(TRAINING_SEEDS)
-        assert set(stage.unseen.seeds) == set(VALIDATION_SEEDS)
+        assert set(stage.environment.unseen.seeds) == set(VALIDATION_SEEDS)
         elsewhere = stage.environment.model_copy(update={"seeds": VALIDATION_SEEDS})
-        assert stage.unseen == elsewhere  # Driven and evaluated as while it learns.
+        assert stage.environment.unseen == elsewhere  # Driven and evaluated as while it learns.
     assert not set(TRAINING_SEEDS) & set(VALIDATION_SEEDS)
     assert max(VALIDATION_SEEDS) < EVALUATION_START
 

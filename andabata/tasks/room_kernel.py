@@ -378,7 +378,7 @@ def take_points(
     for k in range(len(chosen)):
         if not chosen[k]:
             continue
-        laser, row = mounted[k], rows[k]
+        laser, row, beams = mounted[k], rows[k], found[k]
         mask, windows = row[2 * capacity : 3 * capacity], row[3 * capacity : 3 * capacity + SECTORS]
         count, directions = lasers.counts[laser], lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
@@ -387,21 +387,24 @@ def take_points(
         used = (count + pool - 1) // pool
         for p in range(used):
             i = p * pool
-            for j in range(p * pool + 1, min((p + 1) * pool, count)):
-                if found[k, j] > found[k, i]:
-                    i = j
-            # Where the beam ends, in the robot's frame; x / d^2 is cos a / d.
-            distance = 1.0 / found[k, i]
-            x = ahead + distance * directions[0, i]
-            y = left + distance * directions[1, i]
-            squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
-            row[2 * p], row[2 * p + 1] = y / squared, x / squared
+            nearest = beams[i]
+            for j in range(i + 1, min(i + pool, count)):
+                # Without a branch, whose outcome no processor could foresee.
+                is_nearer = beams[j] > nearest
+                i, nearest = (j, beams[j]) if is_nearer else (i, nearest)
+            if ahead == 0.0 and left == 0.0:
+                # From the robot's centre bearing and distance are the beam's own.
+                near, bearing = nearest, lasers.firsts[laser] + i * lasers.steps[laser]
+                row[2 * p], row[2 * p + 1] = near * directions[1, i], near * directions[0, i]
+            else:
+                # Where the beam ends, in the robot's frame; x / d^2 is cos a / d.
+                x = ahead + directions[0, i] / nearest
+                y = left + directions[1, i] / nearest
+                squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
+                near, bearing = np.float32(1.0 / np.sqrt(squared)), np.arctan2(y, x)
+                row[2 * p], row[2 * p + 1] = y / squared, x / squared
             mask[p] = 1.0
-            # From the robot's centre a beam's bearing is known.
-            bearing = lasers.firsts[laser] + i * lasers.steps[laser]
-            if ahead != 0.0 or left != 0.0:
-                bearing = np.arctan2(y, x)
             sector = int(np.floor((bearing + np.pi) * (SECTORS / _TURN) + _EDGE)) % SECTORS
-            windows[sector] = max(windows[sector], np.float32(1.0 / np.sqrt(squared)))
+            windows[sector] = max(windows[sector], near)
         row[2 * used : 2 * capacity] = 0.0
         mask[used:] = 0.0

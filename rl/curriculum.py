@@ -82,6 +82,7 @@ class _Position:
     recent: list[bool] = field(default_factory=list)
     on_level: list[bool] = field(default_factory=list)
     best: float | None = None
+    kept: float = 0.0
 
 
 class Curriculum:
@@ -221,12 +222,13 @@ class Curriculum:
                 self._best = policy
             return {}
         score = self._try(policy, at.stage)
-        if at.best is None or score >= at.best:
-            at.best, self._best = score, policy
+        if at.best is None or score >= at.best - config.validation_tolerance:
+            at.kept, self._best = score, policy
+        at.best = score if at.best is None else max(at.best, score)
         if not is_last or self._best is None:
             return {stage.name: score}
         before = {config.stages[k].name: self._try(self._best, k) for k in range(at.stage)}
-        return before | {stage.name: at.best}
+        return before | {stage.name: at.kept}
 
     def _try(self, policy: Policy, stage: int) -> float:
         """Return the score of a policy in a stage's worlds for validation."""

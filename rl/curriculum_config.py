@@ -97,6 +97,9 @@ class CurriculumConfig(BaseModel):
         collision_weight: Weight w of collisions in the score of a validation,
             1 - (time-outs + w collisions) / episodes; None for the share of successes, which is the
             score for w = 1.
+        validation_tolerance: Loss of score, against the best so far, up to which a later policy is
+            kept instead of an earlier one: a few episodes tell neighbours apart by chance alone,
+            and a later one has learnt longer.
         test_every: Number of control steps between tests; 0 leaves them out. A test plays every
             task of a fixed list once without exploring, and decides nothing.
         test_tasks: Number of tasks of the list.
@@ -115,5 +118,6 @@ class CurriculumConfig(BaseModel):
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
     collision_weight: float | None = Field(default=None, ge=1)
+    validation_tolerance: float = Field(default=0.0, ge=0)
     test_every: int = Field(default=0, ge=0)
     test_tasks: int = Field(default=16, ge=1)

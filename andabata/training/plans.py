@@ -43,6 +43,7 @@ class TrainingPlan(BaseModel):
         validation: Number of validation episodes; see ``CurriculumConfig``.
         validate_every: Number of iterations between validations; see ``CurriculumConfig``.
         collision_weight: Weight of collisions in validations; see ``CurriculumConfig``.
+        validation_tolerance: Loss of score for a later policy; see ``CurriculumConfig``.
         test_every: Number of control steps between tests on fixed tasks, 0 for none; see
             ``CurriculumConfig``.
         checkpoint_every: Number of iterations between two checkpoints; the last one is always
@@ -57,6 +58,7 @@ class TrainingPlan(BaseModel):
     validation: int = Field(default=0, ge=0)
     validate_every: int = Field(default=0, ge=0)
     collision_weight: float | None = Field(default=None, ge=1)
+    validation_tolerance: float = Field(default=0.0, ge=0)
     test_every: int = Field(default=0, ge=0)
     checkpoint_every: int = Field(default=1, ge=1)
     stages: dict[str, StagePlan]
@@ -100,6 +102,7 @@ class TrainingPlan(BaseModel):
             validation=self.validation,
             validate_every=self.validate_every,
             collision_weight=self.collision_weight,
+            validation_tolerance=self.validation_tolerance,
             test_every=self.test_every,
             test_tasks=max(len(self.tested(chosen)), 1),
         )

@@ -414,3 +414,22 @@ def test_a_policy_that_collides_less_is_kept():
         curriculum = Curriculum(plan, rollout)
         run(curriculum, 2)
         assert curriculum.policy({}).to_bytes() == tried[best].to_bytes()
+
+
+@pytest.mark.parametrize(("tolerance", "kept"), [(0.0, 0), (0.3, 1), (0.6, 2)])
+def test_a_later_policy_is_kept_within_the_tolerance(tolerance, kept):
+    """Of scores 1, 0.75 and 0.5 the last within the tolerance of the best is kept."""
+    tried = []
+
+    def rollout(policy, repeat, specs, explore):
+        if explore:
+            return made(lambda one: False)(policy, repeat, specs, explore)
+        tried.append(policy)
+        return made(lambda one: one.seed[2] >= len(tried) - 1)(policy, repeat, specs, explore)
+
+    plan = config(12, learning_rate=0.05, ema_rate=1.0)
+    changes = {"validation": 4, "validate_every": 1, "validation_tolerance": tolerance}
+    curriculum = Curriculum(plan.model_copy(update=changes), rollout)
+    figures = run(curriculum, 3)
+    assert curriculum.policy({}).to_bytes() == tried[kept].to_bytes()
+    assert figures[-1].validation["turn"] == 1 - 0.25 * kept

@@ -195,10 +195,12 @@ class RoomRenderer:
         count = len(situations)
         mounted, sigma = np.zeros(count, dtype=np.int64), np.zeros(count)
         if self._randomization is not None:
-            others = len(self._lasers.counts) - 1
-            drawn = rng.random(count) < self._randomization.share
-            mounted = np.where(drawn, 1 + rng.integers(others, size=count), 0)
-            sigma = np.where(drawn, rng.uniform(*self._randomization.noise, count), 0.0)
+            # The second half are the situations after those of the first: of the same robot.
+            others, half = len(self._lasers.counts) - 1, -(-count // 2)
+            drawn = rng.random(half) < self._randomization.share
+            mounted = np.where(drawn, 1 + rng.integers(others, size=half), 0)
+            sigma = np.where(drawn, rng.uniform(*self._randomization.noise, half), 0.0)
+            mounted, sigma = np.tile(mounted, 2)[:count], np.tile(sigma, 2)[:count]
         rows = situations.astype(np.float64)
         places, motions = rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 1:6])
         around = rows[:, _HEAD:].reshape(count, self._movers, 3)

@@ -185,3 +185,15 @@ def test_situations_without_movers_end_with_the_goal():
     motions, targets = np.arange(5.0)[None], np.array([[6.0, 7.0]])
     rows = made.situations(np.array([2]), motions, targets, Movers.none(1))
     assert rows.tolist() == [[2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0]]
+
+
+def test_both_ends_of_a_decision_are_seen_by_one_laser():
+    """In a call for decisions the second half has the lasers of the first, in its order."""
+    bank = [LIDAR, *LidarRandomization().draw(np.random.default_rng(1), 40)]
+    noiseless = LidarRandomization(share=0.8, noise=(0.0, 0.0))
+    made = renderer(bank, points=1200, randomization=noiseless)
+    batch, goals = driven_batch()
+    situations = made.situations(batch.places, batch.motions, goals, batch.movers)
+    both = made(np.concatenate([situations, situations]), np.random.default_rng(2))
+    np.testing.assert_array_equal(both[:30], both[30:])
+    assert len({int(row[2 * 1200 : 3 * 1200].sum()) for row in both}) > 10

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.tasks.movers import Movers
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 SECTORS = 36
 """Number of windows of bearing that critics see (Zhang et al., section III-B)."""
@@ -215,7 +215,7 @@ def cast(
             row[i] = row[i] if row[i] < most else most
 
 
-@kernel
+@inlined_kernel
 def _box(
     row: NDArray[np.float32],
     directions: NDArray[np.float32],
@@ -255,7 +255,7 @@ def _box(
         _face(row, directions, view, one, other, view.s / along, view.c / along)
 
 
-@kernel
+@inlined_kernel
 def _face(
     row: NDArray[np.float32],
     directions: NDArray[np.float32],
@@ -383,25 +383,29 @@ def take_points(
         count, directions = lasers.counts[laser], lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
         windows[:] = np.float32(1.0 / lasers.max_ranges[laser])
+        beams = found[k]
         pool = (count + capacity - 1) // capacity
         used = (count + pool - 1) // pool
         for p in range(used):
             i = p * pool
+            near = beams[i]
             for j in range(p * pool + 1, min((p + 1) * pool, count)):
-                if found[k, j] > found[k, i]:
-                    i = j
-            # Where the beam ends, in the robot's frame; x / d^2 is cos a / d.
-            distance = 1.0 / found[k, i]
-            x = ahead + distance * directions[0, i]
-            y = left + distance * directions[1, i]
-            squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
-            row[2 * p], row[2 * p + 1] = y / squared, x / squared
-            mask[p] = 1.0
-            # From the robot's centre a beam's bearing is known.
+                near = beams[j] if beams[j] > near else near
+            while beams[i] != near:
+                i += 1
+            cosine, sine = directions[0, i], directions[1, i]
             bearing = lasers.firsts[laser] + i * lasers.steps[laser]
+            # From the robot's centre a beam's bearing is known, and so is its distance.
             if ahead != 0.0 or left != 0.0:
+                x, y = ahead + cosine / near, left + sine / near
+                distance = np.sqrt(x * x + y * y)
                 bearing = np.arctan2(y, x)
+                cosine, sine = np.float32(x / distance), np.float32(y / distance)
+                near = np.float32(1.0 / max(distance, MIN_RANGE))
+            row[2 * p], row[2 * p + 1] = near * sine, near * cosine
+            mask[p] = 1.0
             sector = int(np.floor((bearing + np.pi) * (SECTORS / _TURN) + _EDGE)) % SECTORS
-            windows[sector] = max(windows[sector], np.float32(1.0 / np.sqrt(squared)))
+            if near > windows[sector]:
+                windows[sector] = near
         row[2 * used : 2 * capacity] = 0.0
         mask[used:] = 0.0

@@ -28,6 +28,7 @@ bench: peers
 	$(BIN)/andabata bench chain
 	$(BIN)/python -m andabata.bench.vehicle_rates
 	$(BIN)/python -m andabata.bench.maze andabata/models/policy.safetensors
+	$(BIN)/python -m andabata.bench.planar
 	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
 	$(BIN)/andabata bench perception --clouds data/clouds/bench
 	$(BIN)/python -m andabata.bench.scan data/clouds/bench

@@ -114,8 +114,8 @@ class RoomBatch:
             chosen: True for robots that move; the others stand still, shape (n,).
         """
         robot = self._robot
-        self.motions[chosen, V:] = twists[chosen]
-        self._steps[chosen] += 1
+        np.copyto(self.motions[:, V:], twists, where=chosen[:, None])
+        self._steps += chosen
         drive(
             self.motions,
             chosen,

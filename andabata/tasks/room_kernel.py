@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.tasks.movers import Movers
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 SECTORS = 36
 """Number of windows of bearing that critics see (Zhang et al., section III-B)."""
@@ -215,7 +215,7 @@ def cast(
             row[i] = row[i] if row[i] < most else most
 
 
-@kernel
+@inlined_kernel
 def _box(
     row: NDArray[np.float32],
     directions: NDArray[np.float32],
@@ -255,7 +255,7 @@ def _box(
         _face(row, directions, view, one, other, view.s / along, view.c / along)
 
 
-@kernel
+@inlined_kernel
 def _face(
     row: NDArray[np.float32],
     directions: NDArray[np.float32],
@@ -378,33 +378,34 @@ def take_points(
     for k in range(len(chosen)):
         if not chosen[k]:
             continue
-        laser, row, beams = mounted[k], rows[k], found[k]
+        laser, row = mounted[k], rows[k]
         mask, windows = row[2 * capacity : 3 * capacity], row[3 * capacity : 3 * capacity + SECTORS]
         count, directions = lasers.counts[laser], lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
         windows[:] = np.float32(1.0 / lasers.max_ranges[laser])
+        beams = found[k]
         pool = (count + capacity - 1) // capacity
         used = (count + pool - 1) // pool
         for p in range(used):
             i = p * pool
-            nearest = beams[i]
-            for j in range(i + 1, min(i + pool, count)):
-                # Without a branch, whose outcome no processor could foresee.
-                is_nearer = beams[j] > nearest
-                i, nearest = (j, beams[j]) if is_nearer else (i, nearest)
-            if ahead == 0.0 and left == 0.0:
-                # From the robot's centre bearing and distance are the beam's own.
-                near, bearing = nearest, lasers.firsts[laser] + i * lasers.steps[laser]
-                row[2 * p], row[2 * p + 1] = near * directions[1, i], near * directions[0, i]
-            else:
-                # Where the beam ends, in the robot's frame; x / d^2 is cos a / d.
-                x = ahead + directions[0, i] / nearest
-                y = left + directions[1, i] / nearest
-                squared = max(x * x + y * y, MIN_RANGE * MIN_RANGE)
-                near, bearing = np.float32(1.0 / np.sqrt(squared)), np.arctan2(y, x)
-                row[2 * p], row[2 * p + 1] = y / squared, x / squared
+            near = beams[i]
+            for j in range(p * pool + 1, min((p + 1) * pool, count)):
+                near = beams[j] if beams[j] > near else near
+            while beams[i] != near:
+                i += 1
+            cosine, sine = directions[0, i], directions[1, i]
+            bearing = lasers.firsts[laser] + i * lasers.steps[laser]
+            # From the robot's centre a beam's bearing is known, and so is its distance.
+            if ahead != 0.0 or left != 0.0:
+                x, y = ahead + cosine / near, left + sine / near
+                distance = np.sqrt(x * x + y * y)
+                bearing = np.arctan2(y, x)
+                cosine, sine = np.float32(x / distance), np.float32(y / distance)
+                near = np.float32(1.0 / max(distance, MIN_RANGE))
+            row[2 * p], row[2 * p + 1] = near * sine, near * cosine
             mask[p] = 1.0
             sector = int(np.floor((bearing + np.pi) * (SECTORS / _TURN) + _EDGE)) % SECTORS
-            windows[sector] = max(windows[sector], near)
+            if near > windows[sector]:
+                windows[sector] = near
         row[2 * used : 2 * capacity] = 0.0
         mask[used:] = 0.0

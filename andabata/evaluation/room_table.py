@@ -15,9 +15,6 @@ Row = dict[str, Any]
 OracleTask = tuple[int, float]
 """Fewest steps of a task, and the length of its shortest way [m]."""
 
-ALL_POLICIES = "all"
-"""Name of the policy in rows of several."""
-
 _STEP_COST = 0.001
 """Loss of a task's score with each control step (equation 5)."""
 
@@ -87,8 +84,7 @@ class RoomTable(NamedTuple):
 
     Attributes:
         rows: Rows of the cells.
-        pooled: Rows of all policies together, of cells that differ in the policy alone; none for
-            one policy.
+        pooled: Rows of policies together that differ in the seed alone.
     """
 
     rows: list[Row]
@@ -111,7 +107,7 @@ def cell_row(result: CellResult, oracle: Sequence[OracleTask]) -> Row:
 
 
 def pooled_row(results: Sequence[CellResult], oracle: Sequence[OracleTask]) -> Row:
-    """Return the row of all policies in cells that differ in the policy alone.
+    """Return the row of several policies in cells that differ in the policy alone.
 
     Args:
         results: Measures of each policy's drives.
@@ -119,7 +115,7 @@ def pooled_row(results: Sequence[CellResult], oracle: Sequence[OracleTask]) -> R
     """
     successes = np.array([result.successes for result in results])
     return _row(results, oracle, clustered_interval(successes)) | {
-        "policy": ALL_POLICIES,
+        "policy": ", ".join(result.cell.policy for result in results),
         "policies": len(results),
     }
 

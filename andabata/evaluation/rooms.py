@@ -6,6 +6,7 @@ depend on the size of a room.
 """
 
 import hashlib
+import json
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +20,6 @@ from andabata.engine import run_tasks
 from andabata.evaluation.journal import Journal
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_table import (
-    ALL_POLICIES,
     Cell,
     CellResult,
     OracleTask,
@@ -102,6 +102,16 @@ def cell_task(cell: Cell, config: RoomEvaluationConfig) -> SpnConfig:
             "map": config.map if cell.memory == WITH_MAP else None,
         }
     )
+
+
+def alike(policies: Mapping[str, Policy]) -> list[tuple[str, ...]]:
+    """Return the names of policies that differ in the seed alone, together, in their order."""
+    groups: dict[str, list[str]] = {}
+    for name, policy in policies.items():
+        shapes = {key: tensor.shape for key, tensor in policy.tensors().items()}
+        about = [policy.architecture, policy.terms, shapes, policy.info.get("config")]
+        groups.setdefault(json.dumps(about, sort_keys=True), []).append(name)
+    return [tuple(names) for names in groups.values()]
 
 
 def cells_of(config: RoomEvaluationConfig, policies: Sequence[str]) -> list[Cell]:
@@ -192,12 +202,11 @@ def evaluate_rooms(
     results = drive_cells(config, policies, workers, journal, on_cell)
     oracles = dict(run_tasks(partial(oracle_of, config), dict.fromkeys(config.rooms), workers))
     rows = [cell_row(result, oracles[result.cell.room]) for result in results]
-    together: dict[Cell, list[CellResult]] = {}
-    for result in results:
-        together.setdefault(replace(result.cell, policy=ALL_POLICIES), []).append(result)
+    found = {result.cell: result for result in results}
     pooled = [
-        pooled_row(group, oracles[cell.room])
-        for cell, group in together.items()
-        if len(policies) > 1
+        pooled_row([found[replace(cell, policy=name)] for name in names], oracles[cell.room])
+        for names in alike(policies)
+        for cell in cells_of(config, names[:1])
+        if len(names) > 1
     ]
     return RoomTable(rows, pooled)

@@ -7,12 +7,15 @@ from andabata.evaluation import rooms as evaluation
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
     RoomEvaluationConfig,
+    alike,
     cell_task,
     drive_cells,
     evaluate_rooms,
     tasks_of,
 )
+from andabata.models import shipped_policy
 from andabata.tasks.spn import SpnConfig
+from rl.policy import with_info
 from rl.proportional import ProportionalPolicy
 from worlds.room_catalogue import make_room
 
@@ -63,7 +66,7 @@ def test_rows_do_not_depend_on_what_is_driven_beside():
     both = {"p": POLICIES["p"], "q": POLICIES["p"]}
     table = evaluate_rooms(small(), both)
     assert len(table.rows) == 8
-    assert [row["policies"] for row in table.pooled] == [2] * 4
+    assert [(row["policy"], row["policies"]) for row in table.pooled] == [("p, q", 2)] * 4
     config = small(rooms=("spn-env1",), lidars=("front-180",))
     alone = evaluate_rooms(config, POLICIES)
     assert alone.pooled == []
@@ -75,6 +78,16 @@ def test_rows_do_not_depend_on_what_is_driven_beside():
     assert all(
         row["steps_to_oracle"] is None or row["steps_to_oracle"] > 0.97 for row in table.rows
     )
+
+
+def test_policies_are_alike_if_only_their_seeds_differ():
+    """Seeds of the same settings belong together, other settings and other kinds do not."""
+    policies = {
+        name: with_info(POLICIES["p"], {"config": {"k": k}, "seed": seed})
+        for name, k, seed in (("a", 2, 0), ("b", 5, 0), ("c", 2, 1))
+    }
+    policies["d"] = shipped_policy()
+    assert alike(policies) == [("a", "c"), ("b",), ("d",)]
 
 
 def test_a_map_is_another_memory():

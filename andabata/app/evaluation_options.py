@@ -1,9 +1,8 @@
 """Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``options``."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,15 +17,9 @@ if TYPE_CHECKING:
     from andabata.models import Models
     from rl.policy import Policy
 
-OFFROAD, SPN = "offroad", "spn"
-"""Tasks of ``--task``."""
-
 _OFFROAD = "Off-road (--task offroad)"
 _ROOMS = "Rooms (--task spn)"
 
-TaskName = Annotated[
-    str, typer.Option("--task", help="offroad, or spn: navigation in rooms by a planar laser.")
-]
 Rooms = Annotated[
     str,
     typer.Option(
@@ -201,37 +194,3 @@ class EvaluationModelOptions(RoomPolicyOptions, ClassifierOptions):
             )
         file = None if given == ["shipped"] else Path(given[0])
         return Models.load(self.forest, self.ground_classifier, file)
-
-
-def check_task(task: str) -> None:
-    """Refuse a task that does not exist.
-
-    Raises:
-        UsageError: If there is no such task.
-    """
-    if task not in (OFFROAD, SPN):
-        raise UsageError(f"--task: expected {OFFROAD} or {SPN}, got {task!r}")
-
-
-def refuse_options(task: str, groups: Sequence[tuple[Any, type]]) -> None:
-    """Refuse options of another task that were given by mistake.
-
-    Args:
-        task: Task of the command.
-        groups: What was given, and the group of options whose fields in it have to be the defaults.
-
-    Raises:
-        UsageError: If an option is given.
-    """
-    given = [
-        f"--{option.name.replace('_', '-')}"
-        for values, group in groups
-        for option in fields(group)
-        if getattr(values, option.name) != option.default
-    ]
-    if given:
-        other = OFFROAD if task == SPN else SPN
-        raise UsageError(
-            f"{', '.join(given)}: expected options of --task {task} alone, got what belongs to "
-            f"--task {other}; leave it out or give --task {other}"
-        )

@@ -7,14 +7,9 @@ import typer
 
 from andabata.app.command import command
 from andabata.app.evaluation_options import (
-    OFFROAD,
-    SPN,
     EvaluationModelOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
-    TaskName,
-    check_task,
-    refuse_options,
 )
 from andabata.app.options import (
     ClassifierOptions,
@@ -24,6 +19,7 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
+from andabata.app.task_options import OFFROAD, SPN, TaskName, check_task, refuse_options
 
 
 @command

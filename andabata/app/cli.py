@@ -127,8 +127,9 @@ def _code(error: Exception) -> int:
     from andabata.app.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
+    from worlds.room_catalogue import UnknownRoomError
 
-    usage = SettingsError | UsageError | UnknownWorldError | UnknownSensorError
+    usage = SettingsError | UsageError | UnknownWorldError | UnknownRoomError | UnknownSensorError
     return USAGE if isinstance(error, usage) else FAILED
 
 

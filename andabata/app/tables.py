@@ -79,6 +79,46 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     return table_of(shown, world)
 
 
+def room_tables(rows: Sequence[Data], pooled: Sequence[Data]) -> Group:
+    """Return a table for each room and policy of an evaluation, several seeds together first.
+
+    Args:
+        rows: Rows of the cells; see ``evaluate_rooms``.
+        pooled: Rows of several policies together.
+    """
+    every = [*pooled, *rows]
+    names = [row["policy"] for row in every]
+    several = len(set(names)) > 1
+    return Group(
+        *(
+            _room_table(
+                [row for row in every if (row["room"], row["policy"]) == (room, policy)],
+                f"{room}: {policy}" if several else room,
+            )
+            for room in dict.fromkeys(row["room"] for row in rows)
+            for policy in dict.fromkeys(names)
+        )
+    )
+
+
+def _room_table(rows: Sequence[Data], title: str) -> "Table":
+    """Return the table of one room and policy, narrow enough for a terminal of 80 columns."""
+    shown = [
+        {
+            "lidar": row["lidar"],
+            "memory": row["memory"],
+            "reached": f"{row['successes']}/{row['trials']}",
+            "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
+            "hit": row["collisions"],
+            "late": row["timeouts"],
+            "T/oracle": row["steps_to_oracle"],
+            "SPL": row["spl"],
+        }
+        for row in rows
+    ]
+    return table_of(shown, title)
+
+
 def recording_table(found: "BagSummary", title: str) -> "Table":
     """Return the topics of a recording, with the columns that differ between topics."""
     shown = ["topic", "type", "messages", "rate_hz"]

@@ -4,12 +4,36 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from andabata.app.console import Console
+from andabata.app.console import Console, Step
 from andabata.app.tables import training_text
+from andabata.app.usage import UsageError
 from andabata.models import Models
-from andabata.training.plans import TrainingPlan
+from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import CHECKPOINT, learn
 from rl.curriculum import TrainingIteration
+from rl.sac import SacConfig
+
+
+def with_features(plan: TrainingPlan, features: int | None) -> TrainingPlan:
+    """Return a plan whose actor has K global features of its points.
+
+    Args:
+        plan: Plan of a learner whose actor reads points.
+        features: Number K of features; None keeps the plan's.
+
+    Raises:
+        UsageError: If the actor reads no points.
+    """
+    if features is None:
+        return plan
+    learner = plan.learner
+    if not isinstance(learner, SacConfig) or learner.actor.kind != "points":
+        raise UsageError(
+            f"--k: expected a plan whose actor reads points, got another {learner.algorithm}; "
+            "give --task spn or leave --k out"
+        )
+    actor = learner.actor.model_copy(update={"features": features})
+    return plan.model_copy(update={"learner": learner.model_copy(update={"actor": actor})})
 
 
 def train_seeds(
@@ -37,11 +61,12 @@ def train_seeds(
         resume: True to go on with the runs in the folder.
         changed: True to go on even with other code or another classifier.
     """
-    budget = sum(list(plan.stages.values())[stage].episodes for stage in stages)
+    chosen = [list(plan.stages.values())[stage] for stage in stages]
+    unit, budget = _budget(chosen)
     several, results = len(seeds) > 1, []
     for seed in seeds:
         one = folder / f"seed-{seed}" if several else folder
-        with console.progress(f"episodes, seed {seed}", budget) as step:
+        with console.progress(f"{unit}, seed {seed}", budget) as step:
             result = learn(
                 one,
                 plan,
@@ -52,7 +77,7 @@ def train_seeds(
                 # Of several runs the first may be over and the last not begun.
                 resume=resume and (not several or (one / CHECKPOINT).exists()),
                 changed=changed,
-                on_iteration=lambda update: step(update.played, _note(update)),
+                on_iteration=_Advance(step, unit),
             )
         results.append(result)
         console.status(training_text(result))
@@ -67,6 +92,28 @@ def runs_summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     stage = results[-1]["stage"]
     rates = [run["validation"][stage].get(stage, run["success_rate"]) for run in results]
     return {"runs": list(results), "stage": stage, "rates": rates, "worst": min(rates)}
+
+
+def _budget(stages: Sequence[StagePlan]) -> tuple[str, int]:
+    """Return what a run's budget counts, and the budget: steps where every stage limits them."""
+    limits = [stage.steps for stage in stages if stage.steps is not None]
+    if len(limits) == len(stages):
+        return "steps", sum(limits)
+    return "episodes", sum(stage.episodes for stage in stages)
+
+
+class _Advance:
+    """Function that advances a progress bar by an iteration's steps or episodes."""
+
+    def __init__(self, step: Step, unit: str) -> None:
+        """Take the bar and what it counts."""
+        self._step, self._unit, self._steps = step, unit, 0
+
+    def __call__(self, update: TrainingIteration) -> None:
+        """Advance the bar and show the iteration in a few words."""
+        done = update.played if self._unit == "episodes" else update.steps - self._steps
+        self._steps = update.steps
+        self._step(done, _note(update))
 
 
 def _note(update: TrainingIteration) -> str:

@@ -1,6 +1,5 @@
 """Evaluates controllers side by side: the same worlds, starts and noise for each of them."""
 
-import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,12 +14,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
 from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.journal import Journal
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.pose import Pose
 from andabata.models import Models
-from andabata.records import atomic_io
-from andabata.records.atomic_io import append_line
 from andabata.records.runs import commit
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.grid import PolarGrid
@@ -197,62 +195,24 @@ def evaluate(
         on_failure: Function that is called with each failure, in the process that ran it: it has
             to be importable.
         on_trial: Function that is called after each trial.
+
+    Raises:
+        ValueError: If the journal belongs to another evaluation.
     """
     about = config.model_dump(mode="json", exclude={"trials"})
     origin = {"config": about, "models": models.hashes, "commit": commit()}
-    done = _read_journal(journal, origin)
+    kept = Journal(journal, origin)
+    done = {entry["trial"]: entry["rows"] for entry in kept.entries}
     trials = range(len(config.scenarios))
     missing = [trial for trial in trials if trial not in done]
     for trial, rows in run_tasks(
         partial(run_one, config, models.to_bytes(), on_failure), missing, workers
     ):
         done[trial] = rows
-        if journal is not None:
-            append_line(journal, json.dumps({"trial": trial, "rows": rows}))
+        kept.append({"trial": trial, "rows": rows})
         if on_trial is not None:
             on_trial(trial, rows)
     return [row for trial in trials for row in done[trial]]
-
-
-def _read_journal(journal: Path | None, about: dict[str, Any]) -> dict[int, list[Row]]:
-    """Return the finished trials of a journal of the same configuration, models and commit.
-
-    Raises:
-        ValueError: If the journal belongs to another evaluation.
-    """
-    if journal is None:
-        return {}
-    head = json.dumps(about)
-    if not journal.exists() or journal.stat().st_size == 0:
-        atomic_io.write(journal, f"{head}\n".encode())
-        return {}
-    lines = journal.read_text(encoding="utf-8").splitlines()
-    if lines[0] != head:
-        raise ValueError(
-            f"{journal}: expected a journal of this evaluation, got one that differs in "
-            f"{_what_differs(lines[0], about)}; take another --out"
-        )
-    kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
-    atomic_io.write(journal, "".join(f"{line}\n" for line in [head, *kept]).encode())
-    return {entry["trial"]: entry["rows"] for entry in map(json.loads, kept)}
-
-
-def _what_differs(head: str, about: dict[str, Any]) -> str:
-    """Return the settings in which the first line of a journal differs."""
-    try:
-        recorded = json.loads(head)
-        return ", ".join(name for name in about if recorded.get(name) != about[name])
-    except (json.JSONDecodeError, AttributeError):
-        return "kind"
-
-
-def _is_json(line: str) -> bool:
-    """Return True if a line is whole."""
-    try:
-        json.loads(line)
-    except json.JSONDecodeError:
-        return False
-    return True
 
 
 def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:

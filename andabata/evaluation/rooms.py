@@ -5,28 +5,36 @@ section IV-C). Beside each count stands the ratio of the steps to those of an or
 depend on the size of a room.
 """
 
+import hashlib
+import json
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.engine import run_tasks
-from andabata.evaluation.statistics import wilson_interval
+from andabata.evaluation.journal import Journal
+from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_table import (
+    Cell,
+    CellResult,
+    OracleTask,
+    RoomTable,
+    cell_row,
+    pooled_row,
+)
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
+from andabata.records.runs import commit
 from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
-from andabata.tasks.spn import SpnConfig, SpnVectorEnv
-from andabata.tasks.terminations import Outcome
-from rl.policy import Policy, policy_from_bytes, with_observations
+from andabata.tasks.spn import SpnConfig
+from rl.policy import Policy, policy_from_bytes
 from worlds.room_catalogue import make_room
 from worlds.rooms import Room, RoomTask, random_task
-
-Row = dict[str, Any]
 
 REACTIVE, WITH_MAP = "reactive", "map"
 """Names of what a policy heads for: the goal itself, or the sub-goal of a local map."""
@@ -34,8 +42,8 @@ REACTIVE, WITH_MAP = "reactive", "map"
 JUDGES = ("spn-env4", "spn-env5", "spn-env6", "spn-env7")
 """Rooms of the paper's comparison; nothing is trained, chosen or tuned in them."""
 
-_BATCH = 50
-"""Number of robots that are driven side by side."""
+OnCell = Callable[[Cell, list[RoomDrive]], None]
+"""Function that takes a cell and its drives."""
 
 
 class RoomEvaluationConfig(BaseModel):
@@ -63,53 +71,17 @@ class RoomEvaluationConfig(BaseModel):
     map: LidarMapConfig = Field(default_factory=LidarMapConfig)
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One cell of the comparison.
-
-    Attributes:
-        policy: Name of the policy.
-        lidar: Name or label of the laser.
-        room: Name of the room.
-        memory: ``reactive`` or ``map``.
-    """
-
-    policy: str
-    lidar: str
-    room: str
-    memory: str
-
-
-@dataclass(frozen=True)
-class RoomDrive:
-    """One drive.
-
-    Attributes:
-        task: Start and goal.
-        outcome: How it ended.
-        steps: Number of control steps.
-        path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
-    """
-
-    task: RoomTask
-    outcome: Outcome
-    steps: int
-    path: NDArray[np.float64]
-
-    @property
-    def length(self) -> float:
-        """Length of the path [m]."""
-        return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
-
-    @property
-    def score(self) -> float:
-        """Score of a task as the paper has it (equation 5): 1 - 0.001 T, or -1."""
-        return 1 - 0.001 * self.steps if self.outcome is Outcome.GOAL else -1.0
-
-
 def tasks_of(room: Room, config: RoomEvaluationConfig) -> list[RoomTask]:
-    """Return a room's starts and goals: the same for every policy, laser and memory."""
+    """Return a room's starts and goals: the same for every policy, laser and memory.
+
+    Raises:
+        ValueError: If fixed tasks are wanted of a room without such.
+    """
     if config.pairs == 0:
+        if not room.tasks:
+            raise ValueError(
+                f"pairs: expected 1 or more for room {room.name}, which has no fixed tasks, got 0"
+            )
         return list(room.tasks)
     # The name, not the place in the list: adding a room changes no other's tasks.
     rng = np.random.default_rng([config.seed, zlib.crc32(room.name.encode())])
@@ -118,58 +90,39 @@ def tasks_of(room: Room, config: RoomEvaluationConfig) -> list[RoomTask]:
     return [random_task(room, rng, radius, clear, task.min_distance) for _ in range(config.pairs)]
 
 
-def drive_tasks(policy: Policy, config: SpnConfig, tasks: Sequence[RoomTask]) -> list[RoomDrive]:
-    """Drive tasks of a room with a policy at its best, and return the drives in their order.
-
-    Args:
-        policy: Policy, for any number of points.
-        config: Settings with one room.
-        tasks: Starts and goals.
-
-    Raises:
-        ValueError: If the policy cannot read what the task observes.
-    """
-    found: list[RoomDrive] = []
-    for begin in range(0, len(tasks), _BATCH):
-        found += _driven_together(policy, config, tasks[begin : begin + _BATCH])
-    return found
-
-
-def _driven_together(
-    policy: Policy, config: SpnConfig, tasks: Sequence[RoomTask]
-) -> list[RoomDrive]:
-    """Drive tasks side by side."""
-    count = len(tasks)
-    robots = SpnVectorEnv(config, count, autoreset=False)
-    actor = with_observations(policy, config.observations)
-    states, _ = robots.reset(seed=0, options={"room": 0, "drive": list(tasks)})
-    paths = [[pose] for pose in robots.poses]
-    found: dict[int, RoomDrive] = {}
-    while len(found) < count:
-        going = np.array([k not in found for k in range(count)])
-        actions = np.zeros((count, actor.actions.size), dtype=np.float32)
-        actions[going] = actor.best_many(states[going])
-        states, _, terminated, truncated, info = robots.step(actions)
-        poses = robots.poses
-        for k in np.flatnonzero(going).tolist():
-            paths[k].append(poses[k])
-        for k in np.flatnonzero(terminated | truncated).tolist():
-            outcome = Outcome(info["outcome"][k])
-            found[k] = RoomDrive(tasks[k], outcome, len(paths[k]) - 1, np.array(paths[k]))
-    return [found[k] for k in range(count)]
-
-
 def cell_task(cell: Cell, config: RoomEvaluationConfig) -> SpnConfig:
     """Return the settings of a cell's drives: all beams of its laser become points."""
     return config.task.model_copy(
         update={
             "rooms": (cell.room,),
+            "extra_rooms": (),
             "lidar": PlanarLidarConfig.parse(cell.lidar),
             "points": None,
             "randomization": None,
             "map": config.map if cell.memory == WITH_MAP else None,
         }
     )
+
+
+def alike(policies: Mapping[str, Policy]) -> list[tuple[str, ...]]:
+    """Return the names of policies that differ in the seed alone, together, in their order."""
+    groups: dict[str, list[str]] = {}
+    for name, policy in policies.items():
+        shapes = {key: tensor.shape for key, tensor in policy.tensors().items()}
+        about = [policy.architecture, policy.terms, shapes, policy.info.get("config")]
+        groups.setdefault(json.dumps(about, sort_keys=True), []).append(name)
+    return [tuple(names) for names in groups.values()]
+
+
+def cells_of(config: RoomEvaluationConfig, policies: Sequence[str]) -> list[Cell]:
+    """Return the cells of an evaluation, each once, by room, laser, memory and policy."""
+    return [
+        Cell(name, lidar, room, memory)
+        for room in dict.fromkeys(config.rooms)
+        for lidar in dict.fromkeys(config.lidars)
+        for memory in dict.fromkeys(config.memories)
+        for name in policies
+    ]
 
 
 def drive_cell(
@@ -180,7 +133,7 @@ def drive_cell(
     return drive_tasks(policy, cell_task(cell, config), tasks_of(make_room(cell.room), config))
 
 
-def oracle_of(config: RoomEvaluationConfig, name: str) -> list[tuple[int, float]]:
+def oracle_of(config: RoomEvaluationConfig, name: str) -> list[OracleTask]:
     """Return the fewest steps and the shortest way [m] of each task of a room."""
     room, robot = make_room(name), config.task.robot
     radius = config.task.terminations.goal_radius
@@ -190,68 +143,70 @@ def oracle_of(config: RoomEvaluationConfig, name: str) -> list[tuple[int, float]
     ]
 
 
-def evaluate_rooms(
+def drive_cells(
     config: RoomEvaluationConfig,
     policies: Mapping[str, Policy],
     workers: int = 1,
-    on_cell: Callable[[Cell, list[RoomDrive]], None] | None = None,
-) -> list[Row]:
-    """Drive every cell and return the table, a row a cell.
+    journal: Path | None = None,
+    on_cell: OnCell | None = None,
+) -> list[CellResult]:
+    """Drive every cell and return the measures of each.
 
     Args:
         config: Settings.
         policies: Policies by name.
         workers: Number of processes; the result does not depend on it.
-        on_cell: Function that is called with each cell and its drives.
+        journal: JSON-lines file to which finished cells are appended; cells that stand in it are
+            not driven again, so that a killed evaluation goes on where it was, by the same code.
+        on_cell: Function that is called with each cell and its drives, before the cell counts as
+            finished.
+
+    Raises:
+        ValueError: If the journal belongs to another evaluation, a policy cannot drive in rooms,
+            or a room has none of the tasks.
     """
     files = {name: policy.to_bytes() for name, policy in policies.items()}
-    oracles = dict(run_tasks(partial(oracle_of, config), config.rooms, workers))
-    cells = [
-        Cell(name, lidar, room, memory)
-        for room in config.rooms
-        for lidar in config.lidars
-        for memory in config.memories
-        for name in policies
-    ]
-    table = []
-    for cell, drives in run_tasks(partial(drive_cell, config, files), cells, workers):
-        table.append(cell_row(cell, drives, oracles[cell.room]))
+    hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
+    about = {"config": config.model_dump(mode="json"), "policies": hashes, "commit": commit()}
+    kept = Journal(journal, about)
+    done = {result.cell: result for result in map(CellResult.from_json, kept.entries)}
+    cells = cells_of(config, tuple(policies))
+    missing = [cell for cell in cells if cell not in done]
+    for cell, drives in run_tasks(partial(drive_cell, config, files), missing, workers):
+        done[cell] = CellResult.of(cell, drives)
         if on_cell is not None:
             on_cell(cell, drives)
-    return table
+        kept.append(done[cell].to_json())
+    return [done[cell] for cell in cells]
 
 
-def cell_row(cell: Cell, drives: Sequence[RoomDrive], oracle: Sequence[tuple[int, float]]) -> Row:
-    """Return the table's row of a cell.
+def evaluate_rooms(
+    config: RoomEvaluationConfig,
+    policies: Mapping[str, Policy],
+    workers: int = 1,
+    journal: Path | None = None,
+    on_cell: OnCell | None = None,
+) -> RoomTable:
+    """Drive every cell and return the table.
 
     Args:
-        cell: Policy, laser, room and memory.
-        drives: Drives of its tasks.
-        oracle: Fewest steps and shortest way [m] of each task.
+        config: Settings.
+        policies: Policies by name.
+        workers: Number of processes; the result does not depend on it.
+        journal: Journal of the drives; see ``drive_cells``.
+        on_cell: Function that is called with each cell and its drives.
+
+    Raises:
+        ValueError: As ``drive_cells``.
     """
-    ends = [drive.outcome for drive in drives]
-    reached = ends.count(Outcome.GOAL)
-    low, high = wilson_interval(reached, len(drives))
-    ratios, spl = [], []
-    for drive, (steps, way) in zip(drives, oracle, strict=True):
-        arrived = drive.outcome is Outcome.GOAL
-        spl.append(way / max(drive.length, way) if arrived and drive.length > 0 else float(arrived))
-        if arrived:
-            ratios.append(drive.steps / max(steps, 1))
-    return {
-        "policy": cell.policy,
-        "lidar": cell.lidar,
-        "room": cell.room,
-        "memory": cell.memory,
-        "trials": len(drives),
-        "successes": reached,
-        "collisions": ends.count(Outcome.COLLISION),
-        "timeouts": ends.count(Outcome.TIMEOUT),
-        "success_rate": reached / len(drives),
-        "wilson_low": low,
-        "wilson_high": high,
-        "score": sum(drive.score for drive in drives),
-        "steps_to_oracle": float(np.mean(ratios)) if ratios else None,
-        "spl": float(np.mean(spl)),
-        "mean_steps": float(np.mean([drive.steps for drive in drives])),
-    }
+    results = drive_cells(config, policies, workers, journal, on_cell)
+    oracles = dict(run_tasks(partial(oracle_of, config), dict.fromkeys(config.rooms), workers))
+    rows = [cell_row(result, oracles[result.cell.room]) for result in results]
+    found = {result.cell: result for result in results}
+    pooled = [
+        pooled_row([found[replace(cell, policy=name)] for name in names], oracles[cell.room])
+        for names in alike(policies)
+        for cell in cells_of(config, names[:1])
+        if len(names) > 1
+    ]
+    return RoomTable(rows, pooled)

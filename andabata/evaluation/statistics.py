@@ -1,9 +1,16 @@
 """Figures of repeated trials."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Z95 = 1.959964
+"""Quantile of the normal distribution that bounds 95 % on both sides."""
 
 
-def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
+def wilson_interval(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
     """Return the Wilson score interval of a success rate (Wilson 1927).
 
     Args:
@@ -16,9 +23,88 @@ def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> tuple[f
     """
     if not 0 <= successes <= trials or trials < 1:
         raise ValueError(f"trials: expected 0 <= successes <= trials, got {successes} of {trials}")
-    rate = successes / trials
+    return _wilson(successes / trials, trials, z)
+
+
+def _wilson(rate: float, trials: float, z: float) -> tuple[float, float]:
+    """Return the Wilson score interval of a rate, closed at 0 and at 1."""
     middle = rate + z * z / (2 * trials)
     spread = z * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
     low, high = (middle - spread) / scale, (middle + spread) / scale
-    return (0.0 if successes == 0 else low), (1.0 if successes == trials else high)
+    return (0.0 if rate == 0 else low), (1.0 if rate == 1 else high)
+
+
+def clustered_interval(successes: NDArray[np.bool_], z: float = Z95) -> tuple[float, float]:
+    """Return an interval of the success rate of several policies that drive the same tasks.
+
+    What is hard for one policy is hard for the others, so the trials count as fewer, as many as
+    would spread the rate like the tasks do; then it is Wilson's interval (Korn and Graubard 1998).
+    The interval is that of these policies on other tasks of the kind.
+
+    Args:
+        successes: True for success, shape (policies, tasks).
+        z: Quantile of the normal distribution; the default gives 95 %.
+
+    Raises:
+        ValueError: If there is no policy or no task.
+    """
+    policies, tasks = _checked(successes).shape
+    trials, by_task = policies * tasks, successes.mean(axis=0)
+    rate = float(by_task.mean())
+    spread = float(by_task.var(ddof=1)) / tasks if tasks > 1 else 0.0
+    # Tasks that all end alike say nothing of their spread.
+    effective = rate * (1 - rate) / spread if spread > 0 else float(tasks)
+    return _wilson(rate, min(max(effective, tasks), trials), z)
+
+
+class Difference(NamedTuple):
+    """Difference of two success rates with its interval.
+
+    Attributes:
+        mean: Second rate minus first.
+        low: Lower end of the interval.
+        high: Upper end of the interval.
+    """
+
+    mean: float
+    low: float
+    high: float
+
+
+def paired_difference(
+    first: NDArray[np.bool_], second: NDArray[np.bool_], z: float = Z95
+) -> Difference:
+    """Return how much more often the second of two ways succeeds on the same tasks.
+
+    The difference of a task is -1, 0 or 1, or its mean over the policies that drive it. The
+    interval is the one of Agresti and Min (2005), which counts two tasks more: it is never empty,
+    also where no task differs.
+
+    Args:
+        first: True for success, shape (tasks,) or (policies, tasks).
+        second: The same policies and tasks in the second way.
+        z: Quantile of the normal distribution; the default gives 95 %.
+
+    Raises:
+        ValueError: If the shapes differ, or there is no task.
+    """
+    one, other = (_checked(np.atleast_2d(ways)) for ways in (first, second))
+    if one.shape != other.shape:
+        raise ValueError(
+            f"pairs: expected the same policies and tasks, got {one.shape} and {other.shape}"
+        )
+    by_task = (other.astype(np.float64) - one.astype(np.float64)).mean(axis=0)
+    # The two tasks more have half a difference of -1 and half a difference of 1 between them.
+    count = len(by_task) + 2
+    middle = float(by_task.sum()) / count
+    variance = (float((by_task**2).sum()) + 1) / count - middle**2
+    reach = z * math.sqrt(variance / count)
+    return Difference(float(by_task.mean()), max(middle - reach, -1.0), min(middle + reach, 1.0))
+
+
+def _checked(successes: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return successes after a check of their shape."""
+    if successes.ndim != 2 or not successes.size:
+        raise ValueError(f"successes: expected policies x tasks, got shape {successes.shape}")
+    return successes

@@ -26,8 +26,19 @@ def shipped_ground_classifier() -> GroundClassifier:
 
 @cache
 def shipped_policy(name: str = "policy") -> Policy:
-    """Return an actor that comes with the package: ``policy`` or ``actor-critic``."""
-    return policy_from_bytes(_shipped(f"{name}.safetensors"))
+    """Return an actor that comes with the package: ``policy``, ``actor-critic`` or ``spn``.
+
+    Raises:
+        ValueError: If there is none of that name.
+    """
+    try:
+        return policy_from_bytes(_shipped(f"{name}.safetensors"))
+    except FileNotFoundError:
+        task = " --task spn" if name == "spn" else ""
+        raise ValueError(
+            f"policy {name}: expected one that comes with the package, got none; train one with "
+            f"`andabata train{task}` and give its file with --policy"
+        ) from None
 
 
 def _shipped(name: str) -> bytes:

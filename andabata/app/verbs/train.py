@@ -14,17 +14,27 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
+from andabata.app.task_options import OFFROAD, SPN, TaskName, check_task, refuse_options
 
 
 @command
 def train(
     *,
+    task: TaskName = OFFROAD,
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("data/runs/train"),
-    stages: Annotated[str, typer.Option(help="Stages to run, as 1 or 1-3.")] = "1-3",
+    stages: Annotated[
+        str | None, typer.Option(help="Stages to run, as 1 or 1-3; all by default.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     algorithm: Annotated[
         str, typer.Option(help="sac, the default, or actor-critic, the paper's scheme.")
     ] = "sac",
+    k: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Number K of features of an actor on points: learner.actor.features."
+        ),
+    ] = None,
     changed: Annotated[
         bool, typer.Option("--changed", help="Resume even with other code or classifier.")
     ] = False,
@@ -43,20 +53,27 @@ def train(
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds.
 
+    With --task spn, run that of rooms, for policies on the points of a planar laser.
+
     Examples:
-        andabata train --workers 4
         andabata train --stages 1 --out data/runs/maze
         andabata train --resume
         andabata train --seeds 3 --out data/runs/three
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
+        andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
     """
     from andabata.app.tables import training_text
-    from andabata.app.training_runs import runs_summary, train_seeds
+    from andabata.app.training_runs import runs_summary, train_seeds, with_features
     from andabata.app.usage import span
     from andabata.training.plans import TrainingPlan, load_plan
 
-    chosen = span(stages, 3, "--stages")
-    plan = settings.resolve(TrainingPlan, load_plan(algorithm, robot.sensor, robot.robot))
+    check_task(task)
+    if task == SPN:
+        refuse_options(task, ((robot, RobotOptions), (models, ClassifierOptions)))
+    base = load_plan(algorithm, robot.sensor, robot.robot, task)
+    plan = settings.resolve(TrainingPlan, with_features(base, k))
+    count = len(plan.stages)
+    chosen = range(count) if stages is None else span(stages, count, "--stages")
     console, numbers = output.console(), range(seed, seed + seeds)
     runs = train_seeds(
         out,

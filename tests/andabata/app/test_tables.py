@@ -7,6 +7,7 @@ from andabata.app.tables import (
     policy_text,
     recording_notes,
     recording_table,
+    room_tables,
     salvage_text,
     scan_lines,
     training_text,
@@ -156,3 +157,34 @@ def test_a_policy_shows_its_border():
         "actions: angular [-0.5, 0.5] rad/s",
         "trained to stage Natural with seed 3 at commit abc; --json has every setting",
     ]
+
+
+def test_a_room_has_a_table_for_each_policy(capsys):
+    """Several seeds together come first; one policy alone needs no name; 80 columns are enough."""
+    row = {
+        "policy": "a",
+        "lidar": "ten-beams-forward",
+        "room": "spn-env0",
+        "memory": "reactive",
+        "trials": 100,
+        "successes": 97,
+        "collisions": 1,
+        "timeouts": 2,
+        "wilson_low": 0.915,
+        "wilson_high": 0.99,
+        "steps_to_oracle": 1.08,
+        "spl": 0.9,
+    }
+    found = printed(capsys, room_tables([row], []))
+    assert [line.split() for line in found] == [
+        ["spn-env0"],
+        ["lidar", "memory", "reached", "95", "%", "hit", "late", "T/oracle", "SPL"],
+        [found[2].strip()],
+        ["ten-beams-forward", "reactive", "97/100", "0.92-0.99", "1", "2", "1.080", "0.900"],
+    ]
+    both = {**row, "policy": "a, b", "steps_to_oracle": None}
+    other = {**row, "policy": "b"}
+    found = printed(capsys, room_tables([row, other], [both]))
+    titles = [line for line in found if line.startswith("spn-env0")]
+    assert titles == ["spn-env0: a, b", "spn-env0: a", "spn-env0: b"]
+    assert found[3].split()[-2:] == ["-", "0.900"]

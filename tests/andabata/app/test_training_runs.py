@@ -1,10 +1,15 @@
 """Training runs of several seeds: the summary, and the note of an update."""
 
+from contextlib import contextmanager
 from types import SimpleNamespace
+
+import pytest
 
 from andabata.app import training_runs
 from andabata.app.console import Console
-from andabata.app.training_runs import runs_summary, train_seeds
+from andabata.app.training_runs import runs_summary, train_seeds, with_features
+from andabata.app.usage import UsageError
+from andabata.training.plans import load_plan
 
 
 def test_the_rate_of_a_run_is_that_of_validation():
@@ -29,7 +34,7 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
         return {"stage": "A", "success_rate": 0, "validation": {}, "steps": 1, "wall_s": 1.0}
 
     monkeypatch.setattr(training_runs, "learn", learn)
-    plan = SimpleNamespace(stages={"A": SimpleNamespace(episodes=4)})
+    plan = SimpleNamespace(stages={"A": SimpleNamespace(episodes=4, steps=None)})
     begun = tmp_path / "seed-3" / training_runs.CHECKPOINT
     begun.parent.mkdir()
     begun.touch()
@@ -41,3 +46,42 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
         (tmp_path / "seed-4", 4, False),
         (tmp_path, 5, True),
     ]
+
+
+@pytest.mark.parametrize(
+    ("steps", "advances"), [((20, 40), [("steps", 60), 15, 45]), ((20, None), [("episodes", 12)])]
+)
+def test_progress_counts_what_limits_the_run(monkeypatch, steps, advances):
+    """Steps where every stage limits them, of the whole run; else episodes."""
+    shown = []
+
+    class Bar(Console):
+        @contextmanager
+        def progress(self, what, total):
+            shown.append((what.split(",")[0], total))
+            yield lambda count, note: shown.append(count)
+
+    def learn(folder, plan, stages, seed, workers, *, on_iteration, **_):
+        for done in (15, 60) if steps[1] else ():
+            figures = {"steps": done, "played": 2, "difficulty": None, "circling": 0}
+            on_iteration(SimpleNamespace(**figures, name="A", recent_success=0.5))
+        return {"stage": "A", "success_rate": 0, "validation": {}, "steps": 1, "wall_s": 1.0}
+
+    monkeypatch.setattr(training_runs, "learn", learn)
+    stages = [SimpleNamespace(episodes=6, steps=limit) for limit in steps]
+    plan = SimpleNamespace(stages=dict(zip("AB", stages, strict=True)))
+    train_seeds(None, plan, range(2), (3,), 1, None, Bar(quiet=True))
+    assert shown == advances
+
+
+def test_the_number_of_features_is_that_of_an_actor_on_points():
+    """K goes to the actor; a plan whose actor reads no points refuses it."""
+    plan = load_plan(task="spn")
+    assert with_features(plan, 5).learner.actor.features == 5
+    changed = with_features(plan, 5).model_dump()
+    changed["learner"]["actor"]["features"] = plan.learner.actor.features
+    assert changed == plan.model_dump()
+    assert with_features(plan, None) is plan
+    for algorithm in ("sac", "actor-critic"):
+        with pytest.raises(UsageError, match="--k: expected a plan whose actor reads points"):
+            with_features(load_plan(algorithm), 5)

@@ -1,7 +1,6 @@
 """Evaluations: the same world and noise for each controller, goals in a row, and the journal."""
 
 import json
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -109,37 +108,6 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     assert evaluate(CONFIG, Models(), workers=1, journal=journal) == first
     assert ran == [2, 3]
     assert json.loads(journal.read_text().splitlines()[-1])["trial"] == 3
-
-
-def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
-    """A write that fails leaves no journal: a cut head would pass for another evaluation's."""
-
-    def fail(descriptor):
-        raise OSError("power cut")
-
-    monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(OSError, match="power cut"):
-        evaluate(CONFIG, Models(), workers=1, journal=tmp_path / "trials.jsonl")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_trial_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
-    """Each line is synced to the disk before the next trial begins."""
-    journal, seen = tmp_path / "trials.jsonl", []
-    monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
-    append = evaluation.append_line
-    monkeypatch.setattr(evaluation, "append_line", lambda *line: (append(*line), seen.append(line)))
-    evaluate(CONFIG, Models(), workers=1, journal=journal)
-    assert [path for path, _ in seen] == [journal] * CONFIG.trials
-    assert journal.read_text().splitlines()[1:] == [text for _, text in seen]
-
-
-def test_a_journal_of_another_evaluation_is_refused(tmp_path):
-    """A journal with another head is refused."""
-    journal = tmp_path / "trials.jsonl"
-    journal.write_text('{"config": {}}\n')
-    with pytest.raises(ValueError, match="expected a journal of this evaluation"):
-        evaluate(CONFIG, Models(), workers=1, journal=journal)
 
 
 def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):

@@ -1,8 +1,13 @@
-"""Intervals of success rates."""
+"""Intervals of success rates, and of differences of pairs."""
 
+import numpy as np
 import pytest
 
-from andabata.evaluation.statistics import wilson_interval
+from andabata.evaluation.statistics import (
+    clustered_interval,
+    paired_difference,
+    wilson_interval,
+)
 
 
 @pytest.mark.parametrize(
@@ -38,3 +43,85 @@ def test_a_smaller_quantile_gives_a_narrower_interval():
     low, high = wilson_interval(7, 20)
     inner_low, inner_high = wilson_interval(7, 20, z=1.0)
     assert low < inner_low < 7 / 20 < inner_high < high
+
+
+def test_copies_of_a_policy_add_nothing():
+    """Policies that do the same on every task have the interval of one of them."""
+    one = np.arange(100) < 80
+    alone = wilson_interval(80, 100)
+    assert clustered_interval(one[None]) == pytest.approx(alone, abs=1e-12)
+    assert clustered_interval(np.tile(one, (5, 1))) == pytest.approx(alone, abs=2e-3)
+
+
+def test_independent_policies_count_as_trials_of_their_own():
+    """Policies that fail on tasks of their own have nearly the interval of all trials."""
+    rng = np.random.default_rng(0)
+    several = rng.random((5, 400)) < 0.9
+    low, high = clustered_interval(several)
+    all_low, all_high = wilson_interval(int(several.sum()), several.size)
+    assert high - low == pytest.approx(all_high - all_low, rel=0.1)
+    # Never narrower than with every trial on its own, never wider than with one a task.
+    assert high - low >= all_high - all_low - 1e-12
+
+
+def test_tasks_that_all_end_alike_count_once():
+    """All successes of several policies have the interval of one policy's."""
+    assert clustered_interval(np.ones((5, 20), dtype=bool)) == wilson_interval(20, 20)
+    assert clustered_interval(np.zeros((5, 20), dtype=bool)) == wilson_interval(0, 20)
+
+
+def test_known_paired_differences():
+    """Ten tasks lost and thirty gained of a hundred: the adjusted interval by hand."""
+    first, second = np.zeros(100, dtype=bool), np.zeros(100, dtype=bool)
+    first[:10], second[10:40] = True, True
+    found = paired_difference(first, second)
+    middle, variance = 20 / 102, 41 / 102 - (20 / 102) ** 2
+    reach = 1.959964 * (variance / 102) ** 0.5
+    assert found == pytest.approx((0.2, middle - reach, middle + reach))
+    assert found.low > 0
+    back = paired_difference(second, first)
+    assert back == pytest.approx((-0.2, -found.high, -found.low))
+
+
+def test_the_interval_of_no_difference_is_not_empty():
+    """Where no task differs the interval still has a width, which falls with the tasks."""
+    few, many = (
+        paired_difference(np.ones(n, dtype=bool), np.ones(n, dtype=bool)) for n in (10, 1000)
+    )
+    assert few.mean == many.mean == 0
+    assert few.low == -few.high
+    assert few.high > 0.15 > 0.01 > many.high > 0
+
+
+def test_pairs_are_clustered_by_task():
+    """A policy beside its copy gives the difference of one alone; others narrow the interval."""
+    rng = np.random.default_rng(1)
+    first, second = rng.random((4, 300)) < 0.7, rng.random((4, 300)) < 0.75
+    alone = paired_difference(first[0], second[0])
+    copied = paired_difference(first[[0, 0]], second[[0, 0]])
+    assert copied == pytest.approx(alone)
+    together = paired_difference(first, second)
+    assert together.mean == pytest.approx(second.mean() - first.mean())
+    assert together.high - together.low < 0.7 * (alone.high - alone.low)
+
+
+def test_the_interval_holds_the_true_difference_as_often_as_it_says():
+    """Of 400 experiments with a true difference of 5 points about 95 % hold it."""
+    rng, held = np.random.default_rng(2), 0
+    for _ in range(400):
+        draws = rng.random((2, 150))
+        # Half of the tasks draw once for both ways: pairs are alike.
+        draws[1, :75] = draws[0, :75]
+        found = paired_difference(draws[0] < 0.85, draws[1] < 0.90)
+        held += found.low <= 0.05 <= found.high
+    assert 0.92 <= held / 400 <= 0.98
+
+
+def test_pairs_that_do_not_fit_are_refused():
+    """Other tasks in the second way, no tasks, and no policies are errors."""
+    with pytest.raises(ValueError, match=r"expected the same policies and tasks, got \(1, 3\)"):
+        paired_difference(np.ones(3, dtype=bool), np.ones(4, dtype=bool))
+    with pytest.raises(ValueError, match=r"expected policies x tasks, got shape \(1, 0\)"):
+        paired_difference(np.ones(0, dtype=bool), np.ones(0, dtype=bool))
+    with pytest.raises(ValueError, match="expected policies x tasks"):
+        clustered_interval(np.ones(3, dtype=bool))

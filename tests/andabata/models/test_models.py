@@ -70,3 +70,9 @@ def test_models_survive_bytes_and_their_hashes_differ(others):
 def test_shipped_policies_differ():
     """``actor-critic`` is the policy of the paper's scheme, not the default one."""
     assert shipped_policy("actor-critic").to_bytes() != shipped_policy().to_bytes()
+
+
+def test_a_policy_that_is_not_shipped_names_the_next_step():
+    """The error says how to get a policy of one's own."""
+    with pytest.raises(ValueError, match="policy moon: expected one that comes with the package"):
+        shipped_policy("moon")

@@ -1,0 +1,78 @@
+"""Evaluations in rooms with their progress on the console, and their folder."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from andabata.app.console import Console
+from andabata.app.room_folder import RoomFolder
+from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_table import Cell
+from andabata.evaluation.rooms import (
+    OnCell,
+    RoomEvaluationConfig,
+    cells_of,
+    evaluate_rooms,
+)
+from rl.policy import Policy
+
+
+def run_room_evaluation(
+    config: RoomEvaluationConfig,
+    policies: Mapping[str, Policy],
+    workers: int,
+    folder: Path | None,
+    console: Console,
+) -> dict[str, Any]:
+    """Evaluate policies in rooms and return the table and the settings, ready for JSON.
+
+    Args:
+        config: Rooms, lasers, memories and pairs.
+        policies: Policies by name.
+        workers: Number of processes.
+        folder: Folder for the journal, the drives and the results, or None. An evaluation that was
+            killed goes on from the journal.
+        console: Console that shows the progress.
+    """
+    kept = None if folder is None else RoomFolder(folder)
+    with watched_cells(config, policies, kept, console) as on_cell:
+        journal = None if kept is None else kept.journal
+        table = evaluate_rooms(config, policies, workers, journal, on_cell)
+    data = {
+        "rows": table.rows,
+        "pooled": table.pooled,
+        "config": config.model_dump(mode="json"),
+        "seed": config.seed,
+    }
+    if kept is not None:
+        kept.finish("evaluate", config, policies, data)
+    return data
+
+
+@contextmanager
+def watched_cells(
+    config: RoomEvaluationConfig,
+    policies: Mapping[str, Policy],
+    folder: RoomFolder | None,
+    console: Console,
+) -> Iterator[OnCell]:
+    """Yield a function that shows the progress of cells and keeps their drives.
+
+    Args:
+        config: Settings of the cells.
+        policies: Policies by name.
+        folder: Folder for the drives, None for none.
+        console: Console that shows the progress.
+    """
+    numbers = {cell: k for k, cell in enumerate(cells_of(config, tuple(policies)))}
+    if folder is not None:
+        folder.begin()
+    with console.progress("cells", len(numbers)) as step:
+
+        def on_cell(cell: Cell, drives: list[RoomDrive]) -> None:
+            if folder is not None:
+                folder.keep_drives(numbers[cell], drives)
+            step(1, f"{cell.room}, {cell.lidar}, {cell.memory}")
+
+        yield on_cell

@@ -1,0 +1,124 @@
+"""Texts of options to rooms, lasers, memories and policies, with errors that name the option."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from andabata.app.settings import explain
+from andabata.app.usage import UsageError, words
+from andabata.evaluation.room_drives import fitted
+from andabata.evaluation.rooms import REACTIVE, WITH_MAP
+from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
+from andabata.models import shipped_policy
+from andabata.tasks.spn import SpnConfig
+from rl.policy import Policy, load_policy
+from rl.proportional import ProportionalPolicy
+from worlds.room_catalogue import UnknownRoomError, make_room, room_names
+
+SHIPPED, PROPORTIONAL = "shipped", "proportional"
+"""Policies without a file: the one that comes with the package, and one that sees no obstacle."""
+
+_FAMILY = "spn-"
+"""Beginning of room names that may be left out."""
+
+
+def room_words(text: str) -> tuple[str, ...]:
+    """Return the rooms of ``--rooms``; ``env4`` is short for ``spn-env4``.
+
+    Raises:
+        UsageError: If there is none, or no room of a name.
+    """
+    found = tuple(word.strip() for word in text.split(",") if word.strip())
+    found = tuple(_FAMILY + word if _FAMILY + word in room_names() else word for word in found)
+    if not found:
+        raise UsageError(f"--rooms: expected names as {', '.join(room_names())}, got nothing")
+    for word in found:
+        try:
+            make_room(word)
+        except UnknownRoomError as error:
+            raise UsageError(f"--rooms: {str(error).removeprefix('room: ')}") from error
+    return found
+
+
+def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
+    """Return the lasers of an option: ``all``, names and labels.
+
+    Raises:
+        UsageError: If there is none, or one is neither a name nor a label of a laser.
+    """
+    found = tuple(word.strip() for word in text.split(",") if word.strip())
+    if found == ("all",):
+        return tuple(PLANAR_LIDARS)
+    if not found:
+        raise UsageError(f"{option}: expected all, names or labels of lasers, got nothing")
+    for word in found:
+        try:
+            PlanarLidarConfig.parse(word)
+        except ValidationError as error:
+            raise UsageError(f"{option}: {word!r}: {explain(error)}") from error
+        except ValueError as error:
+            raise UsageError(f"{option}: {str(error).removeprefix('lidar: ')}") from error
+    return found
+
+
+def memory_words(text: str) -> tuple[str, ...]:
+    """Return the memories of ``--memory``.
+
+    Raises:
+        UsageError: If it is none of reactive, map and both.
+    """
+    (word, *more) = words(text, (REACTIVE, WITH_MAP, "both"), "--memory")
+    if more:
+        raise UsageError(f"--memory: expected {REACTIVE}, {WITH_MAP} or both, got {text!r}")
+    return (REACTIVE, WITH_MAP) if word == "both" else (word,)
+
+
+def load_policies(texts: Sequence[str]) -> dict[str, Policy]:
+    """Return policies by name: files, ``shipped`` and ``proportional``.
+
+    A file's name is that of its folder where several are called alike, as those of several seeds.
+
+    Args:
+        texts: Values of ``--policy``.
+
+    Raises:
+        UsageError: If one is given twice.
+        ValueError: If a file is no policy, or one that cannot drive in rooms.
+        OSError: If a file cannot be read.
+    """
+    twice = [text for text, count in Counter(texts).items() if count > 1]
+    if twice:
+        raise UsageError(f"--policy: expected each once, got {twice[0]} twice")
+    task = SpnConfig()
+    found = {}
+    for name, text in zip(_names(texts), texts, strict=True):
+        policy = _load(text, task)
+        try:
+            fitted(policy, task)
+        except ValueError as error:
+            raise ValueError(f"{text}: {error}") from error
+        found[name] = policy
+    return found
+
+
+def _load(text: str, task: SpnConfig) -> Policy:
+    """Return one policy."""
+    if text == SHIPPED:
+        return shipped_policy("spn")
+    if text == PROPORTIONAL:
+        return ProportionalPolicy({}, task.observations, task.actions)
+    return load_policy(Path(text))
+
+
+def _names(texts: Sequence[str]) -> list[str]:
+    """Return a name of each policy: as short as they can be and still differ."""
+    paths = [Path(text) for text in texts]
+    for names in (
+        [path.stem for path in paths],
+        [path.absolute().parent.name if path.suffix else path.name for path in paths],
+    ):
+        if len(set(names)) == len(names):
+            return names
+    return list(texts)

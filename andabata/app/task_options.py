@@ -1,0 +1,50 @@
+"""Option ``--task``, and the refusal of options that belong to the other task."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Annotated, Any
+
+import typer
+
+from andabata.app.usage import UsageError
+
+OFFROAD, SPN = "offroad", "spn"
+"""Tasks of ``--task``."""
+
+TaskName = Annotated[
+    str, typer.Option("--task", help="offroad, or spn: navigation in rooms by a planar laser.")
+]
+
+
+def check_task(task: str) -> None:
+    """Refuse a task that does not exist.
+
+    Raises:
+        UsageError: If there is no such task.
+    """
+    if task not in (OFFROAD, SPN):
+        raise UsageError(f"--task: expected {OFFROAD} or {SPN}, got {task!r}")
+
+
+def refuse_options(task: str, groups: Sequence[tuple[Any, type]]) -> None:
+    """Refuse options of another task that were given by mistake.
+
+    Args:
+        task: Task of the command.
+        groups: What was given, and the group of options whose fields in it have to be the defaults.
+
+    Raises:
+        UsageError: If an option is given.
+    """
+    given = [
+        f"--{option.name.replace('_', '-')}"
+        for values, group in groups
+        for option in fields(group)
+        if getattr(values, option.name) != option.default
+    ]
+    if given:
+        other = OFFROAD if task == SPN else SPN
+        raise UsageError(
+            f"{', '.join(given)}: expected options of --task {task} alone, got what belongs to "
+            f"--task {other}; leave it out or give --task {other}"
+        )

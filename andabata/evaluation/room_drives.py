@@ -1,0 +1,160 @@
+"""Drives in rooms: a policy at its best from starts to goals, and the file that keeps them."""
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.tasks.spn import SpnConfig, SpnVectorEnv
+from andabata.tasks.terminations import Outcome
+from rl.policy import Policy, with_observations
+from worlds.rooms import RoomTask
+from worlds.world import Start
+
+_BATCH = 50
+"""Number of robots that are driven side by side."""
+
+OnStates = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
+"""Function that takes the numbers of the drives that go on, shape (k,), and what each observes
+before its next step, shape (k, n_observations)."""
+
+
+@dataclass(frozen=True)
+class RoomDrive:
+    """One drive.
+
+    Attributes:
+        task: Start and goal.
+        outcome: How it ended.
+        steps: Number of control steps.
+        path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
+    """
+
+    task: RoomTask
+    outcome: Outcome
+    steps: int
+    path: NDArray[np.float64]
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]."""
+        return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+
+def drive_tasks(
+    policy: Policy, config: SpnConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
+) -> list[RoomDrive]:
+    """Drive tasks of a room with a policy at its best, and return the drives in their order.
+
+    Args:
+        policy: Policy, for any number of points.
+        config: Settings with one room.
+        tasks: Starts and goals.
+        on_states: Function that sees what the robots observe; None for none.
+
+    Raises:
+        ValueError: If the policy cannot read what the task observes.
+    """
+    actor, task = fitted(policy, config)
+    found: list[RoomDrive] = []
+    for begin in range(0, len(tasks), _BATCH):
+        part = tasks[begin : begin + _BATCH]
+        robots = SpnVectorEnv(task, len(part), autoreset=False)
+        found += _driven_together(actor, robots, part, begin, on_states)
+    return found
+
+
+def fitted(policy: Policy, config: SpnConfig) -> tuple[Policy, SpnConfig]:
+    """Return a policy for any number of points and a task as it reads it, with its form of goals.
+
+    Raises:
+        ValueError: If the policy reads other terms than the task has, or has other actions.
+    """
+    try:
+        if policy.actions.names != config.actions.names:
+            raise ValueError(f"actions {policy.actions.names}")
+        polar = policy.observations.term("goal").shape == (2,)
+        task = config.model_copy(update={"goal_encoding": "polar" if polar else "cosine"})
+        return with_observations(policy, task.observations), task
+    except (KeyError, ValueError) as error:
+        reads = ", ".join(f"{term.name} {term.shape}" for term in policy.observations.terms)
+        raise ValueError(
+            f"policy: expected one that drives in rooms, got one of kind {policy.architecture} "
+            f"that reads {reads} and gives {', '.join(policy.actions.names)}; train one with "
+            "`andabata train --task spn`"
+        ) from error
+
+
+def _driven_together(
+    actor: Policy,
+    robots: SpnVectorEnv,
+    tasks: Sequence[RoomTask],
+    begin: int,
+    on_states: OnStates | None,
+) -> list[RoomDrive]:
+    """Drive tasks side by side; the number of the first is ``begin``."""
+    count = len(tasks)
+    states, _ = robots.reset(seed=0, options={"room": 0, "drive": list(tasks)})
+    paths = [[pose] for pose in robots.poses]
+    found: dict[int, RoomDrive] = {}
+    while len(found) < count:
+        going = np.array([k not in found for k in range(count)])
+        if on_states is not None:
+            on_states(begin + np.flatnonzero(going), states[going])
+        actions = np.zeros((count, actor.actions.size), dtype=np.float32)
+        actions[going] = actor.best_many(states[going])
+        states, _, terminated, truncated, info = robots.step(actions)
+        poses = robots.poses
+        for k in np.flatnonzero(going).tolist():
+            paths[k].append(poses[k])
+        for k in np.flatnonzero(terminated | truncated).tolist():
+            outcome = Outcome(info["outcome"][k])
+            found[k] = RoomDrive(tasks[k], outcome, len(paths[k]) - 1, np.array(paths[k]))
+    return [found[k] for k in range(count)]
+
+
+def drives_to_bytes(drives: Sequence[RoomDrive]) -> bytes:
+    """Return drives as a compressed npz file; paths are rounded to float32."""
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream,
+        starts=np.array([(d.task.start.x, d.task.start.y, d.task.start.yaw) for d in drives]),
+        goals=np.array([drive.task.goal for drive in drives]),
+        outcomes=np.array([str(drive.outcome) for drive in drives]),
+        steps=np.array([drive.steps for drive in drives]),
+        paths=np.concatenate([drive.path for drive in drives]).astype(np.float32),
+    )
+    return stream.getvalue()
+
+
+def drives_from_bytes(data: bytes, name: str) -> list[RoomDrive]:
+    """Return the drives of a file's bytes.
+
+    Args:
+        data: Bytes of the file.
+        name: Name of the file, for errors.
+
+    Raises:
+        ValueError: If it is no such file.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            parts = {key: file[key] for key in ("starts", "goals", "outcomes", "steps", "paths")}
+        ends = np.cumsum(parts["steps"] + 1)
+        paths = np.split(parts["paths"].astype(np.float64), ends[:-1])
+        return [
+            RoomDrive(RoomTask(Start(*start), (goal[0], goal[1])), Outcome(outcome), steps, path)
+            for start, goal, outcome, steps, path in zip(
+                parts["starts"].tolist(),
+                parts["goals"].tolist(),
+                parts["outcomes"].tolist(),
+                parts["steps"].tolist(),
+                paths,
+                strict=True,
+            )
+        ]
+    except Exception as error:
+        # A damaged zip raises errors of a dozen kinds.
+        raise ValueError(f"{name}: expected drives of andabata, got {error}") from error

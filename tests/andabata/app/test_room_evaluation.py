@@ -1,0 +1,94 @@
+"""``andabata evaluate --task spn``: its JSON, its folder, and going on after a kill."""
+
+import json
+
+import numpy as np
+import pytest
+
+from andabata.app.cli import main
+from andabata.app.room_folder import RoomFolder
+from andabata.evaluation.room_table import Cell
+from andabata.evaluation.rooms import drive_cell, tasks_of
+from worlds.room_catalogue import make_room
+
+WORDS = "evaluate --task spn --policy proportional --rooms env0,env1 --lidars ten-beams --pairs 3"
+
+
+def run(capsys, folder=None):
+    """Return the result of the command, and its output on stderr."""
+    words = [*WORDS.split(), "--memory", "reactive", "--workers", "1", "--json"]
+    code = main(words if folder is None else [*words, "--out", str(folder)])
+    printed = capsys.readouterr()
+    assert code == 0, printed.err
+    assert printed.out.count("\n") == 1
+    return json.loads(printed.out)
+
+
+def test_the_result_has_a_row_a_cell(capsys):
+    """JSON has the rows of the evaluation, its settings and its seed."""
+    data = run(capsys)
+    assert [(row["room"], row["lidar"], row["memory"]) for row in data["rows"]] == [
+        ("spn-env0", "ten-beams", "reactive"),
+        ("spn-env1", "ten-beams", "reactive"),
+    ]
+    assert all(row["trials"] == 3 for row in data["rows"])
+    assert data["config"]["pairs"] == 3
+    assert (data["pooled"], data["seed"]) == ([], 0)
+
+
+def test_the_folder_has_all_that_a_report_needs(capsys, tmp_path):
+    """Result, settings, policies and drives are read back as they were."""
+    data = run(capsys, tmp_path / "run")
+    folder = RoomFolder(tmp_path / "run")
+    assert folder.result == data
+    about = folder.about
+    assert (about["verb"], about["task"], about["seed"]) == ("evaluate", "spn", 0)
+    assert (folder.config.rooms, folder.config.pairs) == (("spn-env0", "spn-env1"), 3)
+    assert list(folder.policies) == ["proportional"]
+    cell = Cell("proportional", "ten-beams", "spn-env1", "reactive")
+    kept = folder.drives(cell)
+    assert [drive.task for drive in kept] == tasks_of(make_room("spn-env1"), folder.config)
+    files = {name: policy.to_bytes() for name, policy in folder.policies.items()}
+    for one, other in zip(kept, drive_cell(folder.config, files, cell), strict=True):
+        assert (one.outcome, one.steps) == (other.outcome, other.steps)
+        np.testing.assert_allclose(one.path, other.path, atol=1e-5)
+    with pytest.raises(ValueError, match="not in list"):
+        folder.drives(Cell("proportional", "ten-beams", "spn-env7", "reactive"))
+
+
+def test_a_killed_evaluation_goes_on(capsys, tmp_path):
+    """After a kill in the second cell the first is not driven again, and the rows are the same."""
+    data = run(capsys, tmp_path / "run")
+    folder = RoomFolder(tmp_path / "run")
+    lines = folder.journal.read_text().splitlines()
+    folder.journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:30])
+    (first, second) = (folder.path / "drives" / f"{k}.npz" for k in (0, 1))
+    first.unlink()
+    second.unlink()
+    (folder.path / "evaluation.json").unlink()
+    assert run(capsys, tmp_path / "run") == data
+    assert not first.exists()
+    assert second.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        ("--task moon", 2, "--task: expected offroad or spn, got 'moon'"),
+        ("--task spn --world maze", 2, "--world: expected options of --task spn alone"),
+        ("--task spn --robot husky", 2, "--robot: expected options of --task spn alone"),
+        ("--task spn --forest f", 2, "--forest: expected options of --task spn alone"),
+        ("--rooms env0", 2, "--rooms: expected options of --task offroad alone"),
+        ("--task spn --rooms moon", 2, "--rooms: expected one of spn-crowded"),
+        ("--task spn --policy proportional --set rooms=['x']", 2, "random-K, got 'x'"),
+        ("--task spn --policy proportional --set pair=1", 2, "pair: expected a known field"),
+        ("--task spn --policy missing", 1, "missing: No such file"),
+        ("--policy a --policy b", 2, "--policy: expected one off-road, got 2"),
+    ],
+)
+def test_errors_take_one_line(capsys, words, code, message):
+    """A mistake is one line on stderr with its exit code."""
+    assert main(["evaluate", *words.split(), "--quiet", "--workers", "1"]) == code
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err.count("\n")) == ("", 1)
+    assert message in printed.err

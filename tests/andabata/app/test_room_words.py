@@ -1,0 +1,92 @@
+"""Texts of options in rooms: names, labels, and errors that name the option."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import andabata.models
+from andabata.app.room_words import lidar_words, load_policies, memory_words, room_words
+from andabata.app.usage import UsageError
+from andabata.machine.planar_lidar import PLANAR_LIDARS
+from andabata.tasks.spn import SpnConfig
+from rl.proportional import ProportionalPolicy
+
+OFFROAD = Path(andabata.models.__file__).parent / "policy.safetensors"
+
+
+def test_rooms_of_the_family_may_be_short():
+    """The family's name may be left out; random rooms go by their seed."""
+    assert room_words("env4, spn-env5,crowded,random-12") == (
+        *("spn-env4", "spn-env5", "spn-crowded", "random-12"),
+    )
+
+
+@pytest.mark.parametrize("text", ["moon", "env9", "random-x", "env0,moon", "", " ,"])
+def test_unknown_rooms_are_refused(text):
+    """The error names the option and the rooms that there are."""
+    with pytest.raises(UsageError, match=r"--rooms: expected .*spn-crowded, spn-env0"):
+        room_words(text)
+
+
+def test_lasers_are_names_and_labels():
+    """``all`` are the seven of the comparison."""
+    assert lidar_words("all") == tuple(PLANAR_LIDARS)
+    assert lidar_words("ten-beams, 180|20|10|0.05") == ("ten-beams", "180|20|10|0.05")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("radar", "expected FOV|RESOLUTION|RANGE"),
+        ("180|20", "expected FOV|RESOLUTION|RANGE"),
+        ("400|1|5", "fov_deg: input should be less than or equal to 360, got 400.0"),
+        ("180|0|5", "resolution_deg: input should be greater than 0"),
+        ("180|nan|5", "resolution_deg: "),
+        ("", "expected all, names or labels of lasers, got nothing"),
+    ],
+)
+def test_lasers_that_cannot_be_are_refused(text, message):
+    """No beams, too wide a view, no number and unknown names are errors with the option's name."""
+    with pytest.raises(UsageError) as caught:
+        lidar_words(text)
+    assert str(caught.value).startswith("--lidars: ")
+    assert message in str(caught.value)
+
+
+def test_memories_are_one_or_both():
+    """``both`` are two columns of every table."""
+    assert memory_words("both") == ("reactive", "map")
+    assert memory_words("map") == ("map",)
+    for text in ("none", "", "reactive,map"):
+        with pytest.raises(UsageError, match="--memory: expected"):
+            memory_words(text)
+
+
+def _file(path):
+    """Write a policy that drives in rooms."""
+    task = SpnConfig()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(ProportionalPolicy({}, task.observations, task.actions).to_bytes())
+    return str(path)
+
+
+def test_policies_have_short_names_of_their_own(tmp_path):
+    """A file's name is its stem, that of its folder where stems are alike, else its path."""
+    one, two = (_file(tmp_path / f"seed-{k}/policy.safetensors") for k in (0, 1))
+    assert list(load_policies([one, "proportional"])) == ["policy", "proportional"]
+    assert list(load_policies([one, two, "proportional"])) == ["seed-0", "seed-1", "proportional"]
+    three = _file(tmp_path / "other/seed-0/policy.safetensors")
+    assert list(load_policies([one, three])) == [one, three]
+
+
+def test_policies_are_given_once_and_drive_in_rooms(tmp_path):
+    """A policy twice, one of another kind and the shipped one while there is none are errors."""
+    with pytest.raises(UsageError, match="--policy: expected each once, got proportional twice"):
+        load_policies(["proportional", "proportional"])
+    other = tmp_path / "other.safetensors"
+    shutil.copy(OFFROAD, other)
+    with pytest.raises(ValueError, match=r"other\.safetensors: policy: expected one that drives"):
+        load_policies([str(other)])
+    with pytest.raises(OSError, match="No such file"):
+        load_policies(["missing.safetensors"])

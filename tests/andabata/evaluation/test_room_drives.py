@@ -1,0 +1,100 @@
+"""Drives in rooms: known ways, what robots observe, files, and policies of another kind."""
+
+import numpy as np
+import pytest
+
+from andabata.evaluation.room_drives import (
+    drive_tasks,
+    drives_from_bytes,
+    drives_to_bytes,
+    fitted,
+)
+from andabata.models import shipped_policy
+from andabata.tasks.spn import SpnConfig
+from andabata.tasks.terminations import Outcome
+from rl.proportional import ProportionalPolicy
+from worlds.room_catalogue import make_room
+from worlds.rooms import RoomTask
+from worlds.world import Start
+
+TASK = SpnConfig(rooms=("spn-env0",))
+AHEAD = RoomTask(Start(0.0, 0.0, 0.0), (1.55, 0.0))
+INTO_THE_BOX = RoomTask(Start(1.6, 0.0, -np.pi / 2), (1.6, -3.0))
+"""The box of the room begins at y = -1.4."""
+
+
+def proportional(task=TASK):
+    return ProportionalPolicy({}, task.observations, task.actions)
+
+
+def test_a_straight_way_takes_the_steps_of_its_length():
+    """0.1 m a step until less than 0.3 m are left; the box stops the robot at its radius."""
+    reached, hit = drive_tasks(proportional(), TASK, [AHEAD, INTO_THE_BOX])
+    assert reached.outcome is Outcome.GOAL
+    assert reached.steps == 13
+    assert reached.length == pytest.approx(1.3)
+    np.testing.assert_allclose(reached.path[:, 0], 0.1 * np.arange(14), atol=1e-9)
+    assert hit.outcome is Outcome.COLLISION
+    assert -1.3 <= hit.path[-1, 1] <= -1.2 + 1e-9
+    assert hit.task == INTO_THE_BOX
+
+
+def test_each_drive_is_the_same_alone_and_beside_others(monkeypatch):
+    """Paths do not depend on the robots beside, nor on how many drive together."""
+    tasks = [*make_room("spn-env0").tasks, INTO_THE_BOX]
+    together = drive_tasks(proportional(), TASK, tasks)
+    monkeypatch.setattr("andabata.evaluation.room_drives._BATCH", 2)
+    for one, other in zip(together, drive_tasks(proportional(), TASK, tasks), strict=True):
+        assert (one.outcome, one.steps) == (other.outcome, other.steps)
+        np.testing.assert_array_equal(one.path, other.path)
+
+
+def test_observers_see_every_state_before_its_step(monkeypatch):
+    """Each drive is seen once a step, by its number among all tasks."""
+    monkeypatch.setattr("andabata.evaluation.room_drives._BATCH", 2)
+    seen = []
+    drives = drive_tasks(
+        proportional(),
+        TASK,
+        [AHEAD, INTO_THE_BOX, AHEAD],
+        lambda numbers, states: seen.extend(zip(numbers.tolist(), states.copy(), strict=True)),
+    )
+    for k, drive in enumerate(drives):
+        mine = [state for number, state in seen if number == k]
+        assert len(mine) == drive.steps
+    goal = TASK.observations.slice_of("goal")
+    first = next(state for number, state in seen if number == 2)
+    np.testing.assert_allclose(first[goal], [1.55 / 5, 1, 0], atol=1e-6)
+
+
+def test_goals_come_in_the_form_that_the_policy_reads():
+    """A policy of polar goals drives the same way in a task of the other form."""
+    polar = TASK.model_copy(update={"goal_encoding": "polar"})
+    (one,) = drive_tasks(proportional(polar), TASK, [AHEAD])
+    assert (one.outcome, one.steps) == (Outcome.GOAL, 13)
+    assert fitted(proportional(polar), TASK)[1].goal_encoding == "polar"
+
+
+def test_drives_go_through_a_file():
+    """Drives of a file are those that were written, but for rounded paths."""
+    drives = drive_tasks(proportional(), TASK, [AHEAD, INTO_THE_BOX])
+    found = drives_from_bytes(drives_to_bytes(drives), "x.npz")
+    assert [(d.task, d.outcome, d.steps) for d in found] == [
+        (d.task, d.outcome, d.steps) for d in drives
+    ]
+    for one, other in zip(found, drives, strict=True):
+        np.testing.assert_allclose(one.path, other.path, atol=1e-6)
+
+
+@pytest.mark.parametrize("cut", [0, 10, 300])
+def test_a_damaged_file_of_drives_is_named(cut):
+    """A file that is empty or cut short is an error with its name."""
+    data = drives_to_bytes(drive_tasks(proportional(), TASK, [AHEAD]))
+    with pytest.raises(ValueError, match=r"x\.npz: expected drives of andabata"):
+        drives_from_bytes(data[:cut], "x.npz")
+
+
+def test_a_policy_of_another_kind_is_refused():
+    """The off-road policy is told by what it reads, with the command that trains another."""
+    with pytest.raises(ValueError, match=r"expected one that drives in rooms, got one of kind mlp"):
+        drive_tasks(shipped_policy(), TASK, [AHEAD])

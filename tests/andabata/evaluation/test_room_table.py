@@ -1,0 +1,67 @@
+"""Table of an evaluation in rooms: counts, ratios and intervals by hand."""
+
+import json
+
+import pytest
+
+from andabata.evaluation.room_table import (
+    Cell,
+    CellResult,
+    cell_row,
+    pooled_row,
+    task_score,
+)
+from andabata.evaluation.statistics import wilson_interval
+from andabata.tasks.terminations import Outcome
+
+GOAL, HIT, LATE = Outcome.GOAL, Outcome.COLLISION, Outcome.TIMEOUT
+ORACLE = [(40, 4.0), (50, 3.0), (30, 2.0), (0, 0.0)]
+
+
+def result(policy="a", outcomes=(GOAL, HIT, LATE, GOAL), steps=(50, 20, 400, 0)):
+    return CellResult(Cell(policy, "ten-beams", "r", "map"), outcomes, steps, (5.0, 1.0, 9.0, 0.0))
+
+
+def test_a_row_counts_ends_and_compares_with_the_oracle():
+    """SPL and T/oracle by hand; a goal at the start counts as reached straight away."""
+    row = cell_row(result(), ORACLE)
+    assert (row["trials"], row["successes"], row["collisions"], row["timeouts"]) == (4, 2, 1, 1)
+    assert (row["wilson_low"], row["wilson_high"]) == wilson_interval(2, 4)
+    assert row["steps_to_oracle"] == pytest.approx((50 / 40 + 0 / 1) / 2)
+    assert row["spl"] == pytest.approx((4 / 5 + 0 + 0 + 1) / 4)
+    assert row["score"] == pytest.approx(0.95 - 1 - 1 + 1)
+    assert row["mean_steps"] == pytest.approx(470 / 4)
+    cell = [row[name] for name in ("policy", "lidar", "room", "memory")]
+    assert cell == ["a", "ten-beams", "r", "map"]
+
+
+def test_the_score_of_a_task_is_the_papers():
+    """1 - 0.001 T at the goal, -1 for any failure (equation 5)."""
+    assert task_score(GOAL, 100) == pytest.approx(0.9)
+    assert task_score(HIT, 5) == task_score(LATE, 400) == -1
+
+
+def test_without_a_goal_there_is_no_ratio():
+    """T/oracle is None where no goal was reached."""
+    row = cell_row(result(outcomes=(HIT,) * 4), ORACLE)
+    assert (row["steps_to_oracle"], row["spl"], row["success_rate"]) == (None, 0.0, 0.0)
+
+
+def test_policies_are_pooled_by_task():
+    """Counts add up; the interval of two equal policies is that of one, not of twice the tasks."""
+    one = cell_row(result(), ORACLE)
+    both = pooled_row([result(), result("b")], ORACLE)
+    counts = [both[name] for name in ("policy", "policies", "trials", "successes")]
+    assert counts == ["a, b", 2, 8, 4]
+    for name in ("success_rate", "steps_to_oracle", "spl", "mean_steps"):
+        assert both[name] == pytest.approx(one[name])
+    assert both["score"] == pytest.approx(2 * one["score"])
+    assert both["wilson_low"] == pytest.approx(one["wilson_low"])
+    assert set(both) == {*one, "policies"}
+
+
+def test_measures_go_through_json():
+    """Measures read from JSON are the same."""
+    found = CellResult.from_json(json.loads(json.dumps(result().to_json())))
+    assert found == result()
+    assert found.successes == (True, False, False, True)

@@ -1,0 +1,140 @@
+"""Evaluation in rooms: the same tasks for all, rows that do not depend on each other, resuming."""
+
+import numpy as np
+import pytest
+
+from andabata.evaluation import rooms as evaluation
+from andabata.evaluation.room_table import Cell
+from andabata.evaluation.rooms import (
+    RoomEvaluationConfig,
+    alike,
+    cell_task,
+    drive_cells,
+    evaluate_rooms,
+    tasks_of,
+)
+from andabata.models import shipped_policy
+from andabata.tasks.spn import SpnConfig
+from rl.policy import with_info
+from rl.proportional import ProportionalPolicy
+from worlds.room_catalogue import make_room
+
+TASK = SpnConfig()
+POLICIES = {"p": ProportionalPolicy({}, TASK.observations, TASK.actions)}
+
+
+def small(**changes):
+    settings = {
+        "rooms": ("spn-env0", "spn-env1"),
+        "lidars": ("ten-beams", "front-180"),
+        "memories": ("reactive",),
+        "pairs": 3,
+    }
+    return RoomEvaluationConfig(**settings | changes)
+
+
+def test_tasks_depend_on_room_and_seed_alone():
+    """Lasers, memories, other rooms and their order change no task; the seed changes all."""
+    room = make_room("spn-env1")
+    tasks = tasks_of(room, small())
+    assert tasks == tasks_of(room, small(rooms=("spn-env1",), lidars=("front-180",)))
+    assert tasks_of(room, small(pairs=5))[:3] == tasks
+    other = tasks_of(room, small(seed=1))
+    assert not set(tasks) & set(other)
+    assert all(np.hypot(*np.subtract(t.goal, (t.start.x, t.start.y))) >= 1 for t in tasks)
+
+
+def test_no_pairs_take_the_fixed_tasks():
+    """Zero pairs are the room's own tasks; a room without such is refused."""
+    room = make_room("spn-env1")
+    assert tasks_of(room, small(pairs=0)) == list(room.tasks)
+    with pytest.raises(ValueError, match="random-1, which has no fixed tasks"):
+        tasks_of(make_room("random-1"), small(pairs=0))
+
+
+def test_a_cell_has_its_room_laser_and_memory():
+    """All beams become points; training's randomised lasers and other rooms are left out."""
+    config = small(task=SpnConfig(extra_rooms=("random-1",), randomization={}))
+    task = cell_task(Cell("p", "180|20|10|0.05", "spn-env1", "map"), config)
+    assert (task.all_rooms, task.lidar.x, task.capacity) == (("spn-env1",), 0.05, 10)
+    assert (task.map, task.randomization) == (config.map, None)
+    assert cell_task(Cell("p", "ten-beams", "spn-env1", "reactive"), config).map is None
+
+
+def test_rows_do_not_depend_on_what_is_driven_beside():
+    """A cell's row is the same alone; several policies have rows of their own and together."""
+    both = {"p": POLICIES["p"], "q": POLICIES["p"]}
+    table = evaluate_rooms(small(), both)
+    assert len(table.rows) == 8
+    assert [(row["policy"], row["policies"]) for row in table.pooled] == [("p, q", 2)] * 4
+    config = small(rooms=("spn-env1",), lidars=("front-180",))
+    alone = evaluate_rooms(config, POLICIES)
+    assert alone.pooled == []
+    assert alone.rows == [
+        row
+        for row in table.rows
+        if (row["policy"], row["lidar"], row["room"]) == ("p", "front-180", "spn-env1")
+    ]
+    assert all(
+        row["steps_to_oracle"] is None or row["steps_to_oracle"] > 0.97 for row in table.rows
+    )
+
+
+def test_policies_are_alike_if_only_their_seeds_differ():
+    """Seeds of the same settings belong together, other settings and other kinds do not."""
+    policies = {
+        name: with_info(POLICIES["p"], {"config": {"k": k}, "seed": seed})
+        for name, k, seed in (("a", 2, 0), ("b", 5, 0), ("c", 2, 1))
+    }
+    policies["d"] = shipped_policy()
+    assert alike(policies) == [("a", "c"), ("b",), ("d",)]
+
+
+def test_a_map_is_another_memory():
+    """With a map the proportional controller goes round what it hits without."""
+    changes = {"rooms": ("spn-env1",), "lidars": ("front-180",), "memories": ("reactive", "map")}
+    config = small(pairs=0, **changes)
+    reactive, mapped = evaluate_rooms(config, POLICIES).rows
+    assert (reactive["memory"], mapped["memory"]) == ("reactive", "map")
+    assert reactive["trials"] == mapped["trials"] == 4
+    assert mapped["successes"] >= reactive["successes"] + 2
+
+
+def test_a_killed_evaluation_goes_on(tmp_path, monkeypatch):
+    """Cells of the journal are not driven again, and the measures are the same."""
+    path, driven = tmp_path / "cells.jsonl", []
+    first = drive_cells(small(), POLICIES, journal=path, on_cell=lambda *each: driven.append(each))
+    assert len(driven) == 4
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:3]) + "\n" + lines[3][:40])  # A kill in the third cell.
+    driven.clear()
+    again = drive_cells(small(), POLICIES, journal=path, on_cell=lambda *each: driven.append(each))
+    assert again == first
+    assert [cell for cell, _ in driven] == [result.cell for result in first[2:]]
+    assert all(len(drives) == 3 for _, drives in driven)
+
+
+def test_a_cell_counts_once_its_drives_are_kept(tmp_path):
+    """A cell whose drives could not be kept is driven again."""
+    path = tmp_path / "cells.jsonl"
+
+    def fail(cell, drives):
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        drive_cells(small(), POLICIES, journal=path, on_cell=fail)
+    assert len(path.read_text().splitlines()) == 1
+
+
+@pytest.mark.parametrize("part", ["policies", "config", "commit"])
+def test_a_journal_of_another_evaluation_is_refused(tmp_path, monkeypatch, part):
+    """Other policies, settings or code do not go on with a journal."""
+    path = tmp_path / "cells.jsonl"
+    config = small(rooms=("spn-env0",), lidars=("ten-beams",))
+    drive_cells(config, POLICIES, journal=path)
+    policies = {"other": POLICIES["p"]} if part == "policies" else POLICIES
+    other = config.model_copy(update={"seed": 3}) if part == "config" else config
+    if part == "commit":
+        monkeypatch.setattr(evaluation, "commit", lambda: "another")
+    with pytest.raises(ValueError, match=f"got one that differs in {part}; take another --out"):
+        drive_cells(other, policies, journal=path)

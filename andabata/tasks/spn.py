@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
-from andabata.navigation.planning.lidar_map import LaserPose, LidarMap, LidarMapConfig
+from andabata.navigation.planning.hit_layer import LaserPose
+from andabata.navigation.planning.lidar_map import LidarMap, LidarMapConfig
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import RoomRewardConfig, room_reward
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, room_arrays

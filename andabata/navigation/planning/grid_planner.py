@@ -235,6 +235,7 @@ class GridPlanner:
         bounds: GeofenceBounds,
         position: NDArray[np.float64],
         goal: NDArray[np.float64],
+        hits: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float64] | None:
         """Return the sub-goal in ``odom`` [m]; None is the goal itself, straight and free.
 
@@ -244,11 +245,17 @@ class GridPlanner:
             bounds: Bounds of the geofence.
             position: Position of the robot in ``odom`` [m], shape (2,).
             goal: Goal in ``odom`` [m], shape (2,).
+            hits: Place of the obstacle in each cell, from the cell's corner, in cells, wrapped
+                around, float32, shape (n, n, 2). Clearances are then the distances from these
+                places; None takes the middles of cells and the chamfer transform.
         """
         n, cell, weights = len(self.costs), self._cell, self.weights
         # What a metre costs where.
         _apply_geofence(centre, cell, bounds, self.clearance)
-        _inflate(log_odds, centre, cell, weights, self.clearance, self.costs)
+        if hits is None:
+            _inflate(log_odds, centre, cell, weights, self.clearance, self.costs)
+        else:
+            _inflate_hits(log_odds, hits, centre, cell, weights, self.clearance, self.costs)
         _widen_where_driven(
             *(log_odds, centre, weights.max_log_odds, self._passage),
             *(self.clearance, self.traversed_clearance),
@@ -336,6 +343,62 @@ def _inflate(
                 clearance[i, j] = near
             known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
             costs[i, j] = _cost(known, float(near * cell), weights)
+
+
+@kernel
+def _inflate_hits(
+    log_odds: NDArray[np.float32],
+    hits: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    cell: float,
+    weights: CostWeights,
+    clearance: NDArray[np.float32],
+    costs: NDArray[np.float32],
+) -> None:
+    """Write clearance and cost of each cell like ``_inflate``, from places within cells.
+
+    A laser's hits are few: each lowers the clearances around it. The geofence's cells count by
+    their middles.
+    """
+    n = len(log_odds)
+    far = np.float32(weights.inflation_radius / cell)
+    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    # Zero is outside of the geofence until the costs are written.
+    for i in range(n):
+        for j in range(n):
+            clearance[i, j] *= far
+    for i in range(n):
+        row = (low0 + i) & (n - 1)
+        for j in range(n):
+            column = (low1 + j) & (n - 1)
+            if log_odds[row, column] > weights.lethal_log_odds:
+                _lower(clearance, i + hits[row, column, 0], j + hits[row, column, 1], float(far))
+            elif clearance[i, j] == 0.0 and _is_edge(clearance, i, j):
+                _lower(clearance, i + 0.5, j + 0.5, float(far))
+    for i in range(n):
+        for j in range(n):
+            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
+            costs[i, j] = _cost(known, float(clearance[i, j] * cell), weights)
+
+
+@kernel
+def _lower(clearance: NDArray[np.float32], x: float, y: float, far: float) -> None:
+    """Lower clearances to the distance from an obstacle at a place, all in cells."""
+    n = len(clearance)
+    for i in range(max(int(x - far), 0), min(int(x + far) + 1, n)):
+        for j in range(max(int(y - far), 0), min(int(y + far) + 1, n)):
+            away = np.sqrt((i + 0.5 - x) ** 2 + (j + 0.5 - y) ** 2)
+            clearance[i, j] = min(clearance[i, j], np.float32(away))
+
+
+@kernel
+def _is_edge(clearance: NDArray[np.float32], i: int, j: int) -> bool:
+    """Return True if a neighbour has a clearance."""
+    for p in range(max(i - 1, 0), min(i + 2, len(clearance))):
+        for q in range(max(j - 1, 0), min(j + 2, len(clearance))):
+            if clearance[p, q] > 0.0:
+                return True
+    return False
 
 
 @kernel

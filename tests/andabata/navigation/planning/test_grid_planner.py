@@ -45,10 +45,10 @@ def cells_of(plan, *places):
     return [tuple(np.floor((place - plan.corner) / CELL).astype(int)) for place in places]
 
 
-def planned(log_odds, start=ORIGIN, goal=(3.0, 0.0), geofence=EVERYWHERE, **options):
+def planned(log_odds, start=ORIGIN, goal=(3.0, 0.0), geofence=EVERYWHERE, hits=None, **options):
     """Return a planner around the origin with its plan, and the sub-goal."""
     plan = make(**options)
-    return plan, plan.plan(log_odds, CENTRE, geofence, np.array(start), np.array(goal))
+    return plan, plan.plan(log_odds, CENTRE, geofence, np.array(start), np.array(goal), hits)
 
 
 def a_plan(seed, margin=4.0, goal=None):
@@ -192,6 +192,47 @@ def test_clearance_is_the_chamfer_distance_up_to_the_inflation_radius():
     i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array([MIDDLE + 3, MIDDLE - 2])[:, None, None])
     chamfer = np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)
     np.testing.assert_allclose(plan.clearance, np.minimum(chamfer, 6.5), rtol=1e-5)
+
+
+def distances_from(places):
+    """Return the distance of each cell's middle from the nearest of some places, in cells."""
+    x, y = np.mgrid[:CELLS, :CELLS] + 0.5
+    return np.min([np.hypot(x - u, y - v) for u, v in places], axis=0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_hits_clearance_is_the_distance_from_the_places_in_the_cells(seed):
+    """It is exact, for obstacles alone, up to the inflation radius, wherever the square lies."""
+    rng = np.random.default_rng(seed)
+    log_odds, hits = free(), rng.uniform(0.0, 1.0, (CELLS, CELLS, 2)).astype(np.float32)
+    cells, centre = rng.integers(0, CELLS, (30, 2)), rng.integers(-500, 500, 2)
+    log_odds[tuple(cells.T)] = 1.1
+    plan, start = make(), (centre + 0.5) * CELL
+    plan.plan(log_odds, centre, EVERYWHERE, start, start + 1.0, hits)
+    places = (cells - (centre - MIDDLE)) % CELLS + hits[tuple(cells.T)]
+    expected = np.minimum(distances_from(places), 6.5)
+    np.testing.assert_allclose(plan.clearance, expected, atol=1e-5)
+
+
+def test_with_hits_in_the_middles_of_cells_costs_are_those_without_along_a_row():
+    """The two clearances agree where the chamfer transform is exact."""
+    log_odds = free()
+    log_odds[0, 0] = 2.0
+    middles = np.full((CELLS, CELLS, 2), 0.5, dtype=np.float32)
+    exact, chamfer = planned(log_odds, hits=middles)[0], planned(log_odds)[0]
+    np.testing.assert_allclose(exact.costs[MIDDLE], chamfer.costs[MIDDLE], rtol=1e-5)
+    np.testing.assert_allclose(exact.costs[:, MIDDLE], chamfer.costs[:, MIDDLE], rtol=1e-5)
+    assert (exact.costs[MIDDLE + 1 :, MIDDLE + 1 :] >= 1.0).all()
+
+
+def test_with_hits_the_geofence_counts_by_the_middles_of_its_cells():
+    """Cells outside have no clearance, those inside their distance from the nearest outside."""
+    geofence, hits = geofence_in_odom((-2.0, -50.0, 50.0, 50.0)), np.zeros((CELLS, CELLS, 2))
+    plan, _ = planned(free(), geofence=geofence, hits=hits.astype(np.float32))
+    first = MIDDLE - 10
+    assert (plan.clearance[:first] == 0.0).all()
+    rows = np.minimum(np.arange(1, CELLS - first + 1), 6.5)
+    np.testing.assert_allclose(plan.clearance[first:], np.repeat(rows[:, None], CELLS, 1))
 
 
 @pytest.mark.parametrize(

@@ -126,8 +126,8 @@ class HitLayer:
         config: Settings.
         log_odds: Log odds of each cell for an obstacle, 0 where nothing was hit; wrapped around,
             float32, shape (n, n).
-        places: Place of the last hit in each cell, from the cell's corner, in cells; wrapped
-            around, float32, shape (n, n, 2).
+        places: Place of the last hit in each cell with log odds, from the cell's corner, in cells;
+            wrapped around, float32, shape (n, n, 2).
     """
 
     def __init__(self, config: HitLayerConfig | None = None) -> None:
@@ -138,8 +138,9 @@ class HitLayer:
         """
         self.config = config = config or HitLayerConfig()
         self._odds = RollingGrid(config.cell, config.cells, ("log_odds",))
-        self._places = RollingGrid(config.cell, config.cells, ("x", "y"))
-        self.log_odds, self.places = self._odds["log_odds"], self._places.values
+        self.log_odds = self._odds["log_odds"]
+        # A place is written with the hit that gives its cell log odds: nothing has to be cleared.
+        self.places = np.zeros((config.cells, config.cells, 2), dtype=np.float32)
         self._nearest = np.zeros_like(self.log_odds)
         self._gains = _Gains(
             hit=config.hit_log_odds,
@@ -166,7 +167,6 @@ class HitLayer:
     def reset(self) -> None:
         """Forget everything."""
         self._odds.reset()
-        self._places.reset()
 
     def follow(self, position: NDArray[np.float64]) -> None:
         """Move the square to the robot.
@@ -175,7 +175,6 @@ class HitLayer:
             position: Position of the robot [m], shape (2,).
         """
         self._odds.follow(position)
-        self._places.follow(position)
 
     def update(
         self,
@@ -267,7 +266,7 @@ def _take_misses(grid: _Grid, scan: _Scan, gains: _Gains) -> None:
     low0, low1 = grid.centre[0] - n // 2, grid.centre[1] - n // 2
     for i in range(n):
         for j in range(n):
-            # A beam that grazes a cell does not clear what another of the same scan has hit there.
+            # What this scan has hit a beam ends at: it need not be looked up.
             if grid.log_odds[i, j] <= 0.0 or grid.nearest[i, j] < np.inf:
                 continue
             # Cell of the frame that is kept in this row and column.

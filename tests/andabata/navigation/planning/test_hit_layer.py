@@ -77,6 +77,24 @@ def test_other_beams_take_nothing(beam):
     assert at(layer, 2.0, 0.0) == 1.0
 
 
+def test_a_hit_that_a_laser_cannot_see_behind_stays():
+    """No beam reaches the margin behind a hit at the largest range, without an echo neither."""
+    layer = make()
+    scanned(layer, [(0.0, 4.9)])
+    scanned(layer, [(0.0, np.inf)], 20)
+    assert at(layer, 4.9, 0.0) == 1.0
+
+
+@pytest.mark.parametrize("yaw", [0.7, -3.0, 9.0])
+def test_hits_are_cleared_from_any_pose(yaw):
+    """A beam from elsewhere, by a laser that is turned, goes through the same place."""
+    layer = make()
+    scanned(layer, [(0.0, 2.0)])
+    bearing = np.arctan2(-1.0, 1.0) - yaw
+    scanned(layer, [(bearing - 0.3, FAR), (bearing, FAR)], 2, LaserPose(1.0, 1.0, yaw))
+    assert not layer.log_odds.any()
+
+
 def test_one_beam_that_ends_keeps_a_hit_that_others_pass():
     """Along a wall some beams near a hit go on and some end before it."""
     layer = make()
@@ -186,7 +204,6 @@ def test_reset_forgets_everything():
     scanned(layer, [(0.0, 2.0)], laser=LaserPose(30.0, -20.0, 1.0))
     layer.reset()
     assert not layer.log_odds.any()
-    assert not layer.places.any()
     np.testing.assert_array_equal(layer.centre, [0, 0])
 
 

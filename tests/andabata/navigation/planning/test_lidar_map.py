@@ -124,14 +124,22 @@ def test_without_memory_ten_beams_do_not_leave_the_pocket():
     assert np.abs(places).max() < 1.0
 
 
-def test_a_gap_is_judged_by_the_hits_and_not_by_their_cells():
-    """Posts 0.64 m apart let a robot of 0.4 m through, though their cells touch its clearance."""
-    posts = [((1.0, y), (1.0, y + 0.02)) for y in (0.33, -0.33)]
-    walls = [((1.0, 0.33), (1.0, 9.0)), ((1.0, -9.0), (1.0, -0.31)), *posts]
-    np.testing.assert_array_equal(seen(walls, (2.0, 0.01)), [2.0, 0.01])
-    # Less than twice the inscribed radius costs more than the way around.
-    walls = [((1.0, 0.23), (1.0, 1.5)), ((1.0, -1.5), (1.0, -0.23))]
-    assert abs(seen(walls, (2.0, 0.01))[1]) > 0.5
+def test_clearances_are_those_from_the_hits_and_not_from_their_cells():
+    """The nearest hit on a wall at 1.27 m is 22 cm ahead and 5 cm beside the middle of a cell."""
+    lidar, pose = LidarMap(), (0.0, 0.0, 0.0)
+    wall = [((1.27, -1.0), (1.27, 1.0))]
+    lidar.update(pose, DENSE, scan(wall, pose, DENSE), FAR)
+    lidar.subgoal(ORIGIN, np.array([3.0, 0.0]))
+    i, j = np.floor((np.array([1.05, 0.05]) - lidar.plan.corner) / 0.1).astype(int)
+    assert lidar.plan.clearance[i, j] == pytest.approx(np.hypot(2.2, 0.5), abs=0.01)
+
+
+@pytest.mark.parametrize(("width", "is_free"), [(0.6, True), (0.3, False)])
+def test_a_gap_that_is_wide_enough_is_taken(width, is_free):
+    """A way around costs more than a gap of 0.6 m, and less than one of 0.3 m."""
+    walls = [((1.0, 0.05 + s * width / 2), (1.0, s * 1.5)) for s in (1, -1)]
+    place = seen(walls, (2.0, 0.05))
+    assert (abs(place[1]) < 0.1) == is_free
 
 
 def test_the_order_of_the_beams_changes_no_sub_goal():

@@ -43,8 +43,9 @@ class SpnConfig(BaseModel):
         rooms: Names of the rooms.
         favourite: Share of the episodes in the room that the difficulty names; the others have the
             rest in equal parts (paper: 0.7 and 0.1 each).
-        extra_rooms: Names of more rooms, all as likely (assumption; the paper has four in all).
-        extra_share: Share of the episodes in them.
+        random_rooms: Number of random rooms beside the named ones, ``random-0`` and so on
+            (assumption; the paper has four rooms in all).
+        random_share: Share of the episodes in them.
         tasks: ``random`` starts and goals, or one of the rooms' ``fixed`` ones.
         clearance: Smallest distance of random starts and goals from obstacles [m] (assumption).
         min_distance: Smallest distance of a random goal from its start [m] (assumption).
@@ -68,8 +69,8 @@ class SpnConfig(BaseModel):
     task: Literal["spn"] = "spn"
     rooms: tuple[str, ...] = Field(default=TRAINING_ROOMS, min_length=1)
     favourite: float = Field(default=0.7, gt=0, le=1)
-    extra_rooms: tuple[str, ...] = ()
-    extra_share: float = Field(default=0.5, ge=0, le=1)
+    random_rooms: int = Field(default=0, ge=0, le=1000)
+    random_share: float = Field(default=0.5, ge=0, le=1)
     tasks: Literal["random", "fixed"] = "random"
     clearance: float = Field(default=0.3, ge=0)
     min_distance: float = Field(default=1.0, ge=0)
@@ -93,13 +94,13 @@ class SpnConfig(BaseModel):
     @property
     def unseen(self) -> Self:
         """The same with every room as often as others: random tasks that snapshots compare on."""
-        shares = {"favourite": 1 / len(self.rooms), "extra_rooms": ()}
+        shares = {"favourite": 1 / len(self.rooms), "random_rooms": 0}
         return self.model_copy(update=shares | {"randomization": None})
 
     @property
     def fixed(self) -> Self:
         """The same on the rooms' fixed tasks, the paper's test."""
-        shares = {"tasks": "fixed", "extra_rooms": ()}
+        shares = {"tasks": "fixed", "random_rooms": 0}
         return self.model_copy(update=shares | {"randomization": None})
 
     @property
@@ -111,7 +112,7 @@ class SpnConfig(BaseModel):
     @property
     def all_rooms(self) -> tuple[str, ...]:
         """Names of all rooms, the curriculum's own first."""
-        return self.rooms + self.extra_rooms
+        return self.rooms + tuple(f"random-{k}" for k in range(self.random_rooms))
 
     @property
     def observations(self) -> ObservationSpec:
@@ -234,8 +235,8 @@ class SpnVectorEnv(PlanarVectorEnv):
     def _drawn_room(self, rng: np.random.Generator, difficulty: float | None) -> int:
         """Return the index of a random room: mostly that of the difficulty, any without one."""
         config, count = self.config, len(self.config.rooms)
-        if config.extra_rooms and rng.random() < config.extra_share:
-            return count + int(rng.integers(len(config.extra_rooms)))
+        if config.random_rooms and rng.random() < config.random_share:
+            return count + int(rng.integers(config.random_rooms))
         if difficulty is None or count == 1:
             return int(rng.integers(count))
         shares = np.full(count, (1 - config.favourite) / (count - 1))

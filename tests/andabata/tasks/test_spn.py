@@ -180,7 +180,7 @@ def test_without_a_difficulty_all_rooms_come_alike():
     env = robots(2000, SMALL, rooms=TRAINING_ROOMS)
     worlds = env.reset(seed=2)[1]["world_seed"]
     np.testing.assert_allclose(np.bincount(worlds, minlength=4) / 2000, 0.25, atol=0.03)
-    config = SMALL.model_copy(update={"rooms": TRAINING_ROOMS, "extra_rooms": ("random-1",)})
+    config = SMALL.model_copy(update={"rooms": TRAINING_ROOMS, "random_rooms": 1})
     worlds = robots(2000, config).reset(seed=2)[1]["world_seed"]
     expected = [0.125, 0.125, 0.125, 0.125, 0.5]
     np.testing.assert_allclose(np.bincount(worlds) / 2000, expected, atol=0.03)

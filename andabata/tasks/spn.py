@@ -302,7 +302,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         movers, position = self._in_rooms.movers, self._in_rooms.poses[k, :2]
         for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
             x, y, radius = one.circle
-            if movers.radii[k, m] == 0 and math.dist(position, (x, y)) - radius < one.when_within:
+            if math.dist(position, (x, y)) - radius < one.when_within:
                 movers.places[k, m], movers.radii[k, m] = (x, y), radius
 
 

@@ -98,8 +98,20 @@ def test_near_goals_take_what_the_best_of_all_sequences_takes():
     assert sum(found) <= 2
 
 
-@pytest.mark.parametrize("name", ["spn-env3", "spn-env6", "spn-crowded", "random-4"])
-@pytest.mark.parametrize("robot", [ROBOT, DiscRobotConfig(max_speed=0.8, period=0.1, substeps=1)])
+FAST, SLOW = (DiscRobotConfig(max_speed=v, period=0.1, substeps=1) for v in (0.8, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [
+        ("spn-env3", ROBOT),
+        ("spn-env6", ROBOT),
+        ("random-4", ROBOT),
+        ("spn-env6", FAST),
+        ("spn-crowded", FAST),
+        ("spn-crowded", SLOW),
+    ],
+)
 def test_a_plan_driven_in_the_simulator_arrives_without_contact(name, robot):
     """The last step, and none before, ends within the goal's radius; nothing was touched."""
     made, rng = make_room(name), np.random.default_rng(7)

@@ -328,6 +328,9 @@ def test_pooling_keeps_the_nearest_of_each_window_of_beams():
     points, mask, _ = observed(found, PlanarLidarConfig(), 120)
     near = np.hypot(*points.T)
     np.testing.assert_allclose(near, found.reshape(120, 9).max(axis=1), rtol=1e-6)
+    beams = 9 * np.arange(120) + found.reshape(120, 9).argmax(axis=1)
+    bearings = np.arctan2(*points.T)
+    np.testing.assert_allclose(bearings, PlanarLidarConfig().bearings[beams], atol=1e-6)
     assert mask.all()
     points, mask, _ = observed(found, PlanarLidarConfig(), 100)
     assert mask.sum() == 99

@@ -152,6 +152,8 @@ def test_a_share_of_the_observations_has_drawn_lasers():
     assert changed[0] == 0.0
     assert 0.2 < changed[1] < 0.8
     assert changed[2] == 1.0
+    one = renderer(bank[:2], randomization=LidarRandomization(share=1.0, noise=(0.0, 0.0)))
+    assert (abs(one(situations, np.random.default_rng(1)) - own) > 1e-5).any(axis=1).all()
 
 
 def test_noise_is_on_what_returned_alone():

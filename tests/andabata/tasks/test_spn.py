@@ -165,7 +165,7 @@ def test_random_drives_keep_their_distances():
     np.testing.assert_array_equal(again.reset(seed=1)[1]["situations"], info["situations"])
 
 
-@pytest.mark.parametrize(("difficulty", "favourite"), [(0.0, 0), (1 / 3, 1), (1.0, 3)])
+@pytest.mark.parametrize(("difficulty", "favourite"), [(0.0, 0), (0.3, 1), (0.6, 2), (1.0, 3)])
 def test_the_room_of_the_difficulty_has_most_drives(difficulty, favourite):
     """It has 0.7 of them, each other room 0.1."""
     env = robots(2000, SMALL, rooms=TRAINING_ROOMS)

@@ -25,7 +25,7 @@ from andabata.tasks.room_observations import (
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomTask, random_task
+from worlds.rooms import RoomTask, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""
@@ -177,9 +177,9 @@ class SpnVectorEnv(PlanarVectorEnv):
         """
         self.config = config
         self._rooms = [make_room(name) for name in config.all_rooms]
-        movers = most_appearances(self._rooms)
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
         self._renderer = room_renderer(config)
+        movers = self._renderer.movers
+        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
@@ -306,11 +306,6 @@ class SpnVectorEnv(PlanarVectorEnv):
                 movers.places[k, m], movers.radii[k, m] = (x, y), radius
 
 
-def most_appearances(rooms: Sequence[Room]) -> int:
-    """Return how many obstacles appear in a room at most."""
-    return max(len(room.appearances) for room in rooms)
-
-
 def room_renderer(config: SpnConfig) -> RoomRenderer:
     """Return what renders the observations of a task's situations."""
     rooms = [make_room(name) for name in config.all_rooms]
@@ -322,7 +317,7 @@ def room_renderer(config: SpnConfig) -> RoomRenderer:
         lidars,
         config.capacity,
         config.goal_encoding,
-        most_appearances(rooms),
+        max(len(room.appearances) for room in rooms),
         config.randomization,
     )
 

@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
-from andabata.tasks.room_kernel import MIN_RANGE, SECTORS
+from andabata.tasks.room_kernel import MIN_RANGE
 from andabata.tasks.room_observations import (
     LidarRandomization,
     RoomRenderer,
@@ -14,6 +14,7 @@ from andabata.tasks.room_observations import (
     noisy,
     room_observations,
 )
+from andabata.tasks.room_points import SECTORS
 from worlds.room_catalogue import make_room
 from worlds.rooms import random_task
 

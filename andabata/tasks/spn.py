@@ -301,9 +301,8 @@ class SpnVectorEnv(PlanarVectorEnv):
         """Put obstacles down whose time has come."""
         movers, position = self._in_rooms.movers, self._in_rooms.poses[k, :2]
         for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
-            x, y, radius = one.circle
-            if math.dist(position, (x, y)) - radius < one.when_within:
-                movers.places[k, m], movers.radii[k, m] = (x, y), radius
+            if one.is_due(*position):
+                movers.places[k, m], movers.radii[k, m] = one.circle[:2], one.circle[2]
 
 
 def room_renderer(config: SpnConfig) -> RoomRenderer:

@@ -215,8 +215,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         """Return the room's index and the task of an episode."""
         config, rooms = self.config, self._rooms
         if "task" in options or config.tasks == "fixed":
-            fixed = config.fixed_tasks
-            return fixed[int(options.get("task", rng.integers(len(fixed))))]
+            return _fixed_task(config.fixed_tasks, options.get("task"), rng)
         index = options.get("room")
         if index is None:
             index = self._drawn_room(rng, options.get("difficulty"))
@@ -303,6 +302,22 @@ class SpnVectorEnv(PlanarVectorEnv):
         for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
             if one.is_due(*position):
                 movers.places[k, m], movers.radii[k, m] = one.circle[:2], one.circle[2]
+
+
+def _fixed_task(
+    tasks: Sequence[tuple[int, RoomTask]], number: int | None, rng: np.random.Generator
+) -> tuple[int, RoomTask]:
+    """Return a fixed task by its number, or a random one.
+
+    Raises:
+        ValueError: If there is no such task.
+    """
+    if not tasks:
+        raise ValueError("rooms: expected fixed tasks, got rooms without any; draw random ones")
+    chosen = int(rng.integers(len(tasks))) if number is None else int(number)
+    if not 0 <= chosen < len(tasks):
+        raise ValueError(f"task: expected 0 to {len(tasks) - 1}, got {chosen}")
+    return tasks[chosen]
 
 
 def room_renderer(config: SpnConfig) -> RoomRenderer:

@@ -299,3 +299,11 @@ def test_settings_say_the_size_of_observations():
     bank = room_renderer(SMALL.model_copy(update={"randomization": LidarRandomization()}))
     assert bank.points == 10
     assert SMALL.fixed.randomization is None
+
+
+def test_a_task_that_is_not_there_is_named():
+    """A number beyond the list, and rooms without fixed tasks, are refused."""
+    with pytest.raises(ValueError, match="task: expected 0 to 3, got 4"):
+        robots(1, rooms=("spn-env0",)).reset(seed=0, options={"task": 4})
+    with pytest.raises(ValueError, match="expected fixed tasks"):
+        robots(1, rooms=("spn-env5",), tasks="fixed").reset(seed=0)

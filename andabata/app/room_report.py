@@ -33,6 +33,9 @@ _SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
 _SHOWN_POLICIES = 4
 """Largest number of policies whose support points are shown side by side, as in Fig. 6."""
 
+_SHOWN_ROOMS = 4
+"""Number of rooms side by side in a picture, and of those that a study shows."""
+
 _SHOWN_TASKS = 4
 """Number of tasks of a room that support points are shown for, as in Fig. 6."""
 
@@ -57,9 +60,10 @@ def report_rooms(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
         text = ", ".join(names)
         page.picture(ends_picture(rows, text), f"How drives ended (Fig. 8): {text}")
     page.table([_table_row(row) for row in [*result["pooled"], *result["rows"]]])
-    _drives(page, folder, config.lidars)
+    shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
+    _drives(page, folder, {lidar: lidar for lidar in shown[:3]}, _rooms(config))
     data: dict[str, Any] = {"rows": result["rows"], "pooled": result["pooled"]}
-    return _with_moments(page, folder, data)
+    return _with_moments(page, folder, _rooms(config), data)
 
 
 def report_study(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
@@ -72,14 +76,21 @@ def report_study(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
     rows = result["rows"]
     page = Report("Where to mount the laser")
     page.section("Differences", result["advice"])
+    page.note("Each interval below is that of one laser; the advice allows for all poses at once.")
     title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
     caption = "Success with each laser against the laser as it is, on the same tasks"
     page.picture(study_picture(rows, title), caption)
     page.table([{name: row[name] for name in row if name != "by_room"} for row in rows])
     ordered = sorted(rows[1:], key=lambda row: float(row["difference"]))
     shown = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
-    _drives(page, folder, [row["lidar"] for row in shown])
-    return _with_moments(page, folder, {"rows": rows, "advice": result["advice"]})
+    rooms = _rooms(folder.config)[:_SHOWN_ROOMS]
+    _drives(page, folder, {row["text"]: row["lidar"] for row in shown}, rooms)
+    return _with_moments(page, folder, rooms, {"rows": rows, "advice": result["advice"]})
+
+
+def _rooms(config: RoomEvaluationConfig) -> list[Room]:
+    """Return the rooms of an evaluation."""
+    return [make_room(room) for room in dict.fromkeys(config.rooms)]
 
 
 def _groups(result: Mapping[str, Any]) -> list[list[str]]:
@@ -108,28 +119,36 @@ def _table_row(row: Mapping[str, Any]) -> Row:
     }
 
 
-def _drives(page: Report, folder: RoomFolder, lidars: Sequence[str]) -> None:
-    """Add paths and ends of the first policy with up to three lasers (Fig. 7)."""
-    config, name = folder.config, next(iter(folder.policies))
-    chosen = [lidar for lidar in lidars if lidar in _SHOWN_LIDARS] or list(lidars)
-    rooms = [make_room(room) for room in dict.fromkeys(config.rooms)]
+def _drives(
+    page: Report, folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room]
+) -> None:
+    """Add paths and ends of the first policy, up to four rooms a picture (Fig. 7).
+
+    Args:
+        page: Page to add to.
+        folder: Folder of the drives.
+        lidars: Lasers by their names in the picture.
+        rooms: Rooms.
+    """
+    name = next(iter(folder.policies))
     page.section("Paths", f"Drives of {name}: paths, and where and how they ended (Fig. 7).")
-    for memory in config.memories:
-        found = {
-            (lidar, room.name): folder.drives(Cell(name, lidar, room.name, memory))
-            for lidar in chosen[:3]
-            for room in rooms
-        }
+    for memory in folder.config.memories:
         title = f"{name}, {memory_text(memory)}"
-        page.picture(trajectories_picture(found, rooms, title), f"Paths and ends: {title}")
+        for begin in range(0, len(rooms), _SHOWN_ROOMS):
+            some = rooms[begin : begin + _SHOWN_ROOMS]
+            found = {
+                (text, room.name): folder.drives(Cell(name, lidar, room.name, memory))
+                for text, lidar in lidars.items()
+                for room in some
+            }
+            page.picture(trajectories_picture(found, some, title), f"Paths and ends: {title}")
 
 
 def _with_moments(
-    page: Report, folder: RoomFolder, data: dict[str, Any]
+    page: Report, folder: RoomFolder, rooms: Sequence[Room], data: dict[str, Any]
 ) -> tuple[bytes, dict[str, Any]]:
     """Add what is driven anew: support points, tours and obstacles that appear."""
     config, policies = folder.config, folder.policies
-    rooms = [make_room(room) for room in dict.fromkeys(config.rooms)]
     on_points = {
         name: policy for name, policy in policies.items() if isinstance(policy, PointSetPolicy)
     }

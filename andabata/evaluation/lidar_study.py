@@ -206,8 +206,8 @@ def mounting_advice(
     z = NormalDist().inv_cdf(1 - 0.025 / len(poses))
     found = [(change.text, paired_difference(base, there, z)) for change, there in poses]
     counted = f"with 95 % confidence in all {len(poses)} poses at once"
-    worse = [f"{text} ({_points(gain)})" for text, gain in found if gain.high < 0]
-    ending = f" Worse: {', '.join(worse)}." if worse else ""
+    worse = [f"{text} {_points(gain)}" for text, gain in found if gain.high < 0]
+    ending = f" Worse: {'; '.join(worse)}." if worse else ""
     better = [each for each in found if each[1].low > 0]
     if better:
         text, gain = max(better, key=lambda each: each[1].low)

@@ -272,7 +272,7 @@ def _draw_start(axes: Axes, drive: RoomDrive, name: str = "S") -> None:
     """Draw the start with its name and an arrow ahead."""
     x, y, yaw = drive.path[0].tolist()
     axes.plot(x, y, "o", color="black", markersize=6, zorder=6)
-    axes.annotate(name, (x, y), textcoords="offset points", xytext=(-11, 5), fontsize=9)
+    axes.annotate(name, (x, y), textcoords="offset points", xytext=(-14, 8), fontsize=9)
     ahead = (0.4 * np.cos(yaw), 0.4 * np.sin(yaw))
     axes.arrow(x, y, *ahead, color="black", width=0.03, head_width=0.16, zorder=6)
 

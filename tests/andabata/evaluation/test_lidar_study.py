@@ -92,7 +92,7 @@ def test_advice_names_the_pose_that_the_interval_shows_to_be_better():
     advice = mounting_advice(successes(0.8), poses)
     assert advice.startswith("Mount it 0.05 m forward: success changes by +8.0 points (+4.")
     assert "in all 3 poses at once" in advice
-    assert "Worse: 0.1 m back (-30.0 points" in advice
+    assert "Worse: 0.1 m back -30.0 points (" in advice
 
 
 def test_advice_needs_more_where_more_poses_were_tried():

@@ -53,12 +53,15 @@ assert andabata.__file__.startswith({str(tmp_path)!r}), andabata.__file__
 from andabata.machine.robot import RobotModel
 from andabata.machine.lidar_models import sensor_settings
 from andabata.models import Models, shipped_policy
-from andabata.training.plans import algorithms, load_plan
+from andabata.training.plans import TASKS, algorithms, load_plan
+from worlds.room_catalogue import make_room, room_names
 for sensor in ("utm-30lx", "os1-64", "os0-128", "vlp-16", "livox-rosette"):
     sensor_settings(sensor)
 for robot in ("andabata", "husky", "jackal"):
     RobotModel.load(robot)
-assert [load_plan(name).learner.algorithm for name in algorithms()] == list(algorithms())
+plans = [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
+assert len(plans) == 6, plans
+assert len([make_room(name) for name in room_names()]) == 10
 Models().to_bytes()
 shipped_policy("actor-critic")
 """

@@ -22,7 +22,7 @@ from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.evaluate import EvaluationConfig
-from andabata.training.plans import algorithms, load_plan
+from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.documents import (
     ROOT,
     Block,
@@ -51,11 +51,16 @@ REDUCED = {
     "classifier train": "--set trees=8",
     "classifier ground": "--set trees=8",
     "train": "--workers 1 --set validation=0 --set learner.episodes_per_iteration=2" + BRIEFLY,
+    "train --task spn": "--workers 1 --set stages.Rooms.steps=400 --set validation=2"
+    " --set test_every=0 --set learner.warmup_episodes=2 --set learner.episodes_per_iteration=4"
+    " --set stages.Rooms.environment.random_rooms=1",
     "report": "--tests 1 --workers 1",
     "drive": "--time-limit 5",  # The first cloud takes 3.4 s, and a replay needs one.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
     # A failure is drawn only after the first cloud, which takes 3.4 s.
     "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
+    "evaluate --task spn": "--pairs 2 --workers 1",
+    "lidar-study": "--pairs 2 --workers 1",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",
     "ros robot": "--set plant=kinematic",
@@ -298,7 +303,7 @@ def test_settings_in_the_text_exist(document):
         ForestConfig(),
         GroundClassifierConfig(),
     ]
-    bases += [load_plan(name) for name in algorithms()]
+    bases += [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]
     for text in named:
         assert text == "a.b=c" or any(knows(base, text) for base in bases), text

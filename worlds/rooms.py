@@ -1,5 +1,6 @@
 """Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -32,6 +33,12 @@ class Appearance(BaseModel):
 
     when_within: float = Field(gt=0)
     circle: tuple[float, float, float]
+
+    def is_due(self, x: float, y: float) -> bool:
+        """Return True if the obstacle appears for a robot at a place [m]."""
+        return (
+            math.hypot(x - self.circle[0], y - self.circle[1]) - self.circle[2] < self.when_within
+        )
 
 
 class RoomPlan(BaseModel):

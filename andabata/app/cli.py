@@ -17,6 +17,7 @@ from andabata.app.verbs import (
     doctor,
     drive,
     evaluate,
+    lidar_study,
     policy,
     report,
     ros,
@@ -38,6 +39,7 @@ FLOW = (
     "policy",
     "drive",
     "evaluate",
+    "lidar-study",
     "bag",
     "ros",
     "bench",
@@ -83,6 +85,7 @@ app.command()(report.report)
 app.add_typer(policy.app, name="policy")
 app.command()(drive.drive)
 app.command()(evaluate.evaluate)
+app.command("lidar-study")(lidar_study.lidar_study)
 app.add_typer(bag.app, name="bag")
 app.add_typer(ros.app, name="ros")
 app.add_typer(bench.app, name="bench")

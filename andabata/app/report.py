@@ -25,7 +25,11 @@ class Report:
         """Begin a section with a title and a paragraph."""
         self._parts.append(f"<h2>{html.escape(title)}</h2>")
         if text:
-            self._parts.append(f"<p>{html.escape(text)}</p>")
+            self.note(text)
+
+    def note(self, text: str) -> None:
+        """Add a paragraph."""
+        self._parts.append(f"<p>{html.escape(text)}</p>")
 
     def picture(self, png: bytes, caption: str) -> None:
         """Add a PNG picture with its caption."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from andabata.app.console import Console
 from andabata.app.room_folder import RoomFolder
+from andabata.evaluation.lidar_study import LidarStudyConfig, study_lidar
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
@@ -47,6 +48,38 @@ def run_room_evaluation(
     }
     if kept is not None:
         kept.finish("evaluate", config, policies, data)
+    return data
+
+
+def run_lidar_study(
+    config: LidarStudyConfig,
+    policies: Mapping[str, Policy],
+    workers: int,
+    folder: Path | None,
+    console: Console,
+) -> dict[str, Any]:
+    """Study a laser and return rows, advice and settings, ready for JSON.
+
+    Args:
+        config: Laser, changes, rooms and pairs.
+        policies: Policies by name, such as several seeds.
+        workers: Number of processes.
+        folder: Folder as of ``run_room_evaluation``, or None.
+        console: Console that shows the progress.
+    """
+    kept, cells = None if folder is None else RoomFolder(folder), config.cells
+    with watched_cells(cells, policies, kept, console) as on_cell:
+        journal = None if kept is None else kept.journal
+        study = study_lidar(config, policies, workers, journal, on_cell)
+    data = {
+        "rows": study.rows,
+        "advice": study.advice,
+        "policies": list(policies),
+        "config": config.model_dump(mode="json"),
+        "seed": config.seed,
+    }
+    if kept is not None:
+        kept.finish("lidar-study", cells, policies, data)
     return data
 
 

@@ -63,6 +63,18 @@ def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
     return found
 
 
+def lidar_word(text: str) -> str:
+    """Return the laser of ``--lidar``.
+
+    Raises:
+        UsageError: If it is not one, by name or label.
+    """
+    found = lidar_words(text, "--lidar")
+    if len(found) > 1:
+        raise UsageError(f"--lidar: expected one laser, got {text!r}")
+    return found[0]
+
+
 def memory_words(text: str) -> tuple[str, ...]:
     """Return the memories of ``--memory``.
 

@@ -119,6 +119,25 @@ def _room_table(rows: Sequence[Data], title: str) -> "Table":
     return table_of(shown, title)
 
 
+def study_table(rows: Sequence[Data]) -> "Table":
+    """Return the table of a study of a laser; differences are in points of success."""
+    shown = [
+        {
+            "laser": row["text"],
+            "reached": f"{row['successes']}/{row['trials']}",
+            "95 %": f"{row['success_low']:.2f}-{row['success_high']:.2f}",
+            "hit": row["collisions"],
+            "late": row["timeouts"],
+            "difference": None
+            if row["difference"] is None
+            else f"{100 * row['difference']:+.1f} ({100 * row['difference_low']:+.1f} to "
+            f"{100 * row['difference_high']:+.1f})",
+        }
+        for row in rows
+    ]
+    return table_of(shown, f"laser {rows[0]['lidar']}: differences in points of success")
+
+
 def recording_table(found: "BagSummary", title: str) -> "Table":
     """Return the topics of a recording, with the columns that differ between topics."""
     shown = ["topic", "type", "messages", "rate_hz"]

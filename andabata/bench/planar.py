@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from andabata.bench.table import Row, markdown_table
 from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from andabata.tasks.room_kernel import SECTORS, take_points
+from andabata.tasks.room_points import SECTORS, take_points
 from worlds.rooms import Room, RoomPlan, free_places
 from worlds.world import Start
 

@@ -66,6 +66,30 @@ def drive_tasks(
     return found
 
 
+def drive_tour(
+    policy: Policy, config: SpnConfig, start: Start, goals: Sequence[tuple[float, float]]
+) -> list[RoomDrive]:
+    """Drive to goals in a row, each from where the robot stands, until one is not reached.
+
+    Args:
+        policy: Policy, for any number of points.
+        config: Settings with one room.
+        start: Pose at the start.
+        goals: Goals in their order [m].
+
+    Raises:
+        ValueError: If the policy cannot read what the task observes.
+    """
+    found: list[RoomDrive] = []
+    for goal in goals:
+        (drive,) = drive_tasks(policy, config, [RoomTask(start, goal)])
+        found.append(drive)
+        if drive.outcome is not Outcome.GOAL:
+            break
+        start = Start(*drive.path[-1].tolist())
+    return found
+
+
 def fitted(policy: Policy, config: SpnConfig) -> tuple[Policy, SpnConfig]:
     """Return a policy for any number of points and a task as it reads it, with its form of goals.
 

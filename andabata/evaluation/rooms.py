@@ -95,7 +95,7 @@ def cell_task(cell: Cell, config: RoomEvaluationConfig) -> SpnConfig:
     return config.task.model_copy(
         update={
             "rooms": (cell.room,),
-            "extra_rooms": (),
+            "random_rooms": 0,
             "lidar": PlanarLidarConfig.parse(cell.lidar),
             "points": None,
             "randomization": None,

@@ -1,4 +1,4 @@
-"""Compiled pass of disc robots in rooms: motion, contact, rays, points.
+"""Compiled pass of disc robots in rooms: motion, contact, rays.
 
 Rays are cast by angular spans. Along a straight face the reciprocal of the distance is linear in
 the cosine and the sine of a beam's bearing, so that each visible face of a box is one multiply and
@@ -14,9 +14,6 @@ from numpy.typing import NDArray
 from andabata.tasks.movers import Movers
 from terrain.kernel import inlined_kernel, kernel
 
-SECTORS = 36
-"""Number of windows of bearing that critics see (Zhang et al., section III-B)."""
-
 MIN_RANGE = 0.02
 """Smallest distance that a beam or a point can have [m]: reciprocals stay finite at contact."""
 
@@ -24,7 +21,7 @@ X, Y, YAW, V, W = range(5)
 """Columns of a motion: position [m], heading [rad], speed [m/s], yaw rate [rad/s]."""
 
 _EDGE = 1e-9
-"""Widening of an interval [beams or sectors]: what is at an edge must not be lost to rounding."""
+"""Widening of an interval [beams]: what is at an edge must not be lost to rounding."""
 
 _TURN = 2 * np.pi
 
@@ -348,64 +345,3 @@ def _interval(view: View, begin: float, width: float) -> tuple[float, float]:
         first += _TURN
     start = first * view.density
     return start, start + width * view.density
-
-
-@kernel
-def take_points(
-    found: NDArray[np.float32],
-    chosen: NDArray[np.bool_],
-    lasers: Lasers,
-    mounted: NDArray[np.int64],
-    capacity: int,
-    rows: NDArray[np.float32],
-) -> None:
-    """Write beams as points in the robot's frame, and the nearest of each window of bearing.
-
-    A laser with more beams than there is room for gives the nearest of as many neighbours as it
-    takes. A row begins with ``capacity`` points (sin a / d, cos a / d), bearing a and distance d
-    from the robot's centre [1/m]; then come a mask, 1 for points that count and 0 for padding, and
-    the largest reciprocal distance of each of ``SECTORS`` windows of bearing, the first from -pi
-    on, counter-clockwise.
-
-    Args:
-        found: Reciprocals as ``cast`` writes them, shape (n, b).
-        chosen: True for robots to write, shape (n,).
-        lasers: Lasers.
-        mounted: Index of each robot's laser, shape (n,).
-        capacity: Number of points of a row.
-        rows: Observations, float32, shape (n, 3 capacity + ``SECTORS`` and more).
-    """
-    for k in range(len(chosen)):
-        if not chosen[k]:
-            continue
-        laser, row = mounted[k], rows[k]
-        mask, windows = row[2 * capacity : 3 * capacity], row[3 * capacity : 3 * capacity + SECTORS]
-        count, directions = lasers.counts[laser], lasers.directions[laser]
-        ahead, left = lasers.offsets[laser]
-        windows[:] = np.float32(1.0 / lasers.max_ranges[laser])
-        beams = found[k]
-        pool = (count + capacity - 1) // capacity
-        used = (count + pool - 1) // pool
-        for p in range(used):
-            i = p * pool
-            near = beams[i]
-            for j in range(p * pool + 1, min((p + 1) * pool, count)):
-                near = beams[j] if beams[j] > near else near
-            while beams[i] != near:
-                i += 1
-            cosine, sine = directions[0, i], directions[1, i]
-            bearing = lasers.firsts[laser] + i * lasers.steps[laser]
-            # From the robot's centre a beam's bearing is known, and so is its distance.
-            if ahead != 0.0 or left != 0.0:
-                x, y = ahead + cosine / near, left + sine / near
-                distance = np.sqrt(x * x + y * y)
-                bearing = np.arctan2(y, x)
-                cosine, sine = np.float32(x / distance), np.float32(y / distance)
-                near = np.float32(1.0 / max(distance, MIN_RANGE))
-            row[2 * p], row[2 * p + 1] = near * sine, near * cosine
-            mask[p] = 1.0
-            sector = int(np.floor((bearing + np.pi) * (SECTORS / _TURN) + _EDGE)) % SECTORS
-            if near > windows[sector]:
-                windows[sector] = near
-        row[2 * used : 2 * capacity] = 0.0
-        mask[used:] = 0.0

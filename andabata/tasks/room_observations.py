@@ -16,15 +16,14 @@ from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import laser_arrays
 from andabata.tasks.room_kernel import (
     MIN_RANGE,
-    SECTORS,
     YAW,
     Lasers,
     Rooms,
     V,
     X,
     cast,
-    take_points,
 )
+from andabata.tasks.room_points import SECTORS, take_points
 from rl.spaces import ObservationSpec, ObservationTerm
 
 GoalEncoding = Literal["cosine", "polar"]
@@ -137,6 +136,7 @@ class RoomRenderer:
     Attributes:
         size: Length of a situation.
         points: Number of points of an observation.
+        movers: Number of moving obstacles of a situation.
     """
 
     def __init__(
@@ -159,8 +159,8 @@ class RoomRenderer:
             randomization: How lasers are drawn when situations are rendered; None draws none.
         """
         self.size = _HEAD + 3 * movers
-        self.points = points
-        self._rooms, self._encoding, self._movers = rooms, encoding, movers
+        self.points, self.movers = points, movers
+        self._rooms, self._encoding = rooms, encoding
         self._lasers = laser_arrays(lidars)
         self._randomization = randomization
 
@@ -203,7 +203,7 @@ class RoomRenderer:
             mounted, sigma = np.tile(mounted, 2)[:count], np.tile(sigma, 2)[:count]
         rows = situations.astype(np.float64)
         places, motions = rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 1:6])
-        around = rows[:, _HEAD:].reshape(count, self._movers, 3)
+        around = rows[:, _HEAD:].reshape(count, self.movers, 3)
         movers = Movers(
             around[..., :2].copy(), np.zeros_like(around[..., :2]), around[..., 2].copy()
         )

@@ -25,7 +25,7 @@ from andabata.tasks.room_observations import (
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomTask, random_task
+from worlds.rooms import RoomTask, random_task
 
 TRAINING_ROOMS = ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
 """Rooms of the curriculum, the easiest first."""
@@ -43,8 +43,9 @@ class SpnConfig(BaseModel):
         rooms: Names of the rooms.
         favourite: Share of the episodes in the room that the difficulty names; the others have the
             rest in equal parts (paper: 0.7 and 0.1 each).
-        extra_rooms: Names of more rooms, all as likely (assumption; the paper has four in all).
-        extra_share: Share of the episodes in them.
+        random_rooms: Number of random rooms beside the named ones, ``random-0`` and so on
+            (assumption; the paper has four rooms in all).
+        random_share: Share of the episodes in them.
         tasks: ``random`` starts and goals, or one of the rooms' ``fixed`` ones.
         clearance: Smallest distance of random starts and goals from obstacles [m] (assumption).
         min_distance: Smallest distance of a random goal from its start [m] (assumption).
@@ -68,8 +69,8 @@ class SpnConfig(BaseModel):
     task: Literal["spn"] = "spn"
     rooms: tuple[str, ...] = Field(default=TRAINING_ROOMS, min_length=1)
     favourite: float = Field(default=0.7, gt=0, le=1)
-    extra_rooms: tuple[str, ...] = ()
-    extra_share: float = Field(default=0.5, ge=0, le=1)
+    random_rooms: int = Field(default=0, ge=0, le=1000)
+    random_share: float = Field(default=0.5, ge=0, le=1)
     tasks: Literal["random", "fixed"] = "random"
     clearance: float = Field(default=0.3, ge=0)
     min_distance: float = Field(default=1.0, ge=0)
@@ -93,13 +94,13 @@ class SpnConfig(BaseModel):
     @property
     def unseen(self) -> Self:
         """The same with every room as often as others: random tasks that snapshots compare on."""
-        shares = {"favourite": 1 / len(self.rooms), "extra_rooms": ()}
+        shares = {"favourite": 1 / len(self.rooms), "random_rooms": 0}
         return self.model_copy(update=shares | {"randomization": None})
 
     @property
     def fixed(self) -> Self:
         """The same on the rooms' fixed tasks, the paper's test."""
-        shares = {"tasks": "fixed", "extra_rooms": ()}
+        shares = {"tasks": "fixed", "random_rooms": 0}
         return self.model_copy(update=shares | {"randomization": None})
 
     @property
@@ -111,7 +112,7 @@ class SpnConfig(BaseModel):
     @property
     def all_rooms(self) -> tuple[str, ...]:
         """Names of all rooms, the curriculum's own first."""
-        return self.rooms + self.extra_rooms
+        return self.rooms + tuple(f"random-{k}" for k in range(self.random_rooms))
 
     @property
     def observations(self) -> ObservationSpec:
@@ -176,9 +177,9 @@ class SpnVectorEnv(PlanarVectorEnv):
         """
         self.config = config
         self._rooms = [make_room(name) for name in config.all_rooms]
-        movers = most_appearances(self._rooms)
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
         self._renderer = room_renderer(config)
+        movers = self._renderer.movers
+        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
@@ -214,8 +215,7 @@ class SpnVectorEnv(PlanarVectorEnv):
         """Return the room's index and the task of an episode."""
         config, rooms = self.config, self._rooms
         if "task" in options or config.tasks == "fixed":
-            fixed = config.fixed_tasks
-            return fixed[int(options.get("task", rng.integers(len(fixed))))]
+            return _fixed_task(config.fixed_tasks, options.get("task"), rng)
         index = options.get("room")
         if index is None:
             index = self._drawn_room(rng, options.get("difficulty"))
@@ -234,8 +234,8 @@ class SpnVectorEnv(PlanarVectorEnv):
     def _drawn_room(self, rng: np.random.Generator, difficulty: float | None) -> int:
         """Return the index of a random room: mostly that of the difficulty, any without one."""
         config, count = self.config, len(self.config.rooms)
-        if config.extra_rooms and rng.random() < config.extra_share:
-            return count + int(rng.integers(len(config.extra_rooms)))
+        if config.random_rooms and rng.random() < config.random_share:
+            return count + int(rng.integers(config.random_rooms))
         if difficulty is None or count == 1:
             return int(rng.integers(count))
         shares = np.full(count, (1 - config.favourite) / (count - 1))
@@ -300,14 +300,24 @@ class SpnVectorEnv(PlanarVectorEnv):
         """Put obstacles down whose time has come."""
         movers, position = self._in_rooms.movers, self._in_rooms.poses[k, :2]
         for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
-            x, y, radius = one.circle
-            if movers.radii[k, m] == 0 and math.dist(position, (x, y)) - radius < one.when_within:
-                movers.places[k, m], movers.radii[k, m] = (x, y), radius
+            if one.is_due(*position):
+                movers.places[k, m], movers.radii[k, m] = one.circle[:2], one.circle[2]
 
 
-def most_appearances(rooms: Sequence[Room]) -> int:
-    """Return how many obstacles appear in a room at most."""
-    return max(len(room.appearances) for room in rooms)
+def _fixed_task(
+    tasks: Sequence[tuple[int, RoomTask]], number: int | None, rng: np.random.Generator
+) -> tuple[int, RoomTask]:
+    """Return a fixed task by its number, or a random one.
+
+    Raises:
+        ValueError: If there is no such task.
+    """
+    if not tasks:
+        raise ValueError("rooms: expected fixed tasks, got rooms without any; draw random ones")
+    chosen = int(rng.integers(len(tasks))) if number is None else int(number)
+    if not 0 <= chosen < len(tasks):
+        raise ValueError(f"task: expected 0 to {len(tasks) - 1}, got {chosen}")
+    return tasks[chosen]
 
 
 def room_renderer(config: SpnConfig) -> RoomRenderer:
@@ -321,7 +331,7 @@ def room_renderer(config: SpnConfig) -> RoomRenderer:
         lidars,
         config.capacity,
         config.goal_encoding,
-        most_appearances(rooms),
+        max(len(room.appearances) for room in rooms),
         config.randomization,
     )
 

@@ -5,6 +5,7 @@ import pytest
 
 from worlds.room_catalogue import make_room
 from worlds.rooms import (
+    Appearance,
     Room,
     RoomPlan,
     free_places,
@@ -78,3 +79,10 @@ def test_where_nothing_is_as_far_the_farthest_is_the_goal():
     """A distance beyond the room's size gives the farthest place instead of none."""
     task = random_task(room(), np.random.default_rng(1), 0.2, min_distance=50.0)
     assert abs(task.goal[0] - task.start.x) > 1.0
+
+
+def test_an_obstacle_appears_by_the_distance_from_its_edge():
+    """Within 1.3 m of the edge it is due, at or beyond that it is not."""
+    one = Appearance(when_within=1.3, circle=(1.0, 2.0, 0.3))
+    assert one.is_due(1.0, 3.59)
+    assert not one.is_due(1.0, 3.61)

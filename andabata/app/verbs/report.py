@@ -1,4 +1,4 @@
-"""``andabata report``: figures of training runs on one page."""
+"""``andabata report``: figures of runs on one page."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,14 +13,20 @@ from andabata.app.options import ClassifierOptions, ConsoleOptions, Workers
 def report(
     *,
     runs: Annotated[
-        list[Path], typer.Argument(help="Folders of training runs of one plan, a seed each.")
+        list[Path],
+        typer.Argument(
+            help="Folders of training runs, a seed each; or one of evaluate --task spn or of "
+            "lidar-study."
+        ),
     ],
     tests: Annotated[
         int,
-        typer.Option(min=1, max=4, help="Number of drives of each stage's policy, a goal each."),
+        typer.Option(
+            min=1, max=4, help="Number of drives of each off-road stage's policy, a goal each."
+        ),
     ] = 3,
     out: Annotated[
-        Path | None, typer.Option(help="HTML file; report.html in the first run by default.")
+        Path | None, typer.Option(help="HTML file; report.html in the first folder by default.")
     ] = None,
     models: ClassifierOptions,
     workers: Workers = 2,
@@ -28,24 +34,20 @@ def report(
 ) -> None:
     """Draw the rewards, worlds, scans and test drives of training runs on one HTML page.
 
+    Of runs in rooms: learning curves, ends and paths, support points, tours.
+
     Examples:
         andabata report data/runs/train
         andabata report data/runs/train/seed-0 data/runs/train/seed-1 --tests 2
-        andabata report data/runs/train --out report.html --json
+        andabata report data/runs/spn --out report.html --json
+        andabata report data/runs/study
     """
-    from andabata.app.console import table_of
-    from andabata.app.training_report import common_stages, read_runs, report_runs
+    from andabata.app.reports import make_report, run_folders
     from andabata.records import atomic_io
     from andabata.records.runs import make_folder
 
-    loaded = models.load()
-    found = read_runs(runs, loaded)
     path = out or runs[0] / "report.html"
+    made = make_report(run_folders(runs), models, tests, workers, console := output.console())
     make_folder(path.parent)
-    console, drives = output.console(), len(found) * len(common_stages(found)) * tests
-    with console.progress("test drives", drives) as step:
-        page, data = report_runs(
-            found, loaded, tests=tests, workers=workers, on_test=lambda: step(1)
-        )
-    atomic_io.write(path, page)
-    console.result(data | {"report": str(path)}, table_of(data["tests"], f"report: {path}"))
+    atomic_io.write(path, made.page)
+    console.result(made.data | {"report": str(path)}, made.shown, f"report: {path}")

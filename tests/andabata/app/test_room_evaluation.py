@@ -92,3 +92,43 @@ def test_errors_take_one_line(capsys, words, code, message):
     printed = capsys.readouterr()
     assert (printed.out, printed.err.count("\n")) == ("", 1)
     assert message in printed.err
+
+
+STUDY = "lidar-study --policy proportional --rooms env0 --pairs 4 --workers 1"
+
+
+def test_a_study_prints_rows_and_advice(capsys, tmp_path):
+    """JSON has a row a laser; the folder is read as that of an evaluation."""
+    sets = [f"--set={name}=[]" for name in ("left", "turned", "resolution_deg", "max_range")]
+    words = [*STUDY.split(), *sets, "--set=forward=[0.05]", "--set=fov_deg=[90]"]
+    assert main([*words, "--json", "--out", str(tmp_path / "run")]) == 0
+    data = json.loads(capsys.readouterr().out)
+    names = ["as it is", "0.05 m forward", "field of view 90 deg"]
+    assert [row["text"] for row in data["rows"]] == names
+    assert data["advice"].startswith("No pose is shown to be better")
+    assert data["policies"] == ["proportional"]
+    folder = RoomFolder(tmp_path / "run")
+    assert (folder.about["verb"], folder.result) == ("lidar-study", data)
+    assert len(folder.drives(Cell("proportional", "90|20|10|0", "spn-env0", "reactive"))) == 4
+    assert main([*words, "--quiet"]) == 0
+    out = capsys.readouterr().out
+    assert "0.05 m forward" in out
+    assert data["advice"] in out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--lidar radar", "--lidar: expected FOV|RESOLUTION|RANGE"),
+        ("--lidar ten-beams,front-180", "--lidar: expected one laser"),
+        ("--memory both", "--memory: expected reactive or map, got 'both'"),
+        ("--rooms moon", "--rooms: expected one of spn-crowded"),
+        ("--set forward=[5]", "with x 5: Input should be less than or equal to 1"),
+    ],
+)
+def test_a_study_of_what_cannot_be_is_refused(capsys, words, message):
+    """A mistake is one line on stderr with exit code 2."""
+    assert main([*STUDY.split(), *words.split()]) == 2
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err.count("\n")) == ("", 1)
+    assert message in printed.err

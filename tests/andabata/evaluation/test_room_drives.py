@@ -1,10 +1,13 @@
 """Drives in rooms: known ways, what robots observe, files, and policies of another kind."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from andabata.evaluation.room_drives import (
     drive_tasks,
+    drive_tour,
     drives_from_bytes,
     drives_to_bytes,
     fitted,
@@ -98,3 +101,13 @@ def test_a_policy_of_another_kind_is_refused():
     """The off-road policy is told by what it reads, with the command that trains another."""
     with pytest.raises(ValueError, match=r"expected one that drives in rooms, got one of kind mlp"):
         drive_tasks(shipped_policy(), TASK, [AHEAD])
+
+
+def test_a_tour_goes_on_where_the_robot_stands():
+    """Each leg starts at the end of the one before; a leg that fails ends the tour."""
+    goals = [(1.0, 0.0), (1.0, 1.0), (1.6, -3.0), (0.0, 0.0)]
+    legs = drive_tour(proportional(), TASK, Start(0.0, 0.0, 0.0), goals)
+    outcomes = [leg.outcome for leg in legs]
+    assert outcomes == [Outcome.GOAL, Outcome.GOAL, Outcome.COLLISION]
+    for before, leg in pairwise(legs):
+        np.testing.assert_array_equal(leg.path[0], before.path[-1])

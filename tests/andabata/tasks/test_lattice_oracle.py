@@ -34,6 +34,13 @@ def test_straight_ahead_takes_the_way_over_the_stride():
     assert steps_of(room(), (0.0, 0.0, 0.0), (0.2, 0.0)) == 0
 
 
+def test_a_robot_slower_than_a_bin_a_step_arrives():
+    """Strides of 1.5 cm are a third of a room's cell: bins are finer, and it takes 47 of them."""
+    snail = DiscRobotConfig(max_speed=0.15, period=0.1)
+    task = RoomTask(Start(-0.5, 0.013, 0.0), (0.5, 0.013))
+    assert oracle_steps(room(half=(1.5, 1.0)), task, snail, GOAL_RADIUS) == 47
+
+
 def test_a_half_turn_costs_less_than_turning_on_the_spot():
     """A goal behind costs more than one ahead, but less than 15 steps of 12 degrees more."""
     ahead = steps_of(room(), (-1.5, 0.0, 0.0), (1.45, 0.0))
@@ -98,8 +105,20 @@ def test_near_goals_take_what_the_best_of_all_sequences_takes():
     assert sum(found) <= 2
 
 
-@pytest.mark.parametrize("name", ["spn-env3", "spn-env6", "spn-crowded", "random-4"])
-@pytest.mark.parametrize("robot", [ROBOT, DiscRobotConfig(max_speed=0.8, period=0.1, substeps=1)])
+FAST, SLOW = (DiscRobotConfig(max_speed=v, period=0.1, substeps=1) for v in (0.8, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [
+        ("spn-env3", ROBOT),
+        ("spn-env6", ROBOT),
+        ("random-4", ROBOT),
+        ("spn-env6", FAST),
+        ("spn-crowded", FAST),
+        ("spn-crowded", SLOW),
+    ],
+)
 def test_a_plan_driven_in_the_simulator_arrives_without_contact(name, robot):
     """The last step, and none before, ends within the goal's radius; nothing was touched."""
     made, rng = make_room(name), np.random.default_rng(7)

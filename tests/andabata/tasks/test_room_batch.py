@@ -49,6 +49,7 @@ def test_stamps_count_the_steps_of_robots_that_move():
         batch.step(np.array([[0.4, 0.0], [0.4, 0.0]]), np.array([True, False]))
     assert batch.stamps.tolist() == [0.75, 0.0]
     assert batch.poses[:, 0].tolist() == pytest.approx([0.3, 0.0])
+    assert batch.motions[:, 3].tolist() == [0.4, 0.0]
     np.testing.assert_array_equal(batch.reciprocals[1], before[1])
 
 

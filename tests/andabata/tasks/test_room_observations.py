@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
-from andabata.tasks.room_kernel import MIN_RANGE, SECTORS
+from andabata.tasks.room_kernel import MIN_RANGE
 from andabata.tasks.room_observations import (
     LidarRandomization,
     RoomRenderer,
@@ -14,6 +14,7 @@ from andabata.tasks.room_observations import (
     noisy,
     room_observations,
 )
+from andabata.tasks.room_points import SECTORS
 from worlds.room_catalogue import make_room
 from worlds.rooms import random_task
 
@@ -152,6 +153,8 @@ def test_a_share_of_the_observations_has_drawn_lasers():
     assert changed[0] == 0.0
     assert 0.2 < changed[1] < 0.8
     assert changed[2] == 1.0
+    one = renderer(bank[:2], randomization=LidarRandomization(share=1.0, noise=(0.0, 0.0)))
+    assert (abs(one(situations, np.random.default_rng(1)) - own) > 1e-5).any(axis=1).all()
 
 
 def test_noise_is_on_what_returned_alone():

@@ -165,7 +165,7 @@ def test_random_drives_keep_their_distances():
     np.testing.assert_array_equal(again.reset(seed=1)[1]["situations"], info["situations"])
 
 
-@pytest.mark.parametrize(("difficulty", "favourite"), [(0.0, 0), (1 / 3, 1), (1.0, 3)])
+@pytest.mark.parametrize(("difficulty", "favourite"), [(0.0, 0), (0.3, 1), (0.6, 2), (1.0, 3)])
 def test_the_room_of_the_difficulty_has_most_drives(difficulty, favourite):
     """It has 0.7 of them, each other room 0.1."""
     env = robots(2000, SMALL, rooms=TRAINING_ROOMS)
@@ -180,7 +180,7 @@ def test_without_a_difficulty_all_rooms_come_alike():
     env = robots(2000, SMALL, rooms=TRAINING_ROOMS)
     worlds = env.reset(seed=2)[1]["world_seed"]
     np.testing.assert_allclose(np.bincount(worlds, minlength=4) / 2000, 0.25, atol=0.03)
-    config = SMALL.model_copy(update={"rooms": TRAINING_ROOMS, "extra_rooms": ("random-1",)})
+    config = SMALL.model_copy(update={"rooms": TRAINING_ROOMS, "random_rooms": 1})
     worlds = robots(2000, config).reset(seed=2)[1]["world_seed"]
     expected = [0.125, 0.125, 0.125, 0.125, 0.5]
     np.testing.assert_allclose(np.bincount(worlds) / 2000, expected, atol=0.03)
@@ -299,3 +299,11 @@ def test_settings_say_the_size_of_observations():
     bank = room_renderer(SMALL.model_copy(update={"randomization": LidarRandomization()}))
     assert bank.points == 10
     assert SMALL.fixed.randomization is None
+
+
+def test_a_task_that_is_not_there_is_named():
+    """A number beyond the list, and rooms without fixed tasks, are refused."""
+    with pytest.raises(ValueError, match="task: expected 0 to 3, got 4"):
+        robots(1, rooms=("spn-env0",)).reset(seed=0, options={"task": 4})
+    with pytest.raises(ValueError, match="expected fixed tasks"):
+        robots(1, rooms=("spn-env5",), tasks="fixed").reset(seed=0)

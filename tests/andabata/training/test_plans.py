@@ -54,7 +54,10 @@ def test_the_body_and_the_laser_are_chosen():
 def test_an_unknown_algorithm_is_named(capsys):
     """The error lists the algorithms."""
     assert main(["train", "--algorithm", "magic", "--quiet"]) != 0
-    assert "--algorithm: expected actor-critic, sac, got 'magic'" in capsys.readouterr().err
+    assert (
+        "--algorithm: expected sac, actor-critic, sac-points, got 'magic'"
+        in capsys.readouterr().err
+    )
 
 
 def test_no_decision_is_made_on_an_older_scan(capsys):

@@ -1,0 +1,83 @@
+"""Pictures of learning in rooms and of studies of a laser as PNG bytes, drawn without a screen."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from andabata.app.plots.axes import png
+
+_BETTER, _WORSE, _UNCLEAR = "#2f7d32", "#d1483f", "#777777"
+
+
+class LearningCurves(NamedTuple):
+    """Scores of tests during the training of several seeds.
+
+    Attributes:
+        steps: Number of control steps at each test, shape (t,).
+        scores: Score of each seed, test and room, shape (seeds, t, rooms).
+    """
+
+    steps: NDArray[np.int64]
+    scores: NDArray[np.float64]
+
+
+def learning_curves_picture(
+    curves: Mapping[str, LearningCurves], rooms: Sequence[str], tasks: Sequence[int]
+) -> bytes:
+    """Return scores over control steps, a panel a room and one for all together (Fig. 5).
+
+    Lines are means over the seeds, areas reach from the lowest to the highest.
+
+    Args:
+        curves: Curves by the actor's name.
+        rooms: Names of the rooms, in the order of the scores.
+        tasks: Number of tasks of each room, the best score in each that no policy reaches.
+    """
+    figure = Figure(figsize=(3.4 * (len(rooms) + 1), 3.9), layout="constrained")
+    places = figure.subplots(1, len(rooms) + 1)
+    for number, axes in enumerate(places):
+        is_sum = number == len(rooms)
+        for name, one in curves.items():
+            scores = one.scores.sum(axis=2) if is_sum else one.scores[:, :, number]
+            (line,) = axes.plot(one.steps / 1000, scores.mean(axis=0), linewidth=1.6, label=name)
+            ends = scores.min(axis=0), scores.max(axis=0)
+            axes.fill_between(one.steps / 1000, *ends, color=line.get_color(), alpha=0.2)
+        most = sum(tasks) if is_sum else tasks[number]
+        axes.axhline(most, color="black", linewidth=0.5, linestyle=":")
+        axes.set_ylim(-most - 0.1 * most, 1.1 * most)
+        axes.set_title("all rooms" if is_sum else rooms[number], fontsize=10)
+        axes.set_xlabel("control steps [thousands]")
+    places[0].set_ylabel("score of the test")
+    figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
+    return png(figure)
+
+
+def study_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
+    """Return the differences of a study of a laser with their intervals.
+
+    Args:
+        rows: Rows of ``study_lidar``: the laser as it is first.
+        title: Title of the picture.
+    """
+    base, *changes = rows
+    figure = Figure(figsize=(9, 0.34 * len(changes) + 1.7), layout="constrained")
+    axes = figure.add_subplot()
+    for place, row in enumerate(changes):
+        mean, low, high = (100 * row[f"difference{end}"] for end in ("", "_low", "_high"))
+        colour = _BETTER if low > 0 else _WORSE if high < 0 else _UNCLEAR
+        axes.plot([low, high], [place, place], color=colour, linewidth=2.5, solid_capstyle="butt")
+        axes.plot(mean, place, "o", color=colour, markersize=7)
+    axes.axvline(0, color="black", linewidth=0.8)
+    rates = [f"{row['text']}   {100 * row['success_rate']:.1f} %" for row in changes]
+    axes.set_yticks(range(len(changes)), rates)
+    axes.invert_yaxis()
+    axes.grid(axis="x", alpha=0.3)
+    axes.set_xlabel(
+        f"points of success more than the laser as it is ({100 * base['success_rate']:.1f} %), "
+        "with 95 % intervals of the pairs"
+    )
+    axes.set_title(title, fontsize=11)
+    return png(figure)

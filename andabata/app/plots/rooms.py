@@ -1,0 +1,355 @@
+"""Pictures of drives in rooms as PNG bytes, drawn without a screen.
+
+They follow the figures of Zhang et al. (arXiv 2010.10209), whose numbers stand beside.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Rectangle
+
+from andabata.app.plots.axes import png
+from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.support_points import SupportPoints
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.tasks.terminations import Outcome
+from worlds.rooms import Appearance, Room
+
+_SOLID = "#b9b4aa"
+_PATH = "#4f6d8f"
+
+_END_STYLES: dict[Outcome, dict[str, Any]] = {
+    Outcome.GOAL: {"marker": "o", "color": "#2f7d32", "label": "success"},
+    Outcome.COLLISION: {"marker": "x", "color": "#d1483f", "label": "crash"},
+    Outcome.TIMEOUT: {"marker": "^", "color": "#e08a1e", "label": "time-out"},
+}
+"""Markers and colours of ends (Fig. 7)."""
+
+_MAY_APPEAR: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d1483f", "linestyle": ":"}
+"""Style of an obstacle that is not always there."""
+
+_GOAL_MARKERS = ("o", "s", "^", "p")
+"""Markers of the support points on the way to each goal (Fig. 6)."""
+
+_FEW = 10
+"""Number of paths up to which they do not hide each other."""
+
+_LONG = 160
+"""Control step up to which support points are shown: of a robot that stalls they pile up."""
+
+_LEGS = ("#1540c4", "#d98e32", "#2f7d32", "#8a3fb0", "#d0006f", "#00838f")
+"""Colours of the legs of a tour."""
+
+Moments = Sequence[tuple[RoomDrive, Sequence[SupportPoints]]]
+"""Drives with the support points at some moments of each."""
+
+
+def trajectories_picture(
+    drives: Mapping[tuple[str, str], Sequence[RoomDrive]], rooms: Sequence[Room], title: str
+) -> bytes:
+    """Return paths and ends, a row a laser and a column a room (Fig. 7).
+
+    Args:
+        drives: Drives by laser and room.
+        rooms: Rooms in the order of the columns.
+        title: Title of the picture.
+    """
+    lidars = list(dict.fromkeys(lidar for lidar, _ in drives))
+    size = (3.6 * len(rooms), 3.9 * len(lidars) + 0.7)
+    figure = Figure(figsize=size, layout="constrained")
+    places = figure.subplots(len(lidars), len(rooms), squeeze=False)
+    for row, lidar in zip(places, lidars, strict=True):
+        for axes, room in zip(row, rooms, strict=True):
+            mine = drives[lidar, room.name]
+            _draw_room(axes, room)
+            for one in room.appearances:
+                axes.add_patch(Circle(one.circle[:2], one.circle[2], **_MAY_APPEAR))
+            _draw_drives(axes, mine)
+            axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
+    figure.suptitle(title, fontsize=11)
+    _end_legend(figure)
+    return png(figure)
+
+
+def ends_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
+    """Return how drives ended as bars, a group a room and a bar a laser (Fig. 8).
+
+    Args:
+        rows: Rows of an evaluation in rooms; those of several policies are added up.
+        title: Title of the picture.
+    """
+    rooms = list(dict.fromkeys(row["room"] for row in rows))
+    lidars = list(dict.fromkeys(row["lidar"] for row in rows))
+    memories = list(dict.fromkeys(row["memory"] for row in rows))
+    labels = [_lidar_text(lidar) for lidar in lidars]
+    size = (max(1.2 + 0.4 * len(lidars), 2.4) * len(rooms) + 0.6, 3.2 * len(memories) + 1.9)
+    figure = Figure(figsize=size, layout="constrained")
+    places = figure.subplots(len(memories), len(rooms), squeeze=False, sharey=True, sharex=True)
+    for line, memory in zip(places, memories, strict=True):
+        for axes, room in zip(line, rooms, strict=True):
+            for k, lidar in enumerate(lidars):
+                key = (room, lidar, memory)
+                cell = [r for r in rows if (r["room"], r["lidar"], r["memory"]) == key]
+                _draw_bar(axes, k, cell)
+            axes.set_xticks(range(len(lidars)), labels, rotation=90, fontsize=8)
+            axes.set_title(f"{room}, {memory_text(memory)}", fontsize=9)
+            axes.set_ylim(0, 1)
+        line[0].set_ylabel("share of drives")
+    figure.suptitle(title, fontsize=11)
+    _end_legend(figure, bars=True)
+    return png(figure)
+
+
+def support_points_picture(found: Mapping[str, Moments], room: Room, title: str) -> bytes:
+    """Return support points on the map, a panel a policy (Fig. 6).
+
+    Markers tell the goal, colours the moment, as those of the robot's footprints; the more features
+    a point gives, the larger its marker. Moments after 160 control steps are left out.
+
+    Args:
+        found: Drives with their support points by policy.
+        room: Room of the drives.
+        title: Title of the picture.
+    """
+    figure = Figure(figsize=(5.2 * len(found) + 0.8, 6.1), layout="constrained")
+    places = figure.subplots(1, len(found), squeeze=False)[0]
+    steps = [moment.step for drives in found.values() for _, some in drives for moment in some]
+    norm, colours = Normalize(0, max(min(max(steps), _LONG), 1)), _moments()
+    for axes, (name, drives) in zip(places, found.items(), strict=True):
+        _draw_room(axes, room)
+        for k, (drive, moments) in enumerate(drives):
+            axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=0.7, alpha=0.7)
+            for moment in (each for each in moments if each.step <= _LONG):
+                colour = colours(norm(moment.step))
+                _draw_moment(axes, moment, colour, _GOAL_MARKERS[k % len(_GOAL_MARKERS)])
+            _draw_goal(axes, drive, f"G{k}")
+        starts = {drive.path[0].tobytes(): drive for drive, _ in drives}
+        for k, drive in enumerate(starts.values()):
+            _draw_start(axes, drive, f"S{k}" if len(starts) > 1 else "S")
+        axes.set_title(name, fontsize=10)
+    scale = figure.colorbar(ScalarMappable(norm, colours), ax=list(places), shrink=0.75, pad=0.01)
+    scale.set_label("control steps since the start")
+    handles = [
+        Line2D([], [], marker=marker, color="#444444", linestyle="", label=f"support point to G{k}")
+        for k, marker in enumerate(_GOAL_MARKERS)
+    ]
+    hollow: dict[str, Any] = {
+        "marker": "o",
+        "color": "#444444",
+        "markerfacecolor": "none",
+        "linestyle": "",
+    }
+    handles.append(Line2D([], [], **hollow, label="hollow: end of a beam that met nothing"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(title, fontsize=11)
+    return png(figure)
+
+
+def tour_picture(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: str) -> bytes:
+    """Return a tour of several goals in a row, a panel a driver (Fig. 10a).
+
+    Args:
+        drives: Legs by driver.
+        room: Room of the tour.
+        title: Title of the picture.
+    """
+    figure, places = _panels(len(drives), room)
+    for axes, (name, legs) in zip(places, drives.items(), strict=True):
+        _draw_room(axes, room)
+        for k, leg in enumerate(legs):
+            colour = _LEGS[k % len(_LEGS)]
+            axes.plot(*leg.path[:, :2].T, color=colour, linewidth=1.8)
+            _draw_goal(axes, leg, f"G{k + 1}", colour)
+            _draw_end(axes, leg)
+        _draw_start(axes, legs[0])
+        steps = sum(leg.steps for leg in legs)
+        reached = sum(leg.outcome is Outcome.GOAL for leg in legs)
+        axes.set_title(f"{name}: {reached} of {len(room.tasks)} goals in {steps} steps", fontsize=9)
+    figure.suptitle(title, fontsize=11)
+    _end_legend(figure)
+    return png(figure)
+
+
+def sudden_picture(drives: Mapping[str, RoomDrive], room: Room, title: str) -> bytes:
+    """Return drives past obstacles that appear, each with its moment, a panel a driver (Fig. 10b).
+
+    Args:
+        drives: Drive by driver.
+        room: Room with the obstacles.
+        title: Title of the picture.
+    """
+    figure, places = _panels(len(drives), room)
+    for axes, (name, drive) in zip(places, drives.items(), strict=True):
+        _draw_room(axes, room)
+        axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=1.8)
+        for number, one in enumerate(room.appearances, start=1):
+            _draw_appearance(axes, drive, one, number)
+        _draw_goal(axes, drive, "G")
+        _draw_start(axes, drive)
+        _draw_end(axes, drive)
+        ending = _END_STYLES[drive.outcome]["label"]
+        axes.set_title(f"{name}: {ending} after {drive.steps} steps", fontsize=9)
+    figure.suptitle(title, fontsize=11)
+    _end_legend(figure)
+    return png(figure)
+
+
+def moment_of(drive: RoomDrive, one: Appearance) -> int | None:
+    """Return the control step after which an obstacle appeared to a robot, None if it did not."""
+    due = (k for k, (x, y) in enumerate(drive.path[:-1, :2].tolist()) if one.is_due(x, y))
+    return next(due, None)
+
+
+def memory_text(memory: str) -> str:
+    """Return a memory in words."""
+    return {"map": "with map"}.get(memory, memory)
+
+
+def _lidar_text(lidar: str) -> str:
+    """Return a laser's name with its label, as in the paper."""
+    label = PlanarLidarConfig.parse(lidar).label
+    return lidar if lidar == label else f"{lidar}\n{label}"
+
+
+def _panels(count: int, room: Room) -> tuple[Figure, Sequence[Axes]]:
+    """Return a figure of panels side by side, each in the shape of a room."""
+    width = 6.2
+    size = (width * count, width * room.half[1] / room.half[0] + 1.3)
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(1, count, squeeze=False)[0]
+
+
+def _moments() -> Colormap:
+    """Return the colours of moments: black at the start, as in the paper."""
+    return LinearSegmentedColormap.from_list("moments", ["black", "#1540c4", "#d0006f", "#f0a000"])
+
+
+def _draw_room(axes: Axes, room: Room) -> None:
+    """Draw walls, boxes and posts."""
+    for x_low, y_low, x_high, y_high in room.boxes.tolist():
+        box = Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, color=_SOLID, linewidth=0.8)
+        axes.add_patch(box)
+    for x, y, radius in room.circles.tolist():
+        axes.add_patch(Circle((x, y), radius, color=_SOLID, linewidth=0.8))
+    axes.set_aspect("equal")
+    axes.set_xlim(-room.half[0] - 0.2, room.half[0] + 0.2)
+    axes.set_ylim(-room.half[1] - 0.2, room.half[1] + 0.2)
+    axes.set_xlabel("x [m]", fontsize=8)
+    axes.set_ylabel("y [m]", fontsize=8)
+    axes.tick_params(labelsize=7)
+
+
+def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:
+    """Draw paths with their ends, failures on top; few paths are drawn bolder."""
+    width = 1.4 if len(drives) <= _FEW else 0.6
+    for drive in drives:
+        axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=width, alpha=0.7)
+    for drive in sorted(drives, key=lambda each: list(_END_STYLES).index(each.outcome)):
+        _draw_end(axes, drive, 4.5)
+
+
+def _draw_end(axes: Axes, drive: RoomDrive, size: float = 8) -> None:
+    """Draw how a drive ended."""
+    style = {name: _END_STYLES[drive.outcome][name] for name in ("marker", "color")}
+    over = 4 if drive.outcome is Outcome.GOAL else 5
+    axes.plot(*drive.path[-1, :2], linestyle="", markersize=size, zorder=over, **style)
+
+
+def _draw_goal(axes: Axes, drive: RoomDrive, name: str, colour: str = "#222222") -> None:
+    """Draw a goal with its name."""
+    axes.plot(*drive.task.goal, "+", color=colour, markersize=11, markeredgewidth=2, zorder=6)
+    offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (6, 5), "fontsize": 9}
+    axes.annotate(name, drive.task.goal, color=colour, **offset)
+
+
+def _draw_start(axes: Axes, drive: RoomDrive, name: str = "S") -> None:
+    """Draw the start with its name and an arrow ahead."""
+    x, y, yaw = drive.path[0].tolist()
+    axes.plot(x, y, "o", color="black", markersize=6, zorder=6)
+    axes.annotate(name, (x, y), textcoords="offset points", xytext=(-14, 8), fontsize=9)
+    ahead = (0.4 * np.cos(yaw), 0.4 * np.sin(yaw))
+    axes.arrow(x, y, *ahead, color="black", width=0.03, head_width=0.16, zorder=6)
+
+
+def _draw_moment(axes: Axes, moment: SupportPoints, colour: Any, marker: str) -> None:  # noqa: ANN401
+    """Draw the robot's footprint and its support points."""
+    foot = Circle(tuple(moment.pose[:2]), 0.2, facecolor="none", edgecolor=colour, linewidth=1.2)
+    axes.add_patch(foot)
+    for place, count, is_return in zip(moment.places, moment.counts, moment.is_return, strict=True):
+        face = colour if is_return else "none"
+        style: dict[str, Any] = {
+            "marker": marker,
+            "markerfacecolor": face,
+            "markeredgecolor": colour,
+        }
+        # The area grows with the features: 20 of one point still leave the room visible.
+        size = 4.0 * float(np.sqrt(count))
+        axes.plot(*place, linestyle="", markersize=size, alpha=0.75, zorder=3, **style)
+
+
+def _draw_appearance(axes: Axes, drive: RoomDrive, one: Appearance, number: int) -> None:
+    """Draw an obstacle that appears, and the robot at that moment."""
+    x, y, radius = one.circle
+    step = moment_of(drive, one)
+    style: dict[str, Any] = {"facecolor": "#e9a79f", "edgecolor": "#d1483f", "linewidth": 1.2}
+    axes.add_patch(Circle((x, y), radius, **(_MAY_APPEAR if step is None else style)))
+    axes.annotate(f"O{number}", (x, y), ha="center", va="center", fontsize=9)
+    if step is None:
+        return
+    place = tuple(drive.path[step, :2])
+    axes.add_patch(Circle(place, 0.2, facecolor="none", edgecolor="#d1483f", linewidth=1.2))
+    below: dict[str, Any] = {
+        "textcoords": "offset points",
+        "xytext": (0, -32),
+        "ha": "center",
+        "fontsize": 8,
+    }
+    axes.annotate(f"O{number} appears\nafter {step} steps", place, **below)
+
+
+def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Draw the shares of ends of a cell, one on top of the other."""
+    trials = sum(row["trials"] for row in rows)
+    bottom = 0.0
+    names = zip(("successes", "collisions", "timeouts"), _END_STYLES.values(), strict=True)
+    for name, style in names:
+        share = sum(row[name] for row in rows) / trials if trials else 0.0
+        axes.bar(place, share, bottom=bottom, width=0.8, color=style["color"])
+        bottom += share
+    reached = sum(row["successes"] for row in rows)
+    if trials:
+        text: dict[str, Any] = {
+            "ha": "center",
+            "va": "bottom",
+            "rotation": 90,
+            "fontsize": 7,
+            "color": "white",
+        }
+        axes.text(place, 0.03, f"{100 * reached / trials:.0f} %", **text)
+
+
+def _end_legend(figure: Figure, bars: bool = False) -> None:
+    """Add the legend of ends below a figure."""
+    handles: list[Any] = [
+        Patch(color=style["color"], label=style["label"])
+        if bars
+        else Line2D([], [], linestyle="", **style)
+        for style in _END_STYLES.values()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9)
+
+
+def _counts(drives: Sequence[RoomDrive]) -> str:
+    """Return how many drives ended how, in words."""
+    ends = [drive.outcome for drive in drives]
+    return ", ".join(
+        f"{ends.count(outcome)} {style['label']}"
+        for outcome, style in _END_STYLES.items()
+        if ends.count(outcome) or outcome is Outcome.GOAL
+    )

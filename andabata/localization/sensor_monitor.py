@@ -64,8 +64,8 @@ class SensorMonitor:
             return None
         config = self._config
         multipath = sensor == "gnss" and self._looks_like_multipath()
-        patience = config.multipath_inflation_time if multipath else config.inflation_time
-        if not stamp - self._inflated[sensor] > patience:
+        time_out = config.multipath_inflation_time if multipath else config.inflation_time
+        if not stamp - self._inflated[sensor] > time_out:
             return None
         factor = 2 ** self._inflations[sensor]
         self._inflations[sensor] += 1

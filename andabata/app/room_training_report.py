@@ -98,9 +98,9 @@ class Group:
         length = min(len(tests) for tests in self.tests)
         by_room = places[:, None] == np.arange(count)
         scores = [[test.scores @ by_room for test in tests[:length]] for tests in self.tests]
-        return LearningCurves(
-            np.array([test.steps for test in self.tests[0][:length]]), np.array(scores)
-        )
+        # Tests come after whole iterations: those of two seeds are some steps apart.
+        steps = np.mean([[test.steps for test in tests[:length]] for tests in self.tests], axis=0)
+        return LearningCurves(steps, np.array(scores))
 
 
 def report_room_training(folders: Sequence[Path]) -> tuple[bytes, dict[str, Any]]:
@@ -309,6 +309,6 @@ def _chosen_drives(run: TrainingRun) -> Mapping[str, list[RoomDrive]]:
     task, policy = _task(run), run.policy(run.stages[-1].name)
     found = {}
     for name in task.rooms:
-        one = task.model_copy(update={"rooms": (name,), "extra_rooms": (), "randomization": None})
+        one = task.unseen.model_copy(update={"rooms": (name,)})
         found[name] = drive_tasks(policy, one, make_room(name).tasks)
     return found

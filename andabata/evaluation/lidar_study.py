@@ -31,7 +31,7 @@ from rl.policy import Policy
 Row = dict[str, Any]
 
 DEVELOPMENT = tuple(f"random-{k}" for k in range(7300, 7308))
-"""Random rooms that nothing is trained or judged in."""
+"""Random rooms to develop in: nothing is trained in them, nor judged."""
 
 POSES = {"forward": ("x", "m"), "left": ("y", "m"), "turned": ("yaw_deg", "deg")}
 """Field and unit of each way of mounting the laser otherwise."""

@@ -16,11 +16,11 @@ class LearningCurves(NamedTuple):
     """Scores of tests during the training of several seeds.
 
     Attributes:
-        steps: Number of control steps at each test, shape (t,).
+        steps: Number of control steps at each test, mean of the seeds, shape (t,).
         scores: Score of each seed, test and room, shape (seeds, t, rooms).
     """
 
-    steps: NDArray[np.int64]
+    steps: NDArray[np.float64]
     scores: NDArray[np.float64]
 
 

@@ -34,13 +34,15 @@ def small(**changes):
 
 
 def test_tasks_depend_on_room_and_seed_alone():
-    """Lasers, memories, other rooms and their order change no task; the seed changes all."""
+    """Lasers, memories and other rooms change no task; each seed and each room has its own."""
     room = make_room("spn-env1")
     tasks = tasks_of(room, small())
     assert tasks == tasks_of(room, small(rooms=("spn-env1",), lidars=("front-180",)))
     assert tasks_of(room, small(pairs=5))[:3] == tasks
     other = tasks_of(room, small(seed=1))
     assert not set(tasks) & set(other)
+    elsewhere = tasks_of(make_room("spn-env0"), small())
+    assert not {task.start.yaw for task in tasks} & {task.start.yaw for task in elsewhere}
     assert all(np.hypot(*np.subtract(t.goal, (t.start.x, t.start.y))) >= 1 for t in tasks)
 
 

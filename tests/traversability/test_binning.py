@@ -79,6 +79,14 @@ def test_sums_are_those_of_the_points_of_a_quarter():
     assert quarters.sums[..., COUNT].sum() == 2
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_heights_from_a_kilometre_on_are_no_measurement(side):
+    """Such a point is on no quarter, whatever the cut; one just under is."""
+    points = np.array([[2.0, 0.1, side * 999.0], [2.0, 0.1, side * 1001.0]], dtype=np.float32)
+    quarters = fill_quarters(points, PolarGrid(max_height=1e4))
+    assert (quarters.bins[:2] >= 0).tolist() == [True, False]
+
+
 @pytest.mark.parametrize(("cut", "kept"), [("base", 1), ("ground", 2)])
 def test_heights_are_cut_over_the_base_or_over_the_ground(cut, kept):
     """On ground 0.3 m up, a point at 1.4 m is above the base's cut and below the ground's."""

@@ -25,26 +25,47 @@ def ply(form):
     return head.encode() + rows
 
 
-def lzf_literal(data):
-    """An LZF stream without back references."""
-    parts = [data[k : k + 32] for k in range(0, len(data), 32)]
-    return b"".join(bytes([len(part) - 1]) + part for part in parts)
+def longest_match(data, k):
+    """Return length and distance of the longest copy that LZF can make for the bytes from k on."""
+    best = 0, 0
+    for begin in range(max(k - 8192, 0), k):
+        length = 0
+        # A copy may overlap what it writes: a run is one byte and a copy of it.
+        while length < min(264, len(data) - k) and data[begin + length] == data[k + length]:
+            length += 1
+        best = max(best, (length, k - begin))
+    return best
 
 
-def pcd(form):
-    """Return a PCD file of the points, with padding."""
+def lzf(data):
+    """Return an LZF stream with literals, and with references back wherever 3 bytes repeat."""
+    out, k = b"", 0
+    while k < len(data):
+        length, back = longest_match(data, k)
+        if length < 3:
+            out += bytes([0, data[k]])
+            k += 1
+            continue
+        high, low, more = (back - 1) >> 8, (back - 1) & 255, length - 2
+        out += bytes([more << 5 | high, low] if more < 7 else [7 << 5 | high, more - 7, low])
+        k += length
+    return out
+
+
+def pcd(form, points=POINTS):
+    """Return a PCD file of points, with padding."""
     head = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z _ intensity\nSIZE 4 4 4 1 4\nTYPE F F F U F\n"
-    head += f"COUNT 1 1 1 3 1\nWIDTH {len(POINTS)}\nHEIGHT 1\nPOINTS {len(POINTS)}\nDATA {form}\n"
+    head += f"COUNT 1 1 1 3 1\nWIDTH {len(points)}\nHEIGHT 1\nPOINTS {len(points)}\nDATA {form}\n"
     if form == "ascii":
-        rows = "".join(f"{x!r} {y!r} {z!r} 0 0 0 0.5\n" for x, y, z in POINTS.tolist())
+        rows = "".join(f"{x!r} {y!r} {z!r} 0 0 0 0.5\n" for x, y, z in points.tolist())
         return (head + rows).encode()
     if form == "binary":
-        rows = b"".join(struct.pack("<fff3xf", *map(float, row), 0.5) for row in POINTS)
+        rows = b"".join(struct.pack("<fff3xf", *map(float, row), 0.5) for row in points)
         return head.encode() + rows
-    columns = [POINTS[:, k].tobytes() for k in range(3)]
-    columns += [bytes(3 * len(POINTS)), np.full(len(POINTS), 0.5, "<f4").tobytes()]
+    columns = [points[:, k].tobytes() for k in range(3)]
+    columns += [bytes(3 * len(points)), np.full(len(points), 0.5, "<f4").tobytes()]
     flat = b"".join(columns)
-    packed = lzf_literal(flat)
+    packed = lzf(flat)
     return head.encode() + struct.pack("<II", len(packed), len(flat)) + packed
 
 
@@ -111,6 +132,14 @@ def test_points_come_back(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(files(tmp_path)[name])
     np.testing.assert_allclose(read_cloud(path).points, POINTS, rtol=1e-6)
+
+
+def test_compressed_columns_may_repeat_what_stands_far_before(tmp_path):
+    """z is x again: a reference back over more than one byte can count."""
+    points = POINTS[:, [0, 1, 0]]
+    path = tmp_path / "repeated.pcd"
+    path.write_bytes(pcd("binary_compressed", points))
+    np.testing.assert_array_equal(read_cloud(path).points, points)
 
 
 def test_our_own_file_keeps_every_column_and_its_bytes(tmp_path):

@@ -81,6 +81,12 @@ def test_other_numbers_of_sectors(sectors):
     assert np.isinf(ranges[0])
 
 
+def test_a_grid_that_the_forest_was_not_trained_for_is_refused():
+    """The number of rings is part of what the trees learnt."""
+    with pytest.raises(ValueError, match="expected the 10 rings"):
+        TraversabilityScanner(shipped_forest(), PolarGrid(n_rings=8))
+
+
 def test_a_forest_without_a_screen_works(scanner):
     """All cells go to the trees then."""
     forest = shipped_forest()

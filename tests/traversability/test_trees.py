@@ -39,6 +39,39 @@ def test_trees_without_a_split_add_their_leaves():
     np.testing.assert_allclose(forest.predict_proba(features), 0.5, atol=1e-6)
 
 
+def stump(cut=0.5, left=1):
+    """Return one tree of one split by the first feature."""
+    return Trees(
+        features=("tilt",),
+        vote="mean",
+        base=0.0,
+        roots=np.zeros(1, dtype=np.int32),
+        feature=np.array([0, -1, -1], dtype=np.int16),
+        cut=np.array([cut, 0.0, 0.0]),
+        left=np.array([left, 0, 0], dtype=np.int32),
+        leaf=np.array([0.0, 0.25, 0.75], dtype=np.float32),
+    )
+
+
+@pytest.mark.parametrize("left", [-1, 0, 2, 3])
+def test_children_stand_behind_their_parent_and_inside_the_arrays(left):
+    """The right child is the next node after the left one: it has to be there, too."""
+    with pytest.raises(ValueError, match="a child out of bounds"):
+        stump(left=left)
+
+
+@pytest.mark.parametrize("cut", [0.1, 0.7, -0.3, 0.5])
+def test_a_value_goes_to_the_side_of_the_exact_cut(cut):
+    """Cuts are no float32 numbers, values are: that nearest to a cut goes right if it is above."""
+    trees = stump(cut)
+    nearest = np.float32(cut)
+    values = np.array([np.nextafter(nearest, np.float32(side)) for side in (-9, 9)] + [nearest])
+    features = np.zeros((3, len(ALL_FEATURES)), dtype=np.float32)
+    features[:, ALL_FEATURES.index("tilt")] = values
+    expected = np.where(values.astype(np.float64) > cut, 0.75, 0.25)
+    np.testing.assert_array_equal(leaf_sums(trees, features), expected)
+
+
 def test_parts_of_the_trees_add_up_to_the_whole():
     """The base belongs to the first part."""
     trees = train_forest(cells(), GRID, SMALL, seed=1).trees

@@ -333,6 +333,21 @@ def test_a_step_longer_than_the_limit_is_rejected():
     assert counts[model.IMU].tolist() == [0, 0, 1]
 
 
+def test_dead_reckoning_moves_as_the_process_does_on_a_cross_slope():
+    """One step of a turning, tilted robot: creep and pivot included, with a heading of its own."""
+    dt, omega = 0.01, np.array([0.02, -0.05, 0.4])
+    row = np.array([[dt, *omega, np.nan, np.nan, np.nan]])  # Without force nothing is corrected.
+    x, _, odometry, _, _ = run(period([])._replace(imu=row), OPEN, fresh()[0])
+    own = x.copy()
+    own[model.YAW] = odometry[3]
+    rate = omega - x[model.GYRO_BIAS]
+    velocity = rotation(own) @ [x[model.SPEED], aside(own, rate[2]), 0.0]
+    assert np.abs(aside(own, rate[2])) > 0.01
+    np.testing.assert_allclose(odometry[:3], dt * velocity, atol=1e-12)
+    turn = np.sin(x[model.ROLL]) * rate[1] + np.cos(x[model.ROLL]) * rate[2]
+    assert odometry[3] == pytest.approx(dt * turn / np.cos(x[model.PITCH]), abs=1e-12)
+
+
 def test_dead_reckoning_drives_an_arc():
     """At constant speed and yaw rate odometry follows the circle of radius v / w."""
     x = np.zeros(STATES)

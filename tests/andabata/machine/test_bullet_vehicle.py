@@ -115,6 +115,21 @@ def test_it_tips_over_when_its_weight_leaves_its_wheels(make_ground, angle, tips
     vehicle.close()
 
 
+def test_a_wall_that_is_near_is_not_hit_yet(make_ground):
+    """The physics reports pairs up to 15 mm apart; a collision begins at 5 mm, at a corner here."""
+    yaw, thickness = 0.5, 0.2
+    wall = box(SemanticClass.WALL, (1.2, 0.0, 0.5), (thickness, 3.0, 1.0), yaw)
+    vehicle = BulletVehicle(make_ground(objects=[wall]), ROBOT)
+    vehicle.place(Start(0.5, 0.0, 0.0))
+    while not vehicle.state.collided:
+        x, y, _ = twist(vehicle, 0.1, 0.0, 0.01)[-1, :3]
+        corner = np.array([x + ROBOT.length / 2 - 1.2, y + ROBOT.width / 2])
+        gap = -corner @ [np.cos(yaw), np.sin(yaw)] - thickness / 2
+        assert gap > 0.0
+    vehicle.close()
+    assert gap < 0.007
+
+
 @pytest.mark.parametrize(("height", "hit"), [(0.03, False), (0.15, True)])
 def test_wheels_climb_small_stones_and_hit_large_ones(make_ground, height, hit):
     """Wheels climb small stones and collide with large ones."""

@@ -159,6 +159,19 @@ def test_the_contact_map_knows_solid_low_near_and_clear_cells(make_ground):
     assert states[0, 0] == 1
 
 
+@pytest.mark.parametrize(("y", "is_met"), [(0.0, False), (ROBOT.track / 2, True)])
+def test_a_low_object_passes_under_the_body_and_stops_a_wheel(make_ground, y, is_met):
+    """A rock before the middle is driven over, forwards and backwards; one in a track is met."""
+    rock = box(SemanticClass.ROCK, (0.0, y, 0.0), (0.1, 0.1, 0.15))
+    vehicle = exact(make_ground, objects=[rock])
+    for speed in (0.3, -0.3):
+        vehicle.place(Start(-4.0 * speed, 0.0, 0.0))
+        twist(vehicle, speed, 0.0, 8.0)
+        assert vehicle.state.collided == is_met
+        has_passed = vehicle.state.pose.position[0] / speed > 3.0
+        assert has_passed != is_met
+
+
 def test_the_border_of_the_map_stops_the_body(make_ground):
     """Leaving the map counts as a collision; the body stays inside."""
     vehicle = exact(make_ground, size=4.0)

@@ -44,12 +44,13 @@ def test_track_takes_the_short_way_between_a_quaternion_and_its_negative():
 
 
 def test_track_keeps_the_newest_poses_when_it_is_full():
-    """A full track drops the oldest poses."""
+    """A full track drops the older half; each stamp of the other half keeps its own pose."""
     track = PoseTrack(capacity=8)
     for k in range(100):
         track.append(float(k), np.array([k, 0.0, 0.0]), np.array([0, 0, 0, 1.0]))
-    assert track.latest == 99.0
-    np.testing.assert_allclose(track.at(np.array([96.5, 98.0]))[:, 0], [96.5, 98.0])
+    assert (track.earliest, track.latest) == (92.0, 99.0)
+    asked = np.array([92.0, 93.5, 95.5, 96.5, 98.0])
+    np.testing.assert_allclose(track.at(asked)[:, 0], asked)
 
 
 def test_track_refuses_a_stamp_that_does_not_increase():

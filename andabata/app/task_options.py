@@ -31,7 +31,7 @@ def refuse_options(task: str, groups: Sequence[tuple[Any, type]]) -> None:
 
     Args:
         task: Task of the command.
-        groups: What was given, and the group of options whose fields in it have to be the defaults.
+        groups: Settings given, each with the group of options whose fields must be the defaults.
 
     Raises:
         UsageError: If an option is given.

@@ -52,7 +52,7 @@ class RoomEvaluationConfig(BaseModel):
     Attributes:
         rooms: Names of the rooms.
         lidars: Lasers, by names or labels.
-        memories: What policies head for: ``reactive`` the goal, ``map`` the sub-goal of a map.
+        memories: Targets of policies: ``reactive`` the goal, ``map`` the sub-goal of a map.
         pairs: Number of random starts and goals in each room (paper: 100); 0 takes the room's fixed
             tasks.
         seed: Seed of starts and goals.

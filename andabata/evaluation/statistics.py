@@ -83,7 +83,7 @@ def paired_difference(
 
     Args:
         first: True for success, shape (tasks,) or (policies, tasks).
-        second: The same policies and tasks in the second way.
+        second: Successes of the same policies and tasks in the second way, of the same shape.
         z: Quantile of the normal distribution; the default gives 95 %.
 
     Raises:

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
 from andabata.tasks.spn import SpnConfig
-from andabata.tasks.vector import renderer_of
+from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan
 from rl.curriculum import Curriculum, TrainingIteration
@@ -72,14 +72,10 @@ def learn(
         write_json(folder / "run.json", describe("train", settings, seed) | origin)
     chosen = [list(plan.stages.values())[k] for k in stages]
     tasks = [one.environment for one in chosen]
-    environments = tasks + [task.unseen for task in tasks]
-    # The tests' fixed tasks stand behind all stages and their validations.
-    if isinstance(tasks[-1], SpnConfig):
-        environments.append(tasks[-1].fixed)
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
     with Engine(workers) as engine:
-        sampler = ParallelSampler(environments, models, engine)
+        sampler = ParallelSampler(_environments(tasks), models, engine)
         schedule = plan.curriculum(stages, seed)
         curriculum = Curriculum(schedule, sampler, checkpoint, renderer_of(tasks[-1]))
         history = history[: curriculum.iterations]
@@ -94,6 +90,12 @@ def learn(
                 on_iteration(iteration)
     wall = time.perf_counter() - began
     return _summary(folder, history, wall, steps_before)
+
+
+def _environments(tasks: Sequence[TaskConfig]) -> list[TaskConfig]:
+    """Return the environments of a curriculum: its stages, their validations, and its tests."""
+    found = [*tasks, *(task.unseen for task in tasks)]
+    return [*found, tasks[-1].fixed] if isinstance(tasks[-1], SpnConfig) else found
 
 
 def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:

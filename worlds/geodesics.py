@@ -33,9 +33,9 @@ class Ways(NamedTuple):
 def ways_to(room: Room, goal: tuple[float, float], goal_radius: float, radius: float) -> Ways:
     """Return the ways of a disc to a goal from every cell of a room.
 
-    Lengths are those of the disc's shortest ways to within 1 %, around corners 3 %, mostly below: its way leads through
-    cells whose middle it might touch something in, so a disc smaller by half a cell's diagonal
-    decides which are free.
+    Lengths are those of the disc's shortest ways, mostly below them: by 1 %, and around corners by
+    up to 3 %. The way leads through cells whose middle it might touch something in, so a disc
+    smaller by half a cell's diagonal decides which are free.
 
     Args:
         room: Room, without obstacles that appear.

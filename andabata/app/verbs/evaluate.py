@@ -47,7 +47,7 @@ def evaluate(
         andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --robot jackal --set terminations.time_limit=120
-        andabata evaluate --task spn --rooms env4,env5 --lidars ten-beams
+        andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams
     """
     from andabata.app.evaluation_run import run_evaluation
     from andabata.app.room_evaluation import run_room_evaluation

@@ -23,7 +23,10 @@ _MAX_BYTES = 64 << 20
 _ARCHITECTURES = {
     "mlp": "rl.mlp:MlpPolicy",
     "point_set": "rl.point_set:PointSetPolicy",
-    "proportional": "rl.proportional:ProportionalPolicy",
+    "proportional": "rl.goal_laws:ProportionalPolicy",
+    "heading": "rl.goal_laws:HeadingPolicy",
+    "random": "rl.goal_laws:RandomPolicy",
+    "away": "rl.goal_laws:AwayPolicy",
 }
 """Class of each architecture by its name in the files; a new one is a module and a line here."""
 

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
 from torch.nn.functional import smooth_l1_loss
 
+from rl.goal_laws import ProportionalPolicy
 from rl.learner import BaseLearnerConfig, Learner
 from rl.networks import (
     Actor,
@@ -24,7 +25,6 @@ from rl.networks import (
 )
 from rl.point_set_actor import PointSetActor
 from rl.policy import Policy
-from rl.proportional import ProportionalPolicy
 from rl.replay import Renderer, Replay
 from rl.spaces import ActionSpec, ObservationSpec
 from rl.training import Episode

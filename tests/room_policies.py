@@ -2,7 +2,7 @@
 
 import torch
 
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from rl.point_set_actor import PointSetActor
 
 

@@ -41,8 +41,8 @@ Policies = Annotated[
     typer.Option(
         "--policy",
         metavar="FILE",
-        help="Policy instead of the shipped one. In rooms also `shipped` or `proportional`, which "
-        "sees no obstacle; may be repeated there, for several seeds.",
+        help="Policy instead of the shipped one. In rooms also `shipped`, and laws that see no "
+        "obstacle: `proportional`, `heading`, `random`, `away`; may be repeated there.",
         rich_help_panel="Models",
     ),
 ]

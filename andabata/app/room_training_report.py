@@ -15,7 +15,7 @@ from andabata.app.training_report import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_table import task_score
 from andabata.tasks.lattice_oracle import oracle_steps
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.sac import SacConfig
 from worlds.room_catalogue import make_room

@@ -12,13 +12,13 @@ from andabata.evaluation.room_drives import fitted
 from andabata.evaluation.rooms import REACTIVE, WITH_MAP
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.models import shipped_policy
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import LAWS
 from rl.policy import Policy, load_policy
-from rl.proportional import ProportionalPolicy
 from worlds.room_catalogue import UnknownRoomError, make_room, room_names
 
-SHIPPED, PROPORTIONAL = "shipped", "proportional"
-"""Policies without a file: the one that comes with the package, and one that sees no obstacle."""
+SHIPPED = "shipped"
+"""Policy without a file: the one that comes with the package. Laws have none either."""
 
 _FAMILY = "spn-"
 """Beginning of room names that may be left out."""
@@ -88,7 +88,7 @@ def memory_words(text: str) -> tuple[str, ...]:
 
 
 def load_policies(texts: Sequence[str]) -> dict[str, Policy]:
-    """Return policies by name: files, ``shipped`` and ``proportional``.
+    """Return policies by name: files, ``shipped`` and laws as ``heading``.
 
     A file's name is that of its folder where several are called alike, as those of several seeds.
 
@@ -119,8 +119,8 @@ def _load(text: str, task: SpnConfig) -> Policy:
     """Return one policy."""
     if text == SHIPPED:
         return shipped_policy("spn")
-    if text == PROPORTIONAL:
-        return ProportionalPolicy({}, task.observations, task.actions)
+    if text in LAWS:
+        return LAWS[text]({}, task.observations, task.actions)
     return load_policy(Path(text))
 
 

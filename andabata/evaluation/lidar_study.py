@@ -24,7 +24,7 @@ from andabata.evaluation.statistics import (
 )
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.spn import SpnConfig, SpnVectorEnv
+from andabata.tasks.spn import SpnVectorEnv
+from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy, with_observations
 from worlds.rooms import RoomTask

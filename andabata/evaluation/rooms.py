@@ -31,7 +31,7 @@ from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.records.runs import commit
 from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from rl.policy import Policy, policy_from_bytes
 from worlds.room_catalogue import make_room
 from worlds.rooms import Room, RoomTask, random_task

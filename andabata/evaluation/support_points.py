@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks, fitted
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms import RoomTask

@@ -22,7 +22,8 @@ from andabata.tasks.offroad import (
 )
 from andabata.tasks.planar import PlanarVectorEnv
 from andabata.tasks.room_observations import RoomRenderer
-from andabata.tasks.spn import SpnConfig, SpnVectorEnv, room_renderer
+from andabata.tasks.spn import SpnVectorEnv, room_renderer
+from andabata.tasks.spn_config import SpnConfig
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 

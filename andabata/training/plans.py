@@ -14,7 +14,7 @@ from andabata.tasks.offroad import (
     OffroadConfig,
     stage_config,
 )
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig

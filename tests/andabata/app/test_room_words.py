@@ -9,8 +9,8 @@ import andabata.models
 from andabata.app.room_words import lidar_words, load_policies, memory_words, room_words
 from andabata.app.usage import UsageError
 from andabata.machine.planar_lidar import PLANAR_LIDARS
-from andabata.tasks.spn import SpnConfig
-from rl.proportional import ProportionalPolicy
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import ProportionalPolicy
 
 OFFROAD = Path(andabata.models.__file__).parent / "policy.safetensors"
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from andabata.bench.foreign_learner import fixed_tasks_reached, ours, stable_baselines
-from andabata.tasks.spn import SpnConfig
-from rl.proportional import ProportionalPolicy
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import ProportionalPolicy
 
 
 def test_both_learners_run_and_fill_their_rows():

@@ -6,8 +6,8 @@ import pytest
 from andabata.evaluation.lidar_study import LidarStudyConfig, mounting_advice, study_lidar
 from andabata.evaluation.rooms import evaluate_rooms
 from andabata.machine.planar_lidar import PLANAR_LIDARS
-from andabata.tasks.spn import SpnConfig
-from rl.proportional import ProportionalPolicy
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import ProportionalPolicy
 
 TASK = SpnConfig()
 POLICIES = {"p": ProportionalPolicy({}, TASK.observations, TASK.actions)}

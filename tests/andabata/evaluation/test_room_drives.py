@@ -13,9 +13,9 @@ from andabata.evaluation.room_drives import (
     fitted,
 )
 from andabata.models import shipped_policy
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
-from rl.proportional import ProportionalPolicy
+from rl.goal_laws import ProportionalPolicy
 from worlds.room_catalogue import make_room
 from worlds.rooms import RoomTask
 from worlds.world import Start

@@ -14,9 +14,9 @@ from andabata.evaluation.rooms import (
     tasks_of,
 )
 from andabata.models import shipped_policy
-from andabata.tasks.spn import SpnConfig
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import ProportionalPolicy
 from rl.policy import with_info
-from rl.proportional import ProportionalPolicy
 from worlds.room_catalogue import make_room
 
 TASK = SpnConfig()

@@ -5,8 +5,8 @@ import pytest
 
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.spn import SpnConfig
-from rl.proportional import ProportionalPolicy
+from andabata.tasks.spn_config import SpnConfig
+from rl.goal_laws import ProportionalPolicy
 from tests.room_policies import point_policy
 from worlds.room_catalogue import make_room
 

@@ -8,15 +8,8 @@ from pydantic import ValidationError
 from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.tasks.room_observations import LidarRandomization
-from andabata.tasks.spn import (
-    TRAINING_ROOMS,
-    SpnConfig,
-    SpnEnv,
-    SpnVectorEnv,
-    make_spn,
-    make_spn_vector,
-    room_renderer,
-)
+from andabata.tasks.spn import SpnEnv, SpnVectorEnv, make_spn, make_spn_vector, room_renderer
+from andabata.tasks.spn_config import TRAINING_ROOMS, SpnConfig
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
 from worlds.room_catalogue import UnknownRoomError, make_room

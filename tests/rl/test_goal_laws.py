@@ -1,11 +1,11 @@
-"""The proportional controller: the printed law, in both forms of the goal."""
+"""Laws that read the goal alone: the printed one, the slowed one and the null controllers."""
 
 import numpy as np
 import pytest
 
+from rl.goal_laws import LAWS, AwayPolicy, HeadingPolicy, ProportionalPolicy, RandomPolicy
 from rl.policy import policy_from_bytes
-from rl.proportional import ProportionalPolicy
-from rl.spaces import ObservationSpec, ObservationTerm
+from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 from tests.known_environments import TARGETS, TWO_ACTIONS
 from tests.point_sets import ACTIONS, point_observations
 
@@ -47,18 +47,66 @@ def test_it_is_the_printed_law(x, y, v, w):
         assert rng.random() == np.random.default_rng(0).random()
 
 
-def test_many_rows_are_single_calls():
+@pytest.mark.parametrize(
+    ("x", "y", "v", "w"),
+    [
+        (3.0, 0.0, 0.5, 0.0),
+        (2.0, 0.4, 0.5 / 1.04**2, 2.5 * np.arctan(0.2)),
+        (0.03, 0.0, 0.3, 0.0),
+        (1.0, -1.0, 0.125, -np.pi / 3),
+        (0.0, 1.0, 0.0, np.pi / 3),
+        (-2.0, -0.1, 0.0, -np.pi / 3),
+    ],
+)
+def test_the_heading_law_slows_where_it_turns(x, y, v, w):
+    """w = 2.5 a within its limits, and the speed falls with the fourth power of cos a."""
+    for space, one in zip((SPACE, POLAR), seen(x, y), strict=True):
+        np.testing.assert_allclose(HeadingPolicy({}, space, ACTIONS).act(one), [v, w], atol=1e-6)
+
+
+def test_the_heading_law_steers_where_speed_is_no_action():
+    """A robot of constant speed gets the yaw rate alone."""
+    steering = ActionSpec(names=("angular",), low=(-1.0,), high=(1.0,), units=("rad/s",))
+    law = HeadingPolicy({}, POLAR, steering)
+    np.testing.assert_allclose(law.act(np.float32([3.0, 0.2])), [0.5], atol=1e-6)
+
+
+@pytest.mark.parametrize(("y", "w"), [(0.5, -np.pi / 3), (0.0, -np.pi / 3), (-0.5, np.pi / 3)])
+def test_the_opposite_turns_away_at_full_speed(y, w):
+    """Wherever the goal is, it turns to the other side."""
+    for x in (-1.0, 2.0):
+        law = AwayPolicy({}, SPACE, ACTIONS)
+        np.testing.assert_allclose(law.act(seen(x, y)[0]), [0.5, w])
+
+
+def test_noise_fills_the_actions_and_comes_again():
+    """The actions of many places are uniform, unlike those of the place beside, and repeatable."""
+    places = np.random.default_rng(0).uniform(-5, 5, (2000, 2))
+    rows = np.array([seen(*place)[0] for place in places])
+    law = RandomPolicy({}, SPACE, ACTIONS)
+    shares = law.best_many(rows)
+    np.testing.assert_allclose(
+        np.percentile(shares, [0, 25, 50, 75, 100], axis=0)[:, 0], [-1, -0.5, 0, 0.5, 1], atol=0.06
+    )
+    assert abs(np.corrcoef(shares.T)[0, 1]) < 0.06
+    assert abs(np.corrcoef(shares[:-1, 1], shares[1:, 1])[0, 1]) < 0.06
+    np.testing.assert_array_equal(RandomPolicy({}, SPACE, ACTIONS).best_many(rows), shares)
+
+
+@pytest.mark.parametrize("law", LAWS.values())
+def test_many_rows_are_single_calls(law):
     """Rows together are the rows alone."""
-    policy = ProportionalPolicy({}, SPACE, ACTIONS)
+    policy = law({}, SPACE, ACTIONS)
     rows = np.array([seen(*xy)[0] for xy in np.random.default_rng(0).uniform(-5, 5, (20, 2))])
     expected = [policy.best(row) for row in rows]
     np.testing.assert_array_equal(policy.best_many(rows), expected)
     np.testing.assert_array_equal(policy.explore_many(rows, [None] * 20), expected)
 
 
-def test_the_file_comes_back():
-    """The law survives its file."""
-    policy = ProportionalPolicy({}, SPACE, ACTIONS, {"name": "baseline"})
+@pytest.mark.parametrize("law", LAWS.values())
+def test_the_file_comes_back(law):
+    """A law survives its file."""
+    policy = law({}, SPACE, ACTIONS, {"name": "baseline"})
     assert policy_from_bytes(policy.to_bytes()) == policy
 
 

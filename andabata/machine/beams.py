@@ -99,6 +99,21 @@ def beam_rays(
     return rays
 
 
+def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the bearings of beams in the laser's frame [rad], shape (k,).
+
+    Args:
+        sweeps: Sweeps that hold the beams.
+        rows: Numbers of the beams, counted through all sweeps, shape (k,).
+    """
+    sweep, beam = np.divmod(rows, sweeps.ranges.shape[1])
+    elevations = np.atleast_2d(sweeps.elevations)
+    tilts = elevations[sweep % len(elevations), beam]
+    heads = sweeps.head_angles[sweep] + sweeps.head_rate * sweeps.beam_period * beam
+    # A plane's other half has negative elevations: it points the other way.
+    return np.asarray(heads + np.where(np.sin(tilts) < 0, np.pi, 0.0))
+
+
 @kernel
 def _beam_times(
     rows: NDArray[np.int64],

@@ -1,14 +1,15 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from andabata.machine.beams import BeamTables, place_beams, place_points
+from andabata.machine.beams import BeamTables, beam_bearings, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from terrain.kernel import kernel
@@ -36,6 +37,8 @@ class CloudAssemblyConfig(BaseModel):
             beam: low rocks are seen by few; 3 brings the paper's 32,000 points (assumption), and
             the classifier learns with both.
         body_radius: Distance from the vertical axis within which returns are the robot's body [m].
+        blind_deg: Bearings from the laser's own heading, from one to the other counter-clockwise,
+            that a mast or a load hides: returns there are dropped [deg].
         stale: Age from which a cloud is no ground to drive on [s]: one and a half times what the
             paper's laser takes for a cloud (assumption).
     """
@@ -49,6 +52,7 @@ class CloudAssemblyConfig(BaseModel):
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=1, ge=1)
     body_radius: float = Field(default=0.4, ge=0)
+    blind_deg: tuple[tuple[FiniteFloat, FiniteFloat], ...] = ()
     stale: float = Field(default=5.0, gt=0)
 
     @property
@@ -168,6 +172,8 @@ class CloudAssembler:
             _Limits(config.max_range, config.body_radius, config.dense_range),
             config.dense_stride,
         )
+        if config.blind_deg:
+            rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
         part = PointCloud(points, "odom", times, classes)
@@ -201,7 +207,10 @@ class CloudAssembler:
         x, y, z = frame.points.T
         outward = np.hypot(x, y)
         distance = np.hypot(outward, z + np.float32(above - self._height))
-        kept = frame.select((distance < config.max_range) & (outward > config.body_radius))
+        seen = (distance < config.max_range) & (outward > config.body_radius)
+        if config.blind_deg:
+            seen &= ~_is_hidden(np.arctan2(y, x), config.blind_deg)
+        kept = frame.select(seen)
         points = place_points(kept, track, self._height)
         if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
             return
@@ -272,6 +281,17 @@ class CloudAssembler:
     def cloud_age(self, stamp: float) -> float:
         """Return the age of the cloud's newest point at ``stamp`` [s]; infinity without a cloud."""
         return stamp - self._newest
+
+
+def _is_hidden(
+    bearings: NDArray[np.floating], blind_deg: Sequence[tuple[float, float]]
+) -> NDArray[np.bool_]:
+    """Return True for bearings [rad] within a blind sector; its bounds [deg] may pass 180."""
+    hidden = np.zeros(bearings.shape, dtype=np.bool_)
+    for begin, end in blind_deg:
+        width = 360.0 if abs(end - begin) >= 360.0 else (end - begin) % 360.0
+        hidden |= (np.degrees(bearings) - begin) % 360.0 <= width
+    return hidden
 
 
 class _Limits(NamedTuple):

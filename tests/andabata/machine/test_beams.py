@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import (
     BeamTables,
+    beam_bearings,
     beam_rays,
     place_beams,
     place_points,
@@ -52,6 +53,18 @@ def expected_rays(poses):
             turn = Rotation.from_quat(row[3:])
             found.append([*(row[:3] + turn.apply([0, 0, HEIGHT])), *turn.apply(beam)])
     return np.array(found)
+
+
+@pytest.mark.parametrize("table", [[-0.4, 0.9, 1.9], [[-0.4, 0.9, 1.9], [0.2, -1.5, 0.1]]])
+def test_bearings_are_those_of_the_rays_of_a_level_robot(table):
+    """Each beam's bearing is the direction of its ray, for one table of elevations or one each."""
+    poses = PoseTrack()
+    for stamp in (0.0, 2.0):
+        poses.append(stamp, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+    given = sweeps(elevations=np.array(table, dtype=np.float32))
+    rays, rows = beam_rays(given, poses, HEIGHT, BeamTables()), np.array([5, 0, 1, 3, 4])
+    differences = beam_bearings(given, rows) - np.arctan2(rays[rows, 4], rays[rows, 3])
+    np.testing.assert_allclose(np.exp(1j * differences), 1.0, atol=1e-5)
 
 
 def test_each_ray_has_the_pose_and_head_angle_of_its_own_instant():

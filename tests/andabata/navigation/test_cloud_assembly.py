@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import Sweeps
@@ -119,6 +120,43 @@ def test_returns_beyond_the_range_and_on_the_body_are_dropped():
     np.testing.assert_allclose(sloping, [0.81], rtol=1e-5)
     backwards = kept([[0.81]], (steep - np.pi,))
     np.testing.assert_allclose(backwards, [0.81], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("blind", "hidden"),
+    [
+        ([], []),
+        ([(60.0, 150.0)], [2, 3]),
+        ([(150.0, 210.0), (-50.0, -40.0)], [4, 7]),
+        ([(90.0, 270.0)], [2, 3, 4, 5, 6]),
+        ([(-180.0, 180.0)], range(8)),
+    ],
+)
+def test_what_a_mast_hides_is_dropped(blind, hidden):
+    """Bearings from one to the other are lost, of both halves of the plane and of 3D frames."""
+    angles = np.radians(np.arange(8) * 45.0)
+    expected = np.delete(angles, list(hidden))
+    behind = sweeps(angles - np.pi, np.ones(8), elevations=(-AHEAD,))
+    made, track = assembler(turn=100.0, blind_deg=blind), standing()
+    made.add(sweeps(angles, np.zeros(8)), track)
+    made.add(behind, track)
+    points = np.concatenate([part.points for part in made.window.parts] or [np.empty((0, 3))])
+    np.testing.assert_allclose(
+        points[:, :2],
+        5.0 * np.tile(np.stack([np.cos(expected), np.sin(expected)], 1), (2, 1)),
+        atol=1e-5,
+    )
+    places = 5.0 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    made = assembler(blind_deg=blind)
+    made.add_frame(frame(1.0, np.float32(places)), track)
+    assert (0 if made.cloud is None else len(made.cloud)) == len(expected)
+
+
+def test_blind_bearings_are_finite():
+    """NaN and infinity are no bearings."""
+    for bad in (np.nan, np.inf):
+        with pytest.raises(ValidationError):
+            CloudAssemblyConfig(blind_deg=((0.0, bad),))
 
 
 def test_dense_returns_are_thinned():

@@ -103,8 +103,8 @@ def watched_cells(
         folder.begin()
     with console.progress("cells", len(numbers)) as step:
 
-        def on_cell(cell: Cell, drives: list[RoomDrive]) -> None:
-            if folder is not None:
+        def on_cell(cell: Cell, drives: list[RoomDrive] | None) -> None:
+            if folder is not None and drives is not None:
                 folder.keep_drives(numbers[cell], drives)
             step(1, f"{cell.room}, {cell.lidar}, {cell.memory}")
 

@@ -198,10 +198,10 @@ def scan_text(data: Data) -> str:
 def training_text(result: Data) -> str:
     """Return the result of a training run as text."""
     validation = result["validation"].get(result["stage"], {})
-    unseen = ", ".join(f"{name} {rate:.0%}" for name, rate in validation.items())
+    validated = ", ".join(f"{name} {rate:.0%}" for name, rate in validation.items())
     return (
         f"{result['stage']}: {result['success_rate']:.0%} of the last goals reached while "
-        f"exploring{f'; in unseen worlds: {unseen}' if unseen else ''}; {result['steps']} steps "
+        f"exploring{f'; validation: {validated}' if validated else ''}; {result['steps']} steps "
         f"in {result['wall_s']:.0f} s"
     )
 

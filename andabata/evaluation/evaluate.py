@@ -194,7 +194,7 @@ def evaluate(
             not run again, so that a killed evaluation goes on where it was, by the same code.
         on_failure: Function that is called with each failure, in the process that ran it: it has
             to be importable.
-        on_trial: Function that is called after each trial.
+        on_trial: Function that is called after each trial, at once for those of the journal.
 
     Raises:
         ValueError: If the journal belongs to another evaluation.
@@ -205,6 +205,9 @@ def evaluate(
     done = {entry["trial"]: entry["rows"] for entry in kept.entries}
     trials = range(len(config.scenarios))
     missing = [trial for trial in trials if trial not in done]
+    if on_trial is not None:
+        for trial, rows in done.items():
+            on_trial(trial, rows)
     for trial, rows in run_tasks(
         partial(run_one, config, models.to_bytes(), on_failure), missing, workers
     ):

@@ -42,8 +42,8 @@ REACTIVE, WITH_MAP = "reactive", "map"
 JUDGES = ("spn-env4", "spn-env5", "spn-env6", "spn-env7")
 """Rooms of the paper's comparison; nothing is trained, chosen or tuned in them."""
 
-OnCell = Callable[[Cell, list[RoomDrive]], None]
-"""Function that takes a cell and its drives."""
+OnCell = Callable[[Cell, list[RoomDrive] | None], None]
+"""Function that takes a cell and its drives, None for a cell that stood in the journal."""
 
 
 class RoomEvaluationConfig(BaseModel):
@@ -159,7 +159,7 @@ def drive_cells(
         journal: JSON-lines file to which finished cells are appended; cells that stand in it are
             not driven again, so that a killed evaluation goes on where it was, by the same code.
         on_cell: Function that is called with each cell and its drives, before the cell counts as
-            finished.
+            finished; at once for each cell of the journal.
 
     Raises:
         ValueError: If the journal belongs to another evaluation, a policy cannot drive in rooms,
@@ -172,6 +172,9 @@ def drive_cells(
     done = {result.cell: result for result in map(CellResult.from_json, kept.entries)}
     cells = cells_of(config, tuple(policies))
     missing = [cell for cell in cells if cell not in done]
+    if on_cell is not None:
+        for cell in done:
+            on_cell(cell, None)
     for cell, drives in run_tasks(partial(drive_cell, config, files), missing, workers):
         done[cell] = CellResult.of(cell, drives)
         if on_cell is not None:

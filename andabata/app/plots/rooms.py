@@ -146,7 +146,9 @@ def support_points_picture(found: Mapping[str, Moments], room: Room, title: str)
         "linestyle": "",
     }
     handles.append(Line2D([], [], **hollow, label="hollow: end of a beam that met nothing"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    # A narrow figure has no room for three of these texts side by side.
+    columns = min(3, 1 + len(found))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8)
     figure.suptitle(title, fontsize=11)
     return png(figure)
 

@@ -90,5 +90,5 @@ def train(
         console.result(runs[0], f"{training_text(runs[0])}\npolicy: {out / 'policy.safetensors'}")
     else:
         data = runs_summary(runs)
-        text = f"{data['stage']}: share of goals in unseen worlds, by seed: {data['rates']}"
+        text = f"{data['stage']}: validation by seed: {data['rates']}"
         console.result(data, text)

@@ -141,7 +141,7 @@ def test_a_training_run_gives_exploring_and_validation():
         "wall_s": 61.4,
     }
     explored = "Maze2D: 50% of the last goals reached while exploring"
-    assert training_text(result) == f"{explored}; in unseen worlds: Maze2D 25%; 9 steps in 61 s"
+    assert training_text(result) == f"{explored}; validation: Maze2D 25%; 9 steps in 61 s"
     assert training_text(result | {"validation": {}}) == f"{explored}; 9 steps in 61 s"
 
 

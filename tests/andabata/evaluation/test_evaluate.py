@@ -105,7 +105,12 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
         "\n".join(lines[:3]) + "\n" + lines[3][: len(lines[3]) // 2]
     )  # A kill mid-line.
     ran.clear()
-    assert evaluate(CONFIG, Models(), workers=1, journal=journal) == first
+    told = []
+    again = evaluate(
+        CONFIG, Models(), workers=1, journal=journal, on_trial=lambda trial, _: told.append(trial)
+    )
+    assert again == first
+    assert told == [0, 1, 2, 3]
     assert ran == [2, 3]
     assert json.loads(journal.read_text().splitlines()[-1])["trial"] == 3
 

@@ -122,7 +122,7 @@ def _rooms(folder: Path, kind: RunKind) -> MadeReport:
         page, data = report_study(RoomFolder(folder))
         return MadeReport(page, data, study_table(data["rows"]))
     page, data = report_rooms(RoomFolder(folder))
-    return MadeReport(page, data, room_tables(data["rows"], data["pooled"]))
+    return MadeReport(page, data, room_tables(data))
 
 
 def _is_parent(folder: Path, seeds: Sequence[Path]) -> bool:

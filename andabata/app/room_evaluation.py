@@ -43,6 +43,7 @@ def run_room_evaluation(
     data = {
         "rows": table.rows,
         "pooled": table.pooled,
+        "differences": table.differences,
         "config": config.model_dump(mode="json"),
         "seed": config.seed,
     }

@@ -60,9 +60,12 @@ def report_rooms(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
         text = ", ".join(names)
         page.picture(ends_picture(rows, text), f"How drives ended (Fig. 8): {text}")
     page.table([_table_row(row) for row in [*result["pooled"], *result["rows"]]])
+    if result["differences"]:
+        page.note("Differences in success, all rooms together, on the same tasks:")
+        page.table(result["differences"])
     shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
     _drives(page, folder, {lidar: lidar for lidar in shown[:3]}, _rooms(config))
-    data: dict[str, Any] = {"rows": result["rows"], "pooled": result["pooled"]}
+    data: dict[str, Any] = {name: result[name] for name in ("rows", "pooled", "differences")}
     return _with_moments(page, folder, _rooms(config), data)
 
 

@@ -79,14 +79,15 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     return table_of(shown, world)
 
 
-def room_tables(rows: Sequence[Data], pooled: Sequence[Data]) -> Group:
+def room_tables(data: Data) -> Group:
     """Return a table for each room and policy of an evaluation, several seeds together first.
 
+    A last one has the differences in success, if there are several policies.
+
     Args:
-        rows: Rows of the cells; see ``evaluate_rooms``.
-        pooled: Rows of several policies together.
+        data: Rows of the cells, of several seeds together and of differences; see ``RoomTable``.
     """
-    every = [*pooled, *rows]
+    rows, every = data["rows"], [*data["pooled"], *data["rows"]]
     names = [row["policy"] for row in every]
     several = len(set(names)) > 1
     return Group(
@@ -97,7 +98,8 @@ def room_tables(rows: Sequence[Data], pooled: Sequence[Data]) -> Group:
             )
             for room in dict.fromkeys(row["room"] for row in rows)
             for policy in dict.fromkeys(names)
-        )
+        ),
+        *([_difference_table(data["differences"])] if data["differences"] else []),
     )
 
 
@@ -119,6 +121,27 @@ def _room_table(rows: Sequence[Data], title: str) -> "Table":
     return table_of(shown, title)
 
 
+def _difference_table(rows: Sequence[Data]) -> "Table":
+    """Return the table of differences in success between policies, in points."""
+    shown = [
+        {
+            "policy": row["policy"],
+            "lidar": row["lidar"],
+            "memory": row["memory"],
+            "success": f"{row['success_rate']:.3f}",
+            "difference": _points(row),
+        }
+        for row in rows
+    ]
+    return table_of(shown, f"Success in points against {rows[0]['against']}")
+
+
+def _points(row: Data) -> str:
+    """Return a difference of rates with its interval, in points."""
+    mean, low, high = (100 * row[f"difference{end}"] for end in ("", "_low", "_high"))
+    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f})"
+
+
 def study_table(rows: Sequence[Data]) -> "Table":
     """Return the table of a study of a laser; differences are in points of success."""
     shown = [
@@ -128,10 +151,7 @@ def study_table(rows: Sequence[Data]) -> "Table":
             "95 %": f"{row['success_low']:.2f}-{row['success_high']:.2f}",
             "hit": row["collisions"],
             "late": row["timeouts"],
-            "difference": None
-            if row["difference"] is None
-            else f"{100 * row['difference']:+.1f} ({100 * row['difference_low']:+.1f} to "
-            f"{100 * row['difference_high']:+.1f})",
+            "difference": None if row["difference"] is None else _points(row),
         }
         for row in rows
     ]

@@ -7,7 +7,11 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from andabata.evaluation.room_drives import RoomDrive
-from andabata.evaluation.statistics import clustered_interval, wilson_interval
+from andabata.evaluation.statistics import (
+    clustered_interval,
+    group_difference,
+    wilson_interval,
+)
 from andabata.tasks.terminations import Outcome
 
 Row = dict[str, Any]
@@ -85,10 +89,12 @@ class RoomTable(NamedTuple):
     Attributes:
         rows: Rows of the cells.
         pooled: Rows of policies together that differ in the seed alone.
+        differences: Rows of the differences in success between them, all rooms together.
     """
 
     rows: list[Row]
     pooled: list[Row]
+    differences: list[Row]
 
 
 def task_score(outcome: Outcome, steps: int) -> float:
@@ -118,6 +124,39 @@ def pooled_row(results: Sequence[CellResult], oracle: Sequence[OracleTask]) -> R
         "policy": ", ".join(result.cell.policy for result in results),
         "policies": len(results),
     }
+
+
+def difference_row(
+    first: Sequence[Sequence[CellResult]], second: Sequence[Sequence[CellResult]]
+) -> Row:
+    """Return the row of the difference in success of two groups of policies on the same tasks.
+
+    Args:
+        first: Measures of each policy of the first group, one for each room.
+        second: The same of the second group, with the same laser, memory and rooms.
+    """
+    one, other = (
+        np.array([[arrived for result in rooms for arrived in result.successes] for rooms in group])
+        for group in (first, second)
+    )
+    gain, cell = group_difference(one, other), second[0][0].cell
+    return {
+        "policy": _together(second),
+        "against": _together(first),
+        "lidar": cell.lidar,
+        "memory": cell.memory,
+        "tasks": one.shape[1],
+        "success_rate": float(other.mean()),
+        "success_rate_against": float(one.mean()),
+        "difference": gain.mean,
+        "difference_low": gain.low,
+        "difference_high": gain.high,
+    }
+
+
+def _together(group: Sequence[Sequence[CellResult]]) -> str:
+    """Return the names of a group's policies."""
+    return ", ".join(rooms[0].cell.policy for rooms in group)
 
 
 def _row(

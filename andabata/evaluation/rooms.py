@@ -24,7 +24,9 @@ from andabata.evaluation.room_table import (
     CellResult,
     OracleTask,
     RoomTable,
+    Row,
     cell_row,
+    difference_row,
     pooled_row,
 )
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
@@ -212,4 +214,23 @@ def evaluate_rooms(
         for cell in cells_of(config, names[:1])
         if len(names) > 1
     ]
-    return RoomTable(rows, pooled)
+    return RoomTable(rows, pooled, _differences(config, alike(policies), found))
+
+
+def _differences(
+    config: RoomEvaluationConfig,
+    groups: Sequence[tuple[str, ...]],
+    found: Mapping[Cell, CellResult],
+) -> list[Row]:
+    """Return how groups of policies differ from the first one, by laser and memory."""
+    rooms = tuple(dict.fromkeys(config.rooms))
+
+    def results(names: tuple[str, ...], cell: Cell) -> list[list[CellResult]]:
+        cells = [[replace(cell, policy=name, room=room) for room in rooms] for name in names]
+        return [[found[one] for one in mine] for mine in cells]
+
+    return [
+        difference_row(results(groups[0], cell), results(names, cell))
+        for cell in cells_of(config.model_copy(update={"rooms": rooms[:1]}), [""])
+        for names in groups[1:]
+    ]

@@ -95,12 +95,50 @@ def paired_difference(
             f"pairs: expected the same policies and tasks, got {one.shape} and {other.shape}"
         )
     by_task = (other.astype(np.float64) - one.astype(np.float64)).mean(axis=0)
-    # The two tasks more have half a difference of -1 and half a difference of 1 between them.
+    middle, variance = _with_two_more(by_task)
+    return _limited(float(by_task.mean()), middle, z * math.sqrt(variance))
+
+
+def group_difference(
+    first: NDArray[np.bool_], second: NDArray[np.bool_], z: float = Z95
+) -> Difference:
+    """Return how much more often a second group of policies succeeds on the same tasks.
+
+    A group are seeds of one training. The interval is that of other seeds on other tasks of the
+    kind: the tasks count as in ``paired_difference``, and each group of several seeds adds the
+    spread of its own. A group of one is that policy alone.
+
+    Args:
+        first: True for success, shape (policies, tasks).
+        second: Successes of the second group on the same tasks, shape (other policies, tasks).
+        z: Quantile of the normal distribution; the default gives 95 %.
+
+    Raises:
+        ValueError: If the numbers of tasks differ, or there is no task.
+    """
+    one, other = _checked(first), _checked(second)
+    if one.shape[1] != other.shape[1]:
+        raise ValueError(f"pairs: expected the same tasks, got {one.shape} and {other.shape}")
+    by_task = other.mean(axis=0) - one.mean(axis=0)
+    middle, variance = _with_two_more(by_task)
+    for rates in (one.mean(axis=1), other.mean(axis=1)):
+        variance += float(rates.var(ddof=1)) / len(rates) if len(rates) > 1 else 0.0
+    return _limited(float(by_task.mean()), middle, z * math.sqrt(variance))
+
+
+def _with_two_more(by_task: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the mean of differences and its variance with two tasks more (Agresti and Min 2005).
+
+    These two have half a difference of -1 and half a difference of 1 between them.
+    """
     count = len(by_task) + 2
     middle = float(by_task.sum()) / count
-    variance = (float((by_task**2).sum()) + 1) / count - middle**2
-    reach = z * math.sqrt(variance / count)
-    return Difference(float(by_task.mean()), max(middle - reach, -1.0), min(middle + reach, 1.0))
+    return middle, ((float((by_task**2).sum()) + 1) / count - middle**2) / count
+
+
+def _limited(mean: float, middle: float, reach: float) -> Difference:
+    """Return a difference with an interval around a middle, within -1 and 1."""
+    return Difference(mean, max(middle - reach, -1.0), min(middle + reach, 1.0))
 
 
 def _checked(successes: NDArray[np.bool_]) -> NDArray[np.bool_]:

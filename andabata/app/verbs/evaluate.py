@@ -62,7 +62,7 @@ def evaluate(
         refuse_options(task, (*others, (models, ClassifierOptions)))
         in_rooms = settings.resolve(RoomEvaluationConfig, rooms.base(seed))
         data = run_room_evaluation(in_rooms, models.load_policies(), workers, out, console)
-        console.result(data, room_tables(data["rows"], data["pooled"]))
+        console.result(data, room_tables(data))
         return
     refuse_options(task, ((rooms, RoomEvaluationOptions),))
     config = settings.resolve(EvaluationConfig, offroad.base(robot.base(), seed))

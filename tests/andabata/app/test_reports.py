@@ -56,6 +56,7 @@ def test_an_evaluation_has_the_figures_of_the_paper(capsys, runs):
     ]
     assert len(data["rows"]) == 3 * 2 * 2 * 2
     assert len(data["pooled"]) == 3 * 2 * 2
+    assert data["differences"] == []
     (tour,), (sudden,) = data["tours"], data["appearances"]
     assert (tour["room"], tour["goals"]) == ("spn-crowded", 5)
     assert set(tour["legs"]) == {"ten-beams, reactive", "ten-beams, with map"}

@@ -175,7 +175,7 @@ def test_a_room_has_a_table_for_each_policy(capsys):
         "steps_to_oracle": 1.08,
         "spl": 0.9,
     }
-    found = printed(capsys, room_tables([row], []))
+    found = printed(capsys, room_tables({"rows": [row], "pooled": [], "differences": []}))
     assert [line.split() for line in found] == [
         ["spn-env0"],
         ["lidar", "memory", "reached", "95", "%", "hit", "late", "T/oracle", "SPL"],
@@ -184,7 +184,21 @@ def test_a_room_has_a_table_for_each_policy(capsys):
     ]
     both = {**row, "policy": "a, b", "steps_to_oracle": None}
     other = {**row, "policy": "b"}
-    found = printed(capsys, room_tables([row, other], [both]))
+    difference = {
+        "policy": "c",
+        "against": "a, b",
+        "lidar": "ten-beams",
+        "memory": "map",
+        "success_rate": 0.9874,
+        "difference": 0.0213,
+        "difference_low": -0.0051,
+        "difference_high": 0.05,
+    }
+    data = {"rows": [row, other], "pooled": [both], "differences": [difference]}
+    found = printed(capsys, room_tables(data))
     titles = [line for line in found if line.startswith("spn-env0")]
     assert titles == ["spn-env0: a, b", "spn-env0: a", "spn-env0: b"]
     assert found[3].split()[-2:] == ["-", "0.900"]
+    last = ["c", "ten-beams", "map", "0.987", "+2.1", "(-0.5", "to", "+5.0)"]
+    assert found[-1].split() == last
+    assert found[-4] == "Success in points against a, b"

@@ -8,6 +8,7 @@ from andabata.evaluation.room_table import (
     Cell,
     CellResult,
     cell_row,
+    difference_row,
     pooled_row,
     task_score,
 )
@@ -45,6 +46,19 @@ def test_without_a_goal_there_is_no_ratio():
     """T/oracle is None where no goal was reached."""
     row = cell_row(result(outcomes=(HIT,) * 4), ORACLE)
     assert (row["steps_to_oracle"], row["spl"], row["success_rate"]) == (None, 0.0, 0.0)
+
+
+def test_groups_of_policies_are_compared_on_the_same_tasks():
+    """Each policy's rooms follow each other; the difference is that of the groups' rates."""
+    first = [[result(), result()]]
+    better = result("b", (GOAL, GOAL, LATE, GOAL))
+    row = difference_row(first, [[better, result("b")], [better, better]])
+    names = ("policy", "against", "lidar", "memory", "tasks")
+    assert [row[name] for name in names] == ["b, b", "a", "ten-beams", "map", 8]
+    assert row["success_rate_against"] == pytest.approx(4 / 8)
+    assert row["success_rate"] == pytest.approx((5 + 6) / 16)
+    assert row["difference"] == pytest.approx(3 / 16)
+    assert row["difference_low"] < 3 / 16 < row["difference_high"]
 
 
 def test_policies_are_pooled_by_task():

@@ -15,7 +15,7 @@ from andabata.evaluation.rooms import (
 )
 from andabata.models import shipped_policy
 from andabata.tasks.spn_config import SpnConfig
-from rl.goal_laws import ProportionalPolicy
+from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
 from worlds.room_catalogue import make_room
 
@@ -71,7 +71,7 @@ def test_rows_do_not_depend_on_what_is_driven_beside():
     assert [(row["policy"], row["policies"]) for row in table.pooled] == [("p, q", 2)] * 4
     config = small(rooms=("spn-env1",), lidars=("front-180",))
     alone = evaluate_rooms(config, POLICIES)
-    assert alone.pooled == []
+    assert alone.pooled == alone.differences == table.differences == []
     assert alone.rows == [
         row
         for row in table.rows
@@ -90,6 +90,31 @@ def test_policies_are_alike_if_only_their_seeds_differ():
     }
     policies["d"] = shipped_policy()
     assert alike(policies) == [("a", "c"), ("b",), ("d",)]
+
+
+def test_policies_of_other_kinds_are_compared_with_the_first():
+    """One row a laser and memory, all rooms together, over the tasks of both."""
+    laws = {
+        name: LAWS[name]({}, TASK.observations, TASK.actions) for name in ("proportional", "away")
+    }
+    table = evaluate_rooms(small(memories=("map",)), laws)
+    assert [(row["policy"], row["against"], row["lidar"]) for row in table.differences] == [
+        ("away", "proportional", lidar) for lidar in small().lidars
+    ]
+    for row in table.differences:
+        rates = {
+            name: np.mean(
+                [
+                    one["success_rate"]
+                    for one in table.rows
+                    if (one["policy"], one["lidar"]) == (name, row["lidar"])
+                ]
+            )
+            for name in laws
+        }
+        assert row["tasks"] == 2 * 3
+        assert row["difference"] == pytest.approx(rates["away"] - rates["proportional"])
+        assert row["difference"] < 0
 
 
 def test_a_map_is_another_memory():

@@ -5,6 +5,7 @@ import pytest
 
 from andabata.evaluation.statistics import (
     clustered_interval,
+    group_difference,
     paired_difference,
     wilson_interval,
 )
@@ -103,6 +104,37 @@ def test_pairs_are_clustered_by_task():
     together = paired_difference(first, second)
     assert together.mean == pytest.approx(second.mean() - first.mean())
     assert together.high - together.low < 0.7 * (alone.high - alone.low)
+
+
+def test_single_policies_are_groups_of_one():
+    """The difference of two policies is that of their pairs."""
+    rng = np.random.default_rng(1)
+    first, second = rng.random((1, 300)) < 0.7, rng.random((1, 300)) < 0.75
+    assert group_difference(first, second) == pytest.approx(paired_difference(first, second))
+
+
+def test_the_spread_of_seeds_counts_beside_that_of_tasks():
+    """Groups of any size; copies of one seed have no spread, seeds that differ widen it."""
+    rng = np.random.default_rng(1)
+    first, one = rng.random((1, 300)) < 0.7, rng.random(300) < 0.8
+    copies = group_difference(first, np.stack([one] * 3))
+    assert copies == pytest.approx(group_difference(first, one[None]))
+    worse, better = one.copy(), one.copy()
+    worse[:30], better[30:60] = False, True
+    spread = group_difference(first, np.stack([worse, one, better]))
+    rates = np.mean([worse, one, better], axis=1)
+    by_task = np.mean([worse, one, better], axis=0) - first[0]
+    tasks = ((by_task**2).sum() + 1) / 302 - (by_task.sum() / 302) ** 2
+    reach = 1.959964 * (tasks / 302 + rates.var(ddof=1) / 3) ** 0.5
+    assert spread.high - spread.low == pytest.approx(2 * reach)
+    back = group_difference(np.stack([worse, one, better]), first)
+    assert back == pytest.approx((-spread.mean, -spread.high, -spread.low))
+
+
+def test_groups_on_other_tasks_are_refused():
+    """Groups drive the same tasks."""
+    with pytest.raises(ValueError, match=r"expected the same tasks, got \(1, 3\) and \(2, 4\)"):
+        group_difference(np.ones((1, 3), dtype=bool), np.ones((2, 4), dtype=bool))
 
 
 def test_the_interval_holds_the_true_difference_as_often_as_it_says():

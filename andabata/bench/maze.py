@@ -17,7 +17,7 @@ from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
 from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from rl.policy import load_policy
+from rl.policy import load_policy, with_observations
 from rl.training import EpisodeSpec, play, play_together
 from worlds.splits import evaluation_world
 
@@ -31,6 +31,7 @@ def evaluate_in_mazes(
     plant: str = "kinematic",
     first_world: int = evaluation_world(2, 0),
     stage: str = "Maze2D",
+    sectors: int = 32,
 ) -> Counter[str]:
     """Return the number of episodes by outcome.
 
@@ -40,20 +41,26 @@ def evaluate_in_mazes(
         plant: Name of the vehicle's plant, ``kinematic`` or ``bullet``.
         first_world: World seed of the first maze.
         stage: Name of the training stage whose sensors are simulated.
+        sectors: Number of sectors of the virtual scan (paper: 32).
+
+    Raises:
+        ValueError: If the policy cannot read as many sectors.
     """
     config = stage_config(stage)
-    simulated_robot = config.simulated_robot.model_validate(
-        config.simulated_robot.model_dump() | {"plant": plant}
-    )
+    robot = config.simulated_robot.model_dump() | {"plant": plant}
+    for part in (robot, robot["sensing"]):  # A horizontal scanner has one beam a sector.
+        part["grid"]["n_sectors"] = sectors
     loaded = load_policy(policy)
-    trained = loaded.info["config"]["stages"][stage]["environment"]["heading"]
+    trained = loaded.info["config"]["stages"][stage]["environment"]
     config = config.model_copy(
         update={
             "seeds": tuple(range(first_world, first_world + _MAZES)),
-            "simulated_robot": simulated_robot,
-            "heading": trained,
+            "simulated_robot": config.simulated_robot.model_validate(robot),
+            "heading": trained["heading"],
+            "scan": trained.get("scan", "ranges"),
         }
     )
+    loaded = with_observations(loaded, config.observations)
     drives = [EpisodeSpec(0, (7, k)) for k in range(episodes)]
     if is_planar(config):
         robots = MazeVectorEnv(config, 64, autoreset=False)
@@ -86,11 +93,18 @@ def main(argv: Sequence[str] | None = None) -> None:
         "--first-world", type=int, default=evaluation_world(2, 0), help="First world seed."
     )
     parser.add_argument("--stage", default="Maze2D", choices=("Maze2D", "Maze3D"))
+    parser.add_argument("--sectors", type=int, default=32, help="Sectors of the virtual scan.")
     options = parser.parse_args(argv)
     outcomes = evaluate_in_mazes(
-        options.policy, options.episodes, options.plant, options.first_world, options.stage
+        options.policy,
+        options.episodes,
+        options.plant,
+        options.first_world,
+        options.stage,
+        options.sectors,
     )
-    about = {"policy": options.policy, "stage": options.stage, "plant": options.plant}
+    names = ("policy", "stage", "plant", "sectors")
+    about = {name: getattr(options, name) for name in names}
     sys.stdout.write(markdown_table([about | success_row(outcomes)]))
 
 

@@ -177,9 +177,10 @@ class RoomRenderer:
             places: Index of each robot's room, shape (n,).
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, that each robot is given [m], shape (n, 2).
-            movers: Moving obstacles.
+            movers: Moving obstacles; of those that are not there nothing is told.
         """
         around = np.concatenate([movers.places, movers.radii[..., None]], axis=2)
+        around *= movers.radii[..., None] > 0.0
         columns = [places[:, None], motions, targets, around.reshape(len(places), -1)]
         return np.concatenate(columns, axis=1).astype(np.float32)
 

@@ -7,8 +7,9 @@ from pydantic import ValidationError
 
 from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.navigation.planning.lidar_map import LidarMapConfig
+from andabata.tasks.room_env import RoomEnv, RoomVectorEnv, room_renderer
 from andabata.tasks.room_observations import LidarRandomization
-from andabata.tasks.spn import SpnEnv, SpnVectorEnv, make_spn, make_spn_vector, room_renderer
+from andabata.tasks.spn import make_spn, make_spn_vector
 from andabata.tasks.spn_config import TRAINING_ROOMS, SpnConfig
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
@@ -22,7 +23,7 @@ AHEAD, STAND, SPIN = ([1.0, 0.0], [-1.0, 0.0], [-1.0, 1.0])
 
 def robots(count=1, config=SMALL, autoreset=False, **changes):
     """Return robots of a configuration with some changes."""
-    return SpnVectorEnv(config.model_copy(update=changes), count, autoreset)
+    return RoomVectorEnv(config.model_copy(update=changes), count, autoreset)
 
 
 def drive(x, y, yaw, goal):
@@ -208,7 +209,7 @@ def test_what_appears_is_seen_and_hit():
 def test_situations_give_the_observations_again(rooms):
     """In every step, with what appears and after new drives, rendering gives what was observed."""
     config = SpnConfig(rooms=rooms, lidar=PLANAR_LIDARS["ten-beams"], points=10)
-    env = SpnVectorEnv(config, 16)
+    env = RoomVectorEnv(config, 16)
     render = renderer_of(config)
     states, info = env.reset(seed=4)
     rng, drives = np.random.default_rng(5), 0
@@ -226,7 +227,7 @@ def test_situations_give_the_observations_again(rooms):
 def test_a_drive_by_the_batch_is_a_drive_alone():
     """Robot k of many does what one robot does with seed + k, noise and all."""
     config = SMALL.model_copy(update={"noise": 0.02, "rooms": ("spn-env3", "spn-sudden")})
-    env, alone = SpnVectorEnv(config, 3, autoreset=False), SpnEnv(config)
+    env, alone = RoomVectorEnv(config, 3, autoreset=False), RoomEnv(config)
     states, _ = env.reset(seed=7)
     for k in range(3):
         single, _ = alone.reset(seed=7 + k)
@@ -256,7 +257,7 @@ def test_the_map_gives_sub_goals_and_the_reward_keeps_the_goal():
     config = SpnConfig(rooms=("spn-env6",), lidar=PLANAR_LIDARS["wide-270"], points=40)
     options = drive(-1.5, 0.0, 0.0, (3.8, 0.5))
     plain, mapped = (
-        SpnVectorEnv(config.model_copy(update={"map": memory}), 1, autoreset=False)
+        RoomVectorEnv(config.model_copy(update={"map": memory}), 1, autoreset=False)
         for memory in (None, LidarMapConfig())
     )
     straight = part(plain, plain.reset(seed=0, options=options)[0], "goal")[0]

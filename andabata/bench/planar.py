@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from andabata.bench.table import Row, markdown_table
 from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from andabata.tasks.room_points import SECTORS, take_points
+from andabata.tasks.room_points import SECTORS, bearing_windows, take_points
 from worlds.rooms import Room, RoomPlan, free_places
 from worlds.world import Start
 
@@ -119,11 +119,12 @@ def step_row(room: Room, beams: int) -> Row:
     batch = standing_batch(room, lidar, _ROBOTS)
     everyone, points = np.ones(_ROBOTS, dtype=np.bool_), min(beams, _POINTS)
     rows = np.zeros((_ROBOTS, 3 * points + SECTORS), dtype=np.float32)
-    twists = np.tile([0.0, 0.5], (_ROBOTS, 1))
+    twists, windows = np.tile([0.0, 0.5], (_ROBOTS, 1)), bearing_windows(batch.lasers)
 
     def step() -> None:
         batch.step(twists, everyone)
-        take_points(batch.reciprocals, everyone, batch.lasers, batch.mounted, points, rows)
+        seen = batch.reciprocals, everyone, batch.lasers, batch.mounted
+        take_points(*seen, points, windows, rows)
 
     step()
     ours = least_time(step) / _ROBOTS

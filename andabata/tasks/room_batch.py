@@ -169,18 +169,32 @@ class RoomBatch:
         return self.observe(chosen)
 
     def observe(self, chosen: NDArray[np.bool_]) -> PlanarState:
-        """Measure the beams of some robots and return the state of all."""
+        """Measure the beams of some robots and return the state of all.
+
+        Lasers and movers are where situations keep them to be; see ``as_kept``.
+        """
+        movers = self.movers
+        if movers.radii.size:
+            movers = Movers(as_kept(movers.places), movers.velocities, as_kept(movers.radii))
         cast(
-            self.motions,
+            as_kept(self.motions),
             chosen,
             self.places,
             self._rooms,
-            self.movers,
+            movers,
             self.lasers,
             self.mounted,
             self.reciprocals,
         )
         return PlanarState(self.poses, self.contacts > 0, self._tipped)
+
+
+def as_kept(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return numbers as situations keep them, rounded to float32.
+
+    What is observed is computed from these, so that a situation gives the same bits again.
+    """
+    return values.astype(np.float32).astype(np.float64)
 
 
 def room_arrays(rooms: Sequence[Room]) -> Rooms:

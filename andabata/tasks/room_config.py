@@ -1,5 +1,6 @@
 """Settings of drives to a goal in rooms by a planar laser, which tasks give values of their own."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal, Self
 
@@ -9,7 +10,13 @@ from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.tasks.rewards import RoomRewardConfig
 from andabata.tasks.room_batch import DiscRobotConfig
-from andabata.tasks.room_observations import GoalEncoding, LidarRandomization, room_observations
+from andabata.tasks.room_observations import (
+    GoalEncoding,
+    LidarRandomization,
+    RoomTerms,
+    room_observations,
+)
+from andabata.tasks.room_points import SECTORS
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room
@@ -41,7 +48,12 @@ class RoomConfig(BaseModel):
         lidar: Laser.
         points: Number of points of an observation. A laser with more beams gives the nearest of as
             many neighbours as it takes; SPN's paper takes all 1080 (assumption: the nearest of nine
-            changes no outcome). None takes all beams.
+            changes no outcome). None takes all beams, 0 gives no points.
+        windows: Number of windows of bearing (SPN: 36 for its critics; TD3: 40; GDAE: 20).
+        window_fov_deg: Angle around straight ahead that the windows cover together [deg].
+        window_unit: ``reciprocals`` gives the nearest of each window as 1 / d, ``ranges`` as d.
+        earlier_scan: Number of control steps since the scan whose windows are given, too, as if it
+            were seen from the present pose: what moves differs. 0 gives none, as in the papers.
         goal_encoding: ``cosine`` gives the goal as distance / 5, cosine and sine of its bearing
             (assumption), ``polar`` as distance and bearing (both papers).
         noise: Standard deviation of a beam's range [m].
@@ -65,7 +77,11 @@ class RoomConfig(BaseModel):
     min_distance: float = Field(default=1.0, ge=0)
     robot: DiscRobotConfig = Field(default_factory=DiscRobotConfig)
     lidar: PlanarLidarConfig = Field(default_factory=PlanarLidarConfig)
-    points: int | None = Field(default=120, ge=1)
+    points: int | None = Field(default=120, ge=0)
+    windows: int = Field(default=SECTORS, ge=1, le=1000)
+    window_fov_deg: float = Field(default=360.0, gt=0, le=360)
+    window_unit: Literal["reciprocals", "ranges"] = "reciprocals"
+    earlier_scan: int = Field(default=0, ge=0, le=100)
     goal_encoding: GoalEncoding = "cosine"
     noise: float = Field(default=0.0, ge=0)
     randomization: LidarRandomization | None = None
@@ -114,10 +130,22 @@ class RoomConfig(BaseModel):
         return self.rooms + pool
 
     @property
+    def terms(self) -> RoomTerms:
+        """What an observation is made of."""
+        return RoomTerms(
+            points=self.capacity,
+            windows=self.windows,
+            window_fov=math.radians(self.window_fov_deg),
+            as_ranges=self.window_unit == "ranges",
+            earlier_scan=self.earlier_scan,
+            goal_encoding=self.goal_encoding,
+        )
+
+    @property
     def observations(self) -> ObservationSpec:
         """Space of the observations."""
         fastest = max(self.robot.max_speed, self.robot.max_yaw_rate)
-        return room_observations(self.capacity, self.goal_encoding, fastest)
+        return room_observations(self.terms, self.lidar.max_range, fastest)
 
     @property
     def actions(self) -> ActionSpec:

@@ -20,6 +20,7 @@ from andabata.tasks.rewards import room_reward
 from andabata.tasks.room_batch import RoomBatch, room_arrays
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_observations import RoomRenderer, noisy
+from andabata.tasks.scan_history import ScanHistory
 from worlds.mover_placement import draw_movers
 from worlds.room_catalogue import make_room
 from worlds.rooms import RoomTask, random_task
@@ -86,6 +87,10 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._bearings = config.lidar.bearings
         self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
+        self._history: ScanHistory | None = None
+        if config.earlier_scan:
+            sizes = config.earlier_scan, config.lidar.count, movers
+            self._history = ScanHistory(num_envs, *sizes)
 
     @property
     def renderer(self) -> RoomRenderer:
@@ -100,8 +105,10 @@ class RoomVectorEnv(PlanarVectorEnv):
     @property
     def _situations(self) -> NDArray[np.float32]:
         """Situations of all robots; see ``RoomRenderer``."""
-        batch = self._in_rooms
-        return self._renderer.situations(batch.places, batch.motions, self._targets, batch.movers)
+        batch, history = self._in_rooms, self._history
+        earlier = None if history is None else history.earlier
+        state = batch.places, batch.motions, self._targets, batch.movers
+        return self._renderer.situations(*state, earlier)
 
     def _place(self, k: int, rng: np.random.Generator, options: dict[str, Any]) -> int:
         """Put a robot down in a room; return the room's index."""
@@ -111,6 +118,8 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._goals[k] = task.goal
         if self._maps:
             self._maps[k].reset()
+        if self._history is not None:
+            self._history.restart(k)
         return index
 
     def _drawn(self, rng: np.random.Generator, options: dict[str, Any]) -> tuple[int, RoomTask]:
@@ -173,12 +182,16 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._targets[numbers] = self._goals[numbers]
         for row, k in zip(found, numbers.tolist(), strict=True) if self._maps else ():
             self._targets[k] = self._subgoal(k, row)
+        earlier = None
+        if self._history is not None:
+            self._history.update(numbers, found, batch.poses, batch.movers)
+            earlier = self._history.earlier.of(numbers)
         self._states[numbers] = self._renderer.observe(
             found,
-            batch.lasers,
             batch.mounted[numbers],
             batch.motions[numbers],
             self._targets[numbers],
+            earlier,
         )
 
     def _noisy(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -226,8 +239,7 @@ def room_renderer(config: RoomConfig) -> RoomRenderer:
     return RoomRenderer(
         room_arrays(rooms),
         lidars,
-        config.capacity,
-        config.goal_encoding,
+        config.terms,
         max(len(room.movers) for room in rooms),
         config.randomization,
     )

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.movers import Contact
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, room_arrays
+from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, as_kept, room_arrays
 from worlds.movers import Mover, MoverPlan
 from worlds.room_catalogue import make_room
 from worlds.rooms import Room, RoomPlan
@@ -185,3 +185,19 @@ def test_a_step_with_movers_by_the_batch_is_a_step_alone():
         np.testing.assert_array_equal(batch.poses[k], single.poses[0])
         np.testing.assert_array_equal(batch.movers.places[k], single.movers.places[0])
         np.testing.assert_array_equal(batch.reciprocals[k], single.reciprocals[0])
+
+
+def test_beams_are_cast_from_where_situations_keep_robots_and_movers():
+    """Rounded to float32, poses and movers give the same bits; rounding moves nothing itself."""
+    crowd = [mover(1.0 + 1 / 3, 0.1, (-1 / 3, 0.1))]
+    exact, rounded = (RoomBatch(1, [WALL], DiscRobotConfig(), FOUR, movers=1) for _ in range(2))
+    exact.place(0, 0, Start(-1 / 3, 1 / 7, 1 / 9), crowd)
+    step(exact, (1 / 3, 0.7))
+    kept = as_kept(exact.motions)
+    assert (kept != exact.motions).any()
+    np.testing.assert_allclose(kept, exact.motions, rtol=1e-7)
+    np.testing.assert_array_equal(as_kept(kept), kept)
+    rounded.place(0, 0, Start(0.0, 0.0, 0.0), crowd)
+    rounded.motions[:], rounded.movers.places[:] = kept, as_kept(exact.movers.places)
+    rounded.observe(np.ones(1, bool))
+    np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)

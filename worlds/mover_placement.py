@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from worlds.movers import Mover, MoverPlan
-from worlds.rooms import Room, RoomTask, random_place
+from worlds.rooms import Room, RoomTask
 
 START_GAP = 1.0
 """Smallest gap between the robot's start and a mover at a drawn place [m] (assumption)."""
@@ -33,9 +33,6 @@ def draw_movers(
         rng: Source of randomness.
         task: Start and goal of the robot.
         radius: Radius of the robot [m].
-
-    Raises:
-        ValueError: If a room is too full for a mover at all.
     """
     found = [
         Mover(plan.place, _velocity(plan, rng), plan)
@@ -65,11 +62,12 @@ def _drawn_place(
     for other in others:
         own_gap = 0.0 if other.plan.speed else STANDING_GAP
         kept_free.append((other.place, other.plan.radius + max(gap, own_gap)))
-    for _ in range(_DRAWS):
-        place = random_place(room, rng, plan.radius, plan.radius + gap)
-        if all(math.dist(place, centre) > reach + plan.radius for centre, reach in kept_free):
-            return place
-    return None
+    places = rng.uniform(-1.0, 1.0, (_DRAWS, 2)) * room.half
+    is_free = room.clearance(places) > plan.radius + gap
+    for centre, reach in kept_free:
+        is_free &= np.hypot(*(places - centre).T) > reach + plan.radius
+    first = np.flatnonzero(is_free)[:1].tolist()
+    return (float(places[first[0], 0]), float(places[first[0], 1])) if first else None
 
 
 def _velocity(plan: MoverPlan, rng: np.random.Generator) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from scipy.ndimage import label
 
+from terrain.kernel import kernel
 from worlds.movers import MoverPlan
 from worlds.world import Start
 
@@ -26,9 +27,6 @@ _KEPT_FREE = 1024
 
 _DRAWS = 50
 """Number of draws after which a random task is taken as it comes."""
-
-_CHUNK = 4096
-"""Number of points whose clearance is computed at once: what does not fit in a cache is slow."""
 
 
 class RoomPlan(BaseModel):
@@ -147,23 +145,29 @@ class Room:
         Args:
             points: Points in the room [m], shape (k, 2).
         """
-        parts = [points[k : k + _CHUNK] for k in range(0, len(points), _CHUNK)]
-        return np.concatenate([self._clearance(part) for part in parts] or [np.zeros(0)])
+        return _clearances(np.ascontiguousarray(points), self.boxes, self.circles)
 
-    def _clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the clearance of some points; see ``clearance``."""
-        x, y = points[:, :1], points[:, 1:2]
-        low, high = self.boxes[:, :2], self.boxes[:, 2:]
-        out_x = np.maximum(low[:, 0] - x, x - high[:, 0])
-        out_y = np.maximum(low[:, 1] - y, y - high[:, 1])
-        outside = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0))
-        inside = np.minimum(np.maximum(out_x, out_y), 0.0)
-        nearest = (outside + inside).min(axis=1)
-        if len(self.circles):
-            centres, radii = self.circles[:, :2], self.circles[:, 2]
-            away = np.hypot(x - centres[:, 0], y - centres[:, 1]) - radii
-            nearest = np.minimum(nearest, away.min(axis=1))
-        return np.asarray(nearest)
+
+@kernel
+def _clearances(
+    points: NDArray[np.float64], boxes: NDArray[np.float64], circles: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the distance of points to the nearest box or circle, negative inside [m], (k,)."""
+    found = np.full(len(points), np.inf)
+    for k in range(len(points)):
+        x, y = points[k]
+        for b in range(len(boxes)):
+            out_x = max(boxes[b, 0] - x, x - boxes[b, 2])
+            out_y = max(boxes[b, 1] - y, y - boxes[b, 3])
+            # Beside a box one of both is the distance; off a corner both are; inside the larger.
+            if out_x > 0.0 and out_y > 0.0:
+                found[k] = min(found[k], np.hypot(out_x, out_y))
+            else:
+                found[k] = min(found[k], max(out_x, out_y))
+        for c in range(len(circles)):
+            away = np.hypot(x - circles[c, 0], y - circles[c, 1]) - circles[c, 2]
+            found[k] = min(found[k], away)
+    return found
 
 
 def cell_edges(room: Room) -> list[NDArray[np.float64]]:

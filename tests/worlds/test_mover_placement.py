@@ -4,7 +4,6 @@ import itertools
 import math
 
 import numpy as np
-import pytest
 
 from worlds.mover_placement import STANDING_GAP, START_GAP, draw_movers
 from worlds.rooms import Room, RoomPlan, RoomTask
@@ -88,8 +87,7 @@ def test_the_same_generator_gives_the_same_movers():
 
 
 def test_what_finds_no_place_stays_away():
-    """In a small room few standing movers fit; a mover that fits nowhere at all is an error."""
+    """In a small room few standing movers fit; one that is larger than the room never does."""
     made = room(*[{"radius": 0.4}] * 30)
     assert 0 < len(drawn(made)) < 30
-    with pytest.raises(ValueError, match="room test"):
-        drawn(room({"radius": 4.0, "speed": 1.0}))
+    assert drawn(room({"radius": 4.0, "speed": 1.0})) == ()

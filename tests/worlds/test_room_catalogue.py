@@ -61,8 +61,12 @@ def test_unknown_rooms_and_fields_are_refused():
 
 
 def test_random_rooms_have_names():
-    """``random-K`` is the random room of seed K; other endings are refused."""
-    assert make_room("random-3") is make_room("random-3")
-    assert make_room("random-3").name == "random-3"
-    with pytest.raises(UnknownRoomError, match="random-K"):
-        make_room("random-x")
+    """A kind and a seed name a random room; other endings and kinds are refused."""
+    for kind in ("random", "clutter", "clutter-movers"):
+        assert make_room(f"{kind}-3") is make_room(f"{kind}-3")
+        assert make_room(f"{kind}-3").name == f"{kind}-3"
+        with pytest.raises(UnknownRoomError, match="random-K, clutter-K, clutter-movers-K"):
+            make_room(f"{kind}-x")
+    for wrong in ("movers-3", "clutter", "-3", "clutter-", "3"):
+        with pytest.raises(UnknownRoomError, match="room: expected one of"):
+            make_room(wrong)

@@ -15,7 +15,7 @@ STANDING_GAP = 0.8
 """Smallest gap between a mover that stands at a drawn place and all else [m] (assumption): ways
 around it stay open, so that it closes none."""
 
-_DRAWS = 100
+_DRAWS = 400
 """Number of places that are tried for a mover."""
 
 
@@ -26,7 +26,7 @@ def draw_movers(
 
     Drawn places are free of all obstacles and other movers, and ``START_GAP`` away from the robot's
     start; one that stands keeps ``STANDING_GAP`` from the goal and from all else. One that finds no
-    place in a hundred draws stays away for the episode.
+    place in four hundred draws stays away for the episode.
 
     Args:
         room: Room.

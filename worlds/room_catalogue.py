@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Callable
 from functools import cache, partial
 from importlib.resources import files
+from typing import Any
 
 from worlds.clutter import random_cluttered_room
 from worlds.random_rooms import random_walled_room
@@ -48,12 +49,21 @@ def room_plan(name: str) -> RoomPlan:
     Raises:
         UnknownRoomError: If there is no room of that name.
     """
+    return RoomPlan.model_validate(_data(name))
+
+
+def _data(name: str) -> dict[str, Any]:
+    """Return the data of a plan; what it lacks is that of the plan that it is ``like``.
+
+    Raises:
+        UnknownRoomError: If there is no room of that name.
+    """
     if name not in room_names():
-        known = ", ".join(room_names())
-        kinds = ", ".join(f"{kind}-K" for kind in _RANDOM)
-        raise UnknownRoomError(f"room: expected one of {known}, {kinds}, got {name!r}")
+        known = ", ".join((*room_names(), *(f"{kind}-K" for kind in _RANDOM)))
+        raise UnknownRoomError(f"room: expected one of {known}, got {name!r}")
     text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
-    return RoomPlan.model_validate(tomllib.loads(text))
+    data = tomllib.loads(text)
+    return _data(data.pop("like")) | data if "like" in data else data
 
 
 @cache

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
-from andabata.tasks.rewards import RoomRewardConfig
+from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
 from andabata.tasks.room_batch import DiscRobotConfig
 from andabata.tasks.room_observations import (
     GoalEncoding,
@@ -24,6 +24,9 @@ from worlds.rooms import RoomTask
 
 RandomKind = Literal["random", "clutter", "clutter-movers"]
 """Kinds of random rooms: thin walls, clutter, and clutter with movers; see the catalogue."""
+
+RoomReward = RoomRewardConfig | GdaeRewardConfig | ImprovedRewardConfig
+"""Constants of a reward in rooms; their kind says which."""
 
 _UNSEEN = range(5000, 5032)
 """Seeds of the random rooms that a task without named rooms is compared on."""
@@ -61,7 +64,7 @@ class RoomConfig(BaseModel):
         map: Settings of a local map whose sub-goal takes the goal's place; None without a memory,
             as in the papers.
         terminations: Rules that end an episode.
-        reward: Constants of the reward.
+        reward: Constants of the reward, ``RoomRewardConfig`` without a ``kind``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -87,7 +90,7 @@ class RoomConfig(BaseModel):
     randomization: LidarRandomization | None = None
     map: LidarMapConfig | None = None
     terminations: TerminationConfig
-    reward: RoomRewardConfig = Field(default_factory=RoomRewardConfig)
+    reward: RoomReward = Field(default_factory=RoomRewardConfig)
 
     @model_validator(mode="after")
     def _check_rooms(self) -> Self:

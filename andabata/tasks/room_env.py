@@ -16,10 +16,18 @@ from andabata.navigation.planning.hit_layer import LaserPose
 from andabata.navigation.planning.lidar_map import LidarMap
 from andabata.tasks.movers import Contact
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
-from andabata.tasks.rewards import room_reward
+from andabata.tasks.rewards import (
+    GdaeRewardConfig,
+    GoalOffsets,
+    ImprovedRewardConfig,
+    gdae_reward,
+    improved_reward,
+    room_reward,
+)
 from andabata.tasks.room_batch import RoomBatch, room_arrays
 from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_observations import RoomRenderer, noisy
+from andabata.tasks.room_kernel import V
+from andabata.tasks.room_observations import RoomRenderer, encoded_goals, noisy
 from andabata.tasks.scan_history import ScanHistory
 from worlds.mover_placement import draw_movers
 from worlds.room_catalogue import make_room
@@ -39,6 +47,7 @@ class RoomVectorEnv(PlanarVectorEnv):
     | task | speed [m/s] | yaw rate [rad/s] | period [s] |
     |---|---|---|---|
     | spn | 0 to 0.5 | -pi/3 to pi/3 | 0.2 |
+    | td3 | 0 to 1 | -1 to 1 | 0.1 |
 
     ## Observation space
     Terms of ``room_observations``, one after the other, in the robot's frame.
@@ -46,16 +55,21 @@ class RoomVectorEnv(PlanarVectorEnv):
     | task | terms |
     |---|---|
     | spn | points (120, 2), mask (120,), windows (36,), goal (3,), velocity (2,) |
+    | td3 | windows (40,), goal (3,), velocity (2,) |
+    | td3, printed | ranges (40,), goal (2,), velocity (2,) |
+    | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
+
+    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present.
 
     ## Reward
     Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the
-    cost of a step.
+    cost of a step. ``reward`` of the settings may name GDAE's or the improved TD3's instead.
 
     ## Start and end
     A room is drawn, then a start and a goal that can be reached, then its moving obstacles. An
     episode terminates at the goal (d < 0.3 m) and on contact, and is truncated after 400 steps
-    (spn). ``info["outcome"]`` names the end, ``info["contact"]`` who drove into whom; see
-    ``Contact``.
+    (spn) or 500 (td3). ``info["outcome"]`` names the end, ``info["contact"]`` who drove into whom;
+    see ``Contact``.
 
     ## Options of reset
     ``{"difficulty": float}`` from 0 to 1 names the favourite room, ``{"room": int}`` the room;
@@ -87,6 +101,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._bearings = config.lidar.bearings
         self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
+        self._goal_bearings = np.zeros(num_envs)
         self._history: ScanHistory | None = None
         if config.earlier_scan:
             sizes = config.earlier_scan, config.lidar.count, movers
@@ -116,6 +131,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         movers = draw_movers(self._rooms[index], rng, task, self.config.robot.radius)
         self._in_rooms.place(k, index, task.start, movers)
         self._goals[k] = task.goal
+        self._goal_bearings[k] = self._bearings_to_goals()[k]
         if self._maps:
             self._maps[k].reset()
         if self._history is not None:
@@ -167,8 +183,21 @@ class RoomVectorEnv(PlanarVectorEnv):
         endings: NDArray[np.int64],
         going: NDArray[np.bool_],
     ) -> dict[str, NDArray[np.float64]]:
-        """Return the terms of equation 3; what counts is the goal itself, with a map too."""
-        return room_reward(self.config.reward, before, self._goal_distances, endings)
+        """Return the terms of the task's reward; the goal itself counts, with a map too."""
+        reward, batch = self.config.reward, self._in_rooms
+        if isinstance(reward, GdaeRewardConfig):
+            nearest = 1.0 / batch.reciprocals.max(axis=1).astype(np.float64)
+            return gdae_reward(reward, batch.motions[:, V:], nearest, endings)
+        if isinstance(reward, ImprovedRewardConfig):
+            bearings = self._goal_bearings.copy()
+            self._goal_bearings = self._bearings_to_goals()
+            after = GoalOffsets(self._goal_distances, self._goal_bearings)
+            return improved_reward(reward, GoalOffsets(before, bearings), after, endings)
+        return room_reward(reward, before, self._goal_distances, endings)
+
+    def _bearings_to_goals(self) -> NDArray[np.float64]:
+        """Return the bearing of each robot's goal, from -pi to pi [rad], shape (n,)."""
+        return encoded_goals(self._in_rooms.poses, self._goals, "polar")[:, 1]
 
     def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
         """Renew the observations of some robots."""
@@ -257,7 +286,7 @@ class RoomEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             config: Settings.
             render_mode: None, the only one: pictures are drawn from records.
         """
-        self.render_mode = render_mode
+        self.config, self.render_mode = config, render_mode
         self._robots = RoomVectorEnv(config, 1, autoreset=False)
         self.observation_space: gym.spaces.Space[Any] = self._robots.single_observation_space
         self.action_space: gym.spaces.Space[Any] = self._robots.single_action_space

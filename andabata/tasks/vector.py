@@ -25,12 +25,13 @@ from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_env import RoomVectorEnv, room_renderer
 from andabata.tasks.room_observations import RoomRenderer
 from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.td3_config import Td3Config
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
-TaskConfig = OffroadConfig | SpnConfig
+TaskConfig = OffroadConfig | SpnConfig | Td3Config
 """Settings of an environment of any kind."""
 
 _ENDED = (

@@ -21,7 +21,7 @@ _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _batches: dict[int, PlanarVectorEnv] = {}
 _shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
-_ROBOTS = {"offroad": 8, "spn": 16}
+_ROBOTS = {"offroad": 8, "spn": 16, "td3": 32}
 """Number of planar robots that a process drives side by side, by task."""
 
 

@@ -15,8 +15,8 @@ STANDING_GAP = 0.8
 """Smallest gap between a mover that stands at a drawn place and all else [m] (assumption): ways
 around it stay open, so that it closes none."""
 
-_DRAWS = 400
-"""Number of places that are tried for a mover."""
+_DRAWS, _TRIES = 32, 16
+"""Number of places that are drawn at once for a mover, and how often."""
 
 
 def draw_movers(
@@ -26,7 +26,7 @@ def draw_movers(
 
     Drawn places are free of all obstacles and other movers, and ``START_GAP`` away from the robot's
     start; one that stands keeps ``STANDING_GAP`` from the goal and from all else. One that finds no
-    place in four hundred draws stays away for the episode.
+    place in 512 draws stays away for the episode.
 
     Args:
         room: Room.
@@ -62,12 +62,16 @@ def _drawn_place(
     for other in others:
         own_gap = 0.0 if other.plan.speed else STANDING_GAP
         kept_free.append((other.place, other.plan.radius + max(gap, own_gap)))
-    places = rng.uniform(-1.0, 1.0, (_DRAWS, 2)) * room.half
-    is_free = room.clearance(places) > plan.radius + gap
-    for centre, reach in kept_free:
-        is_free &= np.hypot(*(places - centre).T) > reach + plan.radius
-    first = np.flatnonzero(is_free)[:1].tolist()
-    return (float(places[first[0], 0]), float(places[first[0], 1])) if first else None
+    centres = np.array([centre for centre, _ in kept_free])
+    reaches = np.array([reach for _, reach in kept_free]) + plan.radius
+    for _ in range(_TRIES):
+        places = rng.uniform(-1.0, 1.0, (_DRAWS, 2)) * room.half
+        away = np.hypot(*(places[:, None] - centres).transpose(2, 0, 1))
+        is_free = (away > reaches).all(axis=1) & (room.clearance(places) > plan.radius + gap)
+        if is_free.any():
+            x, y = places[is_free.argmax()].tolist()
+            return x, y
+    return None
 
 
 def _velocity(plan: MoverPlan, rng: np.random.Generator) -> tuple[float, float]:

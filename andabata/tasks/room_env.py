@@ -131,7 +131,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         movers = draw_movers(self._rooms[index], rng, task, self.config.robot.radius)
         self._in_rooms.place(k, index, task.start, movers)
         self._goals[k] = task.goal
-        self._goal_bearings[k] = self._bearings_to_goals()[k]
+        self._goal_bearings[k] = self._bearings_to_goals(slice(k, k + 1))[0]
         if self._maps:
             self._maps[k].reset()
         if self._history is not None:
@@ -190,14 +190,14 @@ class RoomVectorEnv(PlanarVectorEnv):
             return gdae_reward(reward, batch.motions[:, V:], nearest, endings)
         if isinstance(reward, ImprovedRewardConfig):
             bearings = self._goal_bearings.copy()
-            self._goal_bearings = self._bearings_to_goals()
+            self._goal_bearings = self._bearings_to_goals(slice(None))
             after = GoalOffsets(self._goal_distances, self._goal_bearings)
             return improved_reward(reward, GoalOffsets(before, bearings), after, endings)
         return room_reward(reward, before, self._goal_distances, endings)
 
-    def _bearings_to_goals(self) -> NDArray[np.float64]:
-        """Return the bearing of each robot's goal, from -pi to pi [rad], shape (n,)."""
-        return encoded_goals(self._in_rooms.poses, self._goals, "polar")[:, 1]
+    def _bearings_to_goals(self, numbers: slice) -> NDArray[np.float64]:
+        """Return the bearings of some robots' goals, from -pi to pi [rad], shape (k,)."""
+        return encoded_goals(self._in_rooms.poses[numbers], self._goals[numbers], "polar")[:, 1]
 
     def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
         """Renew the observations of some robots."""

@@ -120,9 +120,9 @@ class RoomBatch:
             raise ValueError(
                 f"movers: expected at most {most}, got {len(movers)}; make room for more"
             )
-        for array in (*self.movers, self._schedules.radii):
+        for array in self.movers:
             array[k] = 0.0
-        for array in self._schedules[1:]:
+        for array in self._schedules:
             array[k] = np.inf
         for m, mover in enumerate(movers):
             plan = mover.plan

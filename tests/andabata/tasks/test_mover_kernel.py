@@ -91,6 +91,13 @@ def test_movers_that_meet_turn_back():
         np.testing.assert_allclose(velocities, [[-0.6, 0.0], [0.2, 0.0]], atol=1e-12)
 
 
+@pytest.mark.parametrize("gap", [0.021, 0.033, 0.049])
+def test_a_slow_mover_turns_back_before_a_fast_one_reaches_it(gap):
+    """Both do where the next step of the fast one would touch, though the slow one's would not."""
+    made = moved(movers((-gap, 0.0, 1.0, 0.0, 0.3), (0.6, 0.0, -0.2, 0.0, 0.3)), 1)
+    np.testing.assert_allclose(made.velocities[0], [[-1.0, 0.0], [0.2, 0.0]], atol=1e-12)
+
+
 def test_a_mover_turns_back_at_one_that_stands():
     """What stands is not moved by it."""
     made = moved(movers((-1.0, 0.0, 0.6, 0.0, 0.3), (0.5, 0.0, 0.0, 0.0, 0.3)), 60)
@@ -179,6 +186,7 @@ def test_a_mover_does_not_appear_on_robots_and_movers():
         (0.5, 0.0, (0.0, 0.0), Contact.MOVER),
         (0.5, 0.0, (0.4, 0.0), Contact.MOVER),
         (0.5, 0.0, (-0.4, 0.0), Contact.MOVER),
+        (0.5, 0.0, (-0.5, 0.0), Contact.MOVER),
         (0.5, 0.0, (-0.6, 0.0), Contact.HIT),
         (0.5, np.pi, (-0.6, 0.0), Contact.HIT),
         (0.5, np.pi / 2, (-0.1, 0.0), Contact.HIT),

@@ -189,15 +189,23 @@ def test_a_step_with_movers_by_the_batch_is_a_step_alone():
 
 def test_beams_are_cast_from_where_situations_keep_robots_and_movers():
     """Rounded to float32, poses and movers give the same bits; rounding moves nothing itself."""
-    crowd = [mover(1.0 + 1 / 3, 0.1, (-1 / 3, 0.1))]
-    exact, rounded = (RoomBatch(1, [WALL], DiscRobotConfig(), FOUR, movers=1) for _ in range(2))
-    exact.place(0, 0, Start(-1 / 3, 1 / 7, 1 / 9), crowd)
-    step(exact, (1 / 3, 0.7))
+    rng, lidar = np.random.default_rng(2), PlanarLidarConfig(resolution_deg=0.5, max_range=9.0)
+    rooms = [make_room("spn-env0"), make_room("spn-env5")]
+    exact, rounded = (RoomBatch(20, rooms, DiscRobotConfig(), lidar, movers=1) for _ in range(2))
+    for k in range(20):
+        start = Start(*rng.uniform(-0.7, 0.7, 2), rng.uniform(-3, 3))
+        bearing, velocity = rng.uniform(-3, 3), tuple(rng.uniform(-0.5, 0.5, 2).tolist())
+        place = 1.2 * np.cos(bearing), 1.2 * np.sin(bearing)
+        for batch in (exact, rounded):
+            batch.place(k, k % 2, start, [mover(*place, velocity)])
+    step(exact, *np.column_stack([rng.uniform(0, 0.5, 20), rng.uniform(-1, 1, 20)]))
     kept = as_kept(exact.motions)
-    assert (kept != exact.motions).any()
+    assert (kept[:, :3] != exact.motions[:, :3]).all()
     np.testing.assert_allclose(kept, exact.motions, rtol=1e-7)
     np.testing.assert_array_equal(as_kept(kept), kept)
-    rounded.place(0, 0, Start(0.0, 0.0, 0.0), crowd)
-    rounded.motions[:], rounded.movers.places[:] = kept, as_kept(exact.movers.places)
-    rounded.observe(np.ones(1, bool))
+    rounded.motions[:], rounded.movers.places[:] = kept, exact.movers.places
+    rounded.observe(np.ones(20, bool))
+    np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)
+    rounded.movers.places[:] = as_kept(exact.movers.places)
+    rounded.observe(np.ones(20, bool))
     np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)

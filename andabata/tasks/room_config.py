@@ -10,13 +10,9 @@ from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
 from andabata.tasks.room_batch import DiscRobotConfig
-from andabata.tasks.room_observations import (
-    GoalEncoding,
-    LidarRandomization,
-    RoomTerms,
-    room_observations,
-)
+from andabata.tasks.room_observations import LidarRandomization
 from andabata.tasks.room_points import SECTORS
+from andabata.tasks.room_terms import GoalEncoding, RoomTerms, room_observations
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
 from worlds.room_catalogue import make_room

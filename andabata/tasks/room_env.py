@@ -27,7 +27,8 @@ from andabata.tasks.rewards import (
 from andabata.tasks.room_batch import RoomBatch, room_arrays
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_kernel import V
-from andabata.tasks.room_observations import RoomRenderer, encoded_goals, noisy
+from andabata.tasks.room_observations import RoomRenderer, noisy
+from andabata.tasks.room_terms import encoded_goals
 from andabata.tasks.scan_history import ScanHistory
 from worlds.mover_placement import draw_movers
 from worlds.room_catalogue import make_room

@@ -2,20 +2,33 @@
 
 Plans stand in ``room_plans``. SPN (Zhang et al., arXiv 2010.10209) trains in ``spn-env0`` to
 ``spn-env3`` and is judged in ``spn-env4`` to ``spn-env7``. Its own layouts of the first four are a
-picture only; the others are those of its references [9] and [10] (assumption). ``random-K`` is the
-random room of seed K, to develop in.
+picture only; the others are those of its references [9] and [10] (assumption). ``td3-env1`` to
+``td3-env4`` and the other ``td3-`` rooms judge the improved TD3 (Guo et al.), whose layouts are
+pictures too; ``gdae`` is in the spirit of the world that GDAE trains in.
+
+Random rooms of seed K are for training and to develop in: ``random-K`` has thin walls,
+``clutter-K`` pieces of all kinds that cover 8 to 27 %, ``clutter-movers-K`` the same with one to
+four movers.
 """
 
 import tomllib
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib.resources import files
+from typing import Any
 
+from worlds.clutter import random_cluttered_room
 from worlds.random_rooms import random_walled_room
 from worlds.rooms import Room, RoomPlan
 
 _PLANS = "room_plans"
 
-_RANDOM = "random-"
+_RANDOM: dict[str, Callable[[int], Room]] = {
+    "random": random_walled_room,
+    "clutter": random_cluttered_room,
+    "clutter-movers": partial(random_cluttered_room, movers=(1, 4)),
+}
+"""What makes the random room of a seed, by kind."""
 
 
 class UnknownRoomError(ValueError):
@@ -36,21 +49,31 @@ def room_plan(name: str) -> RoomPlan:
     Raises:
         UnknownRoomError: If there is no room of that name.
     """
-    if name not in room_names():
-        known = ", ".join(room_names())
-        raise UnknownRoomError(f"room: expected one of {known} or random-K, got {name!r}")
-    text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
-    return RoomPlan.model_validate(tomllib.loads(text))
+    return RoomPlan.model_validate(_data(name))
 
 
-@cache
-def make_room(name: str) -> Room:
-    """Return a room by its name: that of a plan, or ``random-K``.
+def _data(name: str) -> dict[str, Any]:
+    """Return the data of a plan; what it lacks is that of the plan that it is ``like``.
 
     Raises:
         UnknownRoomError: If there is no room of that name.
     """
-    number = name.removeprefix(_RANDOM)
-    if name.startswith(_RANDOM) and number.isdecimal():
-        return random_walled_room(int(number))
+    if name not in room_names():
+        known = ", ".join((*room_names(), *(f"{kind}-K" for kind in _RANDOM)))
+        raise UnknownRoomError(f"room: expected one of {known}, got {name!r}")
+    text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
+    data = tomllib.loads(text)
+    return _data(data.pop("like")) | data if "like" in data else data
+
+
+@cache
+def make_room(name: str) -> Room:
+    """Return a room by its name: that of a plan, or a kind of random room and its seed.
+
+    Raises:
+        UnknownRoomError: If there is no room of that name.
+    """
+    kind, _, number = name.rpartition("-")
+    if kind in _RANDOM and number.isdecimal():
+        return _RANDOM[kind](int(number))
     return Room.of(name, room_plan(name))

@@ -1,14 +1,16 @@
 """Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from scipy.ndimage import label
 
+from terrain.kernel import kernel
+from worlds.movers import MoverPlan
 from worlds.world import Start
 
 _BORDER = 0.2
@@ -18,27 +20,13 @@ CELL = 0.05
 """Edge of the cells that free space is divided into [m]."""
 
 _KEPT = 64
-"""Number of rooms whose cells are remembered."""
+"""Number of rooms whose clearances are remembered."""
 
+_KEPT_FREE = 1024
+"""Number of rooms whose free cells are remembered: those of a pool to train in, 0.1 MB each."""
 
-class Appearance(BaseModel):
-    """An obstacle that appears when the robot comes near.
-
-    Attributes:
-        when_within: Distance of the robot from the obstacle's edge at which it appears [m].
-        circle: Centre and radius [m].
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    when_within: float = Field(gt=0)
-    circle: tuple[float, float, float]
-
-    def is_due(self, x: float, y: float) -> bool:
-        """Return True if the obstacle appears for a robot at a place [m]."""
-        return (
-            math.hypot(x - self.circle[0], y - self.circle[1]) - self.circle[2] < self.when_within
-        )
+_DRAWS = 50
+"""Number of draws after which a random task is taken as it comes."""
 
 
 class RoomPlan(BaseModel):
@@ -56,7 +44,9 @@ class RoomPlan(BaseModel):
         start: Start of the fixed tasks: x, y [m], yaw [rad].
         goals: Goals of the fixed tasks [m].
         tour: True if each goal starts where the last one was, False if all start at ``start``.
-        appearances: Obstacles that appear.
+        scatter: Largest deviation of random starts from those of the fixed tasks, x, y [m] and yaw
+            [rad]: random tasks are the fixed ones with such starts. None draws them anywhere.
+        movers: Obstacles that move, or come and go.
         judges: True if the room is for judging alone: nothing is trained, chosen or tuned in it.
     """
 
@@ -73,8 +63,16 @@ class RoomPlan(BaseModel):
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)
     goals: tuple[tuple[float, float], ...] = ()
     tour: bool = False
-    appearances: tuple[Appearance, ...] = ()
+    scatter: tuple[float, float, float] | None = None
+    movers: tuple[MoverPlan, ...] = ()
     judges: bool = False
+
+    @model_validator(mode="after")
+    def _check_scatter(self) -> Self:
+        """Refuse starts around those of no task."""
+        if self.scatter is not None and not self.goals:
+            raise ValueError("goals: expected some where scatter is given, got none")
+        return self
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,8 @@ class Room:
             shape (n, 4).
         circles: x, y and radius of each circle [m], float64, shape (m, 3).
         tasks: Fixed tasks.
-        appearances: Obstacles that appear.
+        scatter: Largest deviation of random starts from those of the fixed tasks, or None.
+        movers: Obstacles that move, or come and go.
         judges: True if the room is for judging alone.
     """
 
@@ -110,8 +109,14 @@ class Room:
     boxes: NDArray[np.float64]
     circles: NDArray[np.float64]
     tasks: tuple[RoomTask, ...] = ()
-    appearances: tuple[Appearance, ...] = ()
+    scatter: tuple[float, float, float] | None = None
+    movers: tuple[MoverPlan, ...] = ()
     judges: bool = False
+
+    @property
+    def appearances(self) -> tuple[MoverPlan, ...]:
+        """Obstacles that appear when the robot comes near."""
+        return tuple(one for one in self.movers if one.when_within is not None)
 
     @classmethod
     def of(cls, name: str, plan: RoomPlan) -> "Room":
@@ -129,7 +134,8 @@ class Room:
             boxes=np.array(boxes, dtype=np.float64),
             circles=circles,
             tasks=_tasks(plan),
-            appearances=plan.appearances,
+            scatter=plan.scatter,
+            movers=plan.movers,
             judges=plan.judges,
         )
 
@@ -139,24 +145,39 @@ class Room:
         Args:
             points: Points in the room [m], shape (k, 2).
         """
-        x, y = points[:, :1], points[:, 1:2]
-        low, high = self.boxes[:, :2], self.boxes[:, 2:]
-        out_x = np.maximum(low[:, 0] - x, x - high[:, 0])
-        out_y = np.maximum(low[:, 1] - y, y - high[:, 1])
-        outside = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0))
-        inside = np.minimum(np.maximum(out_x, out_y), 0.0)
-        nearest = (outside + inside).min(axis=1)
-        if len(self.circles):
-            centres, radii = self.circles[:, :2], self.circles[:, 2]
-            away = np.hypot(x - centres[:, 0], y - centres[:, 1]) - radii
-            nearest = np.minimum(nearest, away.min(axis=1))
-        return np.asarray(nearest)
+        return _clearances(np.ascontiguousarray(points), self.boxes, self.circles)
+
+
+@kernel
+def _clearances(
+    points: NDArray[np.float64], boxes: NDArray[np.float64], circles: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the distance of points to the nearest box or circle, negative inside [m], (k,)."""
+    found = np.full(len(points), np.inf)
+    for k in range(len(points)):
+        x, y = points[k]
+        for b in range(len(boxes)):
+            out_x = max(boxes[b, 0] - x, x - boxes[b, 2])
+            out_y = max(boxes[b, 1] - y, y - boxes[b, 3])
+            # Beside a box one of both is the distance; off a corner both are; inside the larger.
+            if out_x > 0.0 and out_y > 0.0:
+                found[k] = min(found[k], np.hypot(out_x, out_y))
+            else:
+                found[k] = min(found[k], max(out_x, out_y))
+        for c in range(len(circles)):
+            away = np.hypot(x - circles[c, 0], y - circles[c, 1]) - circles[c, 2]
+            found[k] = min(found[k], away)
+    return found
+
+
+def cell_edges(room: Room) -> list[NDArray[np.float64]]:
+    """Return x of the middles of a room's columns of cells and y of those of its rows [m]."""
+    return [np.arange(-half + CELL / 2, half, CELL) for half in room.half]
 
 
 def cell_middles(room: Room) -> NDArray[np.float64]:
     """Return the middle of each cell of a room's free space [m], shape (n, m, 2)."""
-    edges = [np.arange(-half + CELL / 2, half, CELL) for half in room.half]
-    return np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1)
+    return np.stack(np.meshgrid(*cell_edges(room), indexing="ij"), axis=-1)
 
 
 @lru_cache(maxsize=_KEPT)
@@ -166,7 +187,28 @@ def cell_clearances(room: Room) -> NDArray[np.float64]:
     return room.clearance(middles.reshape(-1, 2)).reshape(middles.shape[:2])
 
 
-@lru_cache(maxsize=_KEPT)
+def coverage(room: Room) -> float:
+    """Return the share of a room's free space that boxes and circles cover, by cells of 5 cm.
+
+    Walls around it do not count, nor does what moves.
+    """
+    return float((cell_clearances(room) < 0).mean())
+
+
+@lru_cache(maxsize=_KEPT_FREE)
+def _free_cells(room: Room, radius: float, clearance: float) -> NDArray[np.int16]:
+    """Return the indices of the cells of ``free_places``, int16, shape (k, 2)."""
+    distances = cell_clearances(room)
+    regions, count = label(distances > radius)
+    if not count:
+        raise ValueError(f"room {room.name}: expected room for a disc of {radius} m, got none")
+    largest = np.bincount(regions.ravel())[1:].argmax() + 1
+    found = np.argwhere((regions == largest) & (distances > max(clearance, radius)))
+    if not len(found):
+        raise ValueError(f"room {room.name}: expected places {clearance} m clear, got none")
+    return found.astype(np.int16)
+
+
 def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float64]:
     """Return places of the largest region in which a disc can drive from any to any.
 
@@ -181,15 +223,20 @@ def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float
     Raises:
         ValueError: If there is none.
     """
-    places, distances = cell_middles(room), cell_clearances(room)
-    regions, count = label(distances > radius)
-    if not count:
-        raise ValueError(f"room {room.name}: expected room for a disc of {radius} m, got none")
-    largest = np.bincount(regions.ravel())[1:].argmax() + 1
-    found = places[(regions == largest) & (distances > max(clearance, radius))]
-    if not len(found):
-        raise ValueError(f"room {room.name}: expected places {clearance} m clear, got none")
-    return found
+    cells = _free_cells(room, radius, clearance)
+    return np.stack(
+        [edges[index] for edges, index in zip(cell_edges(room), cells.T, strict=True)], 1
+    )
+
+
+def random_place(
+    room: Room, rng: np.random.Generator, radius: float, clearance: float
+) -> tuple[float, float]:
+    """Return one of ``free_places``, whose arguments it takes, at random [m]."""
+    cells = _free_cells(room, radius, clearance)
+    i, j = cells[rng.integers(len(cells))]
+    columns, rows = cell_edges(room)
+    return float(columns[i]), float(rows[j])
 
 
 def random_task(
@@ -201,6 +248,8 @@ def random_task(
 ) -> RoomTask:
     """Return a random start and goal that a disc can reach from there.
 
+    A room with a scatter has its fixed tasks alone, each with a random start around its own.
+
     Args:
         room: Room.
         rng: Source of randomness.
@@ -209,17 +258,33 @@ def random_task(
         min_distance: Smallest distance from start to goal [m]; where no place is as far, the goal
             is the farthest of all.
     """
-    places = free_places(room, radius, clearance)
-    start = places[rng.integers(len(places))]
+    if room.scatter is not None:
+        return _scattered_task(room, rng, max(clearance, radius), room.scatter)
+    x, y = random_place(room, rng, radius, clearance)
     yaw = float(rng.uniform(-np.pi, np.pi))
     # Most draws are far enough; few are needed in any room.
-    for _ in range(50):
-        goal = places[rng.integers(len(places))]
-        if np.hypot(*(goal - start)) >= min_distance:
+    for _ in range(_DRAWS):
+        goal = random_place(room, rng, radius, clearance)
+        if np.hypot(goal[0] - x, goal[1] - y) >= min_distance:
             break
     else:
-        goal = places[np.hypot(*(places - start).T).argmax()]
-    return RoomTask(Start(float(start[0]), float(start[1]), yaw), (float(goal[0]), float(goal[1])))
+        places = free_places(room, radius, clearance)
+        far = places[np.hypot(*(places - (x, y)).T).argmax()]
+        goal = (float(far[0]), float(far[1]))
+    return RoomTask(Start(x, y, yaw), goal)
+
+
+def _scattered_task(
+    room: Room, rng: np.random.Generator, clearance: float, scatter: tuple[float, float, float]
+) -> RoomTask:
+    """Return a fixed task of a room with a random start around its own, as clear as asked for."""
+    task = room.tasks[rng.integers(len(room.tasks))]
+    middle = np.array([task.start.x, task.start.y, task.start.yaw])
+    for _ in range(_DRAWS):
+        x, y, yaw = (middle + rng.uniform(-1.0, 1.0, 3) * scatter).tolist()
+        if room.clearance(np.array([[x, y]]))[0] > clearance:
+            return RoomTask(Start(x, y, yaw), task.goal)
+    return task
 
 
 def _boundary(half: tuple[float, float]) -> list[tuple[float, float, float, float]]:

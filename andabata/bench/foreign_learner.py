@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
-from andabata.tasks.spn import SpnVectorEnv
+from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.spn_config import SpnConfig
 from andabata.training.plans import load_plan
 from rl.learners import make_learner
@@ -46,7 +46,7 @@ def fixed_tasks_reached(config: SpnConfig, policy: Any) -> tuple[int, float]:  #
         config: Settings of the task.
         policy: Policy, of which ``best_many`` is called.
     """
-    robots = SpnVectorEnv(config.fixed, 16, autoreset=False)
+    robots = RoomVectorEnv(config.fixed, 16, autoreset=False)
     specs = [EpisodeSpec(0, (0, k), None, k) for k in range(len(config.fixed_tasks))]
     episodes = play_together(robots, policy, 1, specs, explore=False)
     steps = [episode.steps for episode in episodes if episode.is_success]
@@ -86,7 +86,7 @@ def ours(steps: int, seed: int) -> Row:
     """Train our plan in the easiest order of rooms drawn alike, and return its row."""
     plan = load_plan(task="spn")
     config = SpnConfig()
-    robots = SpnVectorEnv(config, 16, autoreset=False)
+    robots = RoomVectorEnv(config, 16, autoreset=False)
     spaces = config.observations, config.actions
     learner = make_learner(plan.learner, *spaces, seed, robots.renderer)
     began, done, number = time.perf_counter(), 0, 0

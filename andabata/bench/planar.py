@@ -1,14 +1,16 @@
 """Measures how fast disc robots in rooms are simulated: rays, and whole steps of a batch.
 
 ``python -m andabata.bench.planar`` prints a Markdown table. The room has about 25 boxes. A whole
-step drives, casts, and writes points and windows. The caster it is compared with intersects every
-beam with every box as slabs and with every circle, in plain numpy, in the same run.
+step drives, casts, and writes points and windows; in the last row among moving obstacles, which the
+other caster leaves out. That caster intersects every beam with every box as slabs and with every
+circle, in plain numpy, in the same run.
 """
 
 import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +18,10 @@ from numpy.typing import NDArray
 from andabata.bench.table import Row, markdown_table
 from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from andabata.tasks.room_points import SECTORS, take_points
-from worlds.rooms import Room, RoomPlan, free_places
+from andabata.tasks.room_points import SECTORS, bearing_windows, take_points
+from worlds.mover_placement import draw_movers
+from worlds.movers import MoverPlan
+from worlds.rooms import Room, RoomPlan, RoomTask, free_places
 from worlds.world import Start
 
 BEAMS = (36, 180, 1080)
@@ -25,6 +29,9 @@ BEAMS = (36, 180, 1080)
 
 _ROBOTS = 64
 """Number of robots of a step."""
+
+_MOVERS = 4
+"""Number of moving obstacles of each robot in the last row."""
 
 _POINTS = 120
 """Largest number of points of an observation."""
@@ -92,12 +99,21 @@ def least_time(work: Callable[[], object], runs: int = 20) -> float:
     return min(times)
 
 
-def standing_batch(room: Room, lidar: PlanarLidarConfig, robots: int) -> RoomBatch:
-    """Return robots at random free places of a room."""
+def standing_batch(room: Room, lidar: PlanarLidarConfig, robots: int, movers: int = 0) -> RoomBatch:
+    """Return robots at random free places of a room.
+
+    Args:
+        room: Room.
+        lidar: Laser of all robots.
+        robots: Number of robots.
+        movers: Number of moving obstacles of each.
+    """
     rng = np.random.default_rng(1)
-    batch = RoomBatch(robots, [room], DiscRobotConfig(), lidar)
+    batch = RoomBatch(robots, [room], DiscRobotConfig(), lidar, movers)
+    crowded = replace(room, movers=(MoverPlan(radius=0.2, speed=0.5),) * movers)
     for k, (x, y) in enumerate(rng.choice(free_places(room, 0.2, 0.3), robots)):
-        batch.place(k, 0, Start(x, y, rng.uniform(-np.pi, np.pi)))
+        start = Start(x, y, rng.uniform(-np.pi, np.pi))
+        batch.place(k, 0, start, draw_movers(crowded, rng, RoomTask(start, (0.0, 0.0)), 0.2))
     return batch
 
 
@@ -113,23 +129,25 @@ def cast_row(room: Room) -> Row:
     return _row(f"cast of 1080 beams, {len(room.boxes)} boxes", 1e6 * ours, "us", plain / ours)
 
 
-def step_row(room: Room, beams: int) -> Row:
+def step_row(room: Room, beams: int, movers: int = 0) -> Row:
     """Return how many robots' steps are simulated in a second, beside those of the plain caster."""
     lidar = PlanarLidarConfig(resolution_deg=360 / beams)
-    batch = standing_batch(room, lidar, _ROBOTS)
+    batch = standing_batch(room, lidar, _ROBOTS, movers)
     everyone, points = np.ones(_ROBOTS, dtype=np.bool_), min(beams, _POINTS)
     rows = np.zeros((_ROBOTS, 3 * points + SECTORS), dtype=np.float32)
-    twists = np.tile([0.0, 0.5], (_ROBOTS, 1))
+    twists, windows = np.tile([0.0, 0.5], (_ROBOTS, 1)), bearing_windows(batch.lasers)
 
     def step() -> None:
         batch.step(twists, everyone)
-        take_points(batch.reciprocals, everyone, batch.lasers, batch.mounted, points, rows)
+        seen = batch.reciprocals, everyone, batch.lasers, batch.mounted
+        take_points(*seen, points, windows, rows)
 
     step()
     ours = least_time(step) / _ROBOTS
     angles, reach = lidar.bearings, lidar.max_range
     plain = least_time(lambda: slab_ranges(room.boxes, room.circles, np.zeros(2), angles, reach))
-    return _row(f"step, {beams} beams", 1 / ours, "robot-steps/s", plain / ours)
+    crowd = f", {movers} movers" if movers else ""
+    return _row(f"step, {beams} beams{crowd}", 1 / ours, "robot-steps/s", plain / ours)
 
 
 def _row(name: str, value: float, unit: str, ratio: float) -> Row:
@@ -142,6 +160,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     argparse.ArgumentParser(description=__doc__).parse_args(argv)
     room = crowded_room()
     rows = [cast_row(room), *(step_row(room, beams) for beams in BEAMS)]
+    rows.append(step_row(room, BEAMS[1], _MOVERS))
     sys.stdout.write(markdown_table(rows))
 
 

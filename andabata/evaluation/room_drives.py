@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.spn import SpnVectorEnv
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy, with_observations
 from worlds.rooms import RoomTask
@@ -45,7 +45,7 @@ class RoomDrive:
 
 
 def drive_tasks(
-    policy: Policy, config: SpnConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
+    policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
 ) -> list[RoomDrive]:
     """Drive tasks of a room with a policy at its best, and return the drives in their order.
 
@@ -62,13 +62,13 @@ def drive_tasks(
     found: list[RoomDrive] = []
     for begin in range(0, len(tasks), _BATCH):
         part = tasks[begin : begin + _BATCH]
-        robots = SpnVectorEnv(task, len(part), autoreset=False)
+        robots = RoomVectorEnv(task, len(part), autoreset=False)
         found += _driven_together(actor, robots, part, begin, on_states)
     return found
 
 
 def drive_tour(
-    policy: Policy, config: SpnConfig, start: Start, goals: Sequence[tuple[float, float]]
+    policy: Policy, config: RoomConfig, start: Start, goals: Sequence[tuple[float, float]]
 ) -> list[RoomDrive]:
     """Drive to goals in a row, each from where the robot stands, until one is not reached.
 
@@ -91,7 +91,7 @@ def drive_tour(
     return found
 
 
-def fitted(policy: Policy, config: SpnConfig) -> tuple[Policy, SpnConfig]:
+def fitted(policy: Policy, config: RoomConfig) -> tuple[Policy, RoomConfig]:
     """Return a policy for any number of points and a task as it reads it, with its form of goals.
 
     Raises:
@@ -114,7 +114,7 @@ def fitted(policy: Policy, config: SpnConfig) -> tuple[Policy, SpnConfig]:
 
 def _driven_together(
     actor: Policy,
-    robots: SpnVectorEnv,
+    robots: RoomVectorEnv,
     tasks: Sequence[RoomTask],
     begin: int,
     on_states: OnStates | None,

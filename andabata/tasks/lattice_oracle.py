@@ -205,7 +205,7 @@ def _moves(robot: DiscRobotConfig) -> _Moves:
             robot.radius,
             robot.period / robot.substeps,
             1,
-            np.zeros(count, dtype=np.bool_),
+            np.zeros(count, dtype=np.int64),
         )
         places[:, s] = motions[:, X:YAW]
     # A bin that the sharpest turn or the longest way cannot leave would hold a robot in it.

@@ -140,6 +140,10 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
     def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
         """Renew the observations of some robots in ``_states``."""
 
+    def _end_details(self) -> dict[str, NDArray[Any]]:
+        """Return what else is told of episodes that end, arrays of shape (n,); here nothing."""
+        return {}
+
     @property
     def _situations(self) -> NDArray[np.float32] | None:
         """What observations can be rendered from, shape (n, m); None where they are kept."""
@@ -232,6 +236,8 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         info["outcome"] = np.array([str(outcome or "") for outcome in outcomes], dtype=object)
         info["turns"] = np.abs(self._turns)
         info["_is_success"] = info["_outcome"] = info["_turns"] = over.copy()
+        for name, values in self._end_details().items():
+            info[name], info[f"_{name}"] = values, over.copy()
         self._over |= over
         if self._autoreset:
             info["final_obs"], info["_final_obs"] = self._states.copy(), over.copy()

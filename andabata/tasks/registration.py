@@ -4,9 +4,11 @@ import gymnasium as gym
 
 STAGES = ("Maze2D", "Maze3D", "Natural")
 
+ROOM_TASKS = ("SPN", "TD3")
+
 
 def register_environments() -> None:
-    """Register ``andabata/Maze2D-v0``, ``Maze3D-v0``, ``Natural-v0`` and ``SPN-v0``, once.
+    """Register ``andabata/Maze2D-v0``, ``Maze3D-v0``, ``Natural-v0``, ``SPN-v0``, ``TD3-v0``, once.
 
     ``import andabata`` does it, as Gymnasium asks of third-party packages: it loads no plug-ins by
     itself. ``gymnasium.make("andabata:andabata/Natural-v0")`` imports the package first.
@@ -20,9 +22,11 @@ def register_environments() -> None:
                 vector_entry_point="andabata.tasks.vector:make_vector",
                 kwargs={"stage": stage},
             )
-    if "andabata/SPN-v0" not in gym.registry:
-        gym.register(
-            "andabata/SPN-v0",
-            entry_point="andabata.tasks.spn:make_spn",
-            vector_entry_point="andabata.tasks.spn:make_spn_vector",
-        )
+    for task in ROOM_TASKS:
+        name, module = f"andabata/{task}-v0", task.lower()
+        if name not in gym.registry:
+            gym.register(
+                name,
+                entry_point=f"andabata.tasks.{module}:make_{module}",
+                vector_entry_point=f"andabata.tasks.{module}:make_{module}_vector",
+            )

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Movers
+from andabata.tasks.mover_kernel import come_and_go
+from andabata.tasks.movers import Movers, Schedules
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.room_kernel import Lasers, Rooms, V, X, cast, drive
+from worlds.movers import Mover
 from worlds.rooms import Room
 from worlds.world import Start
 
@@ -41,7 +43,8 @@ class RoomBatch:
         motions: State of each robot: x, y [m], yaw [rad], speed [m/s], yaw rate [rad/s], float64,
             shape (n, 5).
         places: Index of each robot's room, shape (n,).
-        movers: Moving obstacles of each robot's room.
+        movers: Moving obstacles of each robot's room; see ``andabata.tasks.mover_kernel``.
+        contacts: ``Contact`` of each robot since its last step, int64, shape (n,).
         lasers: Lasers that robots can have.
         mounted: Index of each robot's laser, shape (n,).
         reciprocals: Reciprocal distances of the beams from the laser [1/m], float32, shape (n, b).
@@ -69,10 +72,11 @@ class RoomBatch:
         self.motions = np.zeros((count, 5))
         self.places = np.zeros(count, dtype=np.int64)
         self.movers = Movers.none(count, movers)
+        self._schedules = Schedules.none(count, movers)
+        self.contacts = np.zeros(count, dtype=np.int64)
         self.lasers = laser_arrays([lidar])
         self.mounted = np.zeros(count, dtype=np.int64)
         self.reciprocals = np.zeros((count, lidar.count), dtype=np.float32)
-        self._contacts = np.zeros(count, dtype=np.bool_)
         self._tipped = np.zeros(count, dtype=np.bool_)
         self._steps = np.zeros(count, dtype=np.int64)
 
@@ -91,20 +95,52 @@ class RoomBatch:
         """Time since each robot was put down [s], shape (n,)."""
         return np.asarray(self._steps * self._robot.period)
 
-    def place(self, k: int, room: int, start: Start) -> None:
-        """Put a robot down at rest, without moving obstacles.
+    def place(self, k: int, room: int, start: Start, movers: Sequence[Mover] = ()) -> None:
+        """Put a robot down at rest, with moving obstacles of its own.
 
         Args:
             k: Index of the robot.
             room: Index of its room.
             start: Pose.
+            movers: Its moving obstacles. Those that wait for nothing are there at once.
+
+        Raises:
+            ValueError: If there are too many, or one is too fast for its size.
         """
         self.places[k] = room
         self.motions[k] = start.x, start.y, start.yaw, 0.0, 0.0
+        self.contacts[k] = 0
+        self._steps[k] = 0
+        self._place_movers(k, movers)
+
+    def _place_movers(self, k: int, movers: Sequence[Mover]) -> None:
+        """Put the moving obstacles of a robot down; see ``place``."""
+        most, dt = self.movers.radii.shape[1], self._robot.period / self._robot.substeps
+        if len(movers) > most:
+            raise ValueError(
+                f"movers: expected at most {most}, got {len(movers)}; make room for more"
+            )
         for array in self.movers:
             array[k] = 0.0
-        self._contacts[k] = False
-        self._steps[k] = 0
+        for array in self._schedules:
+            array[k] = np.inf
+        for m, mover in enumerate(movers):
+            plan = mover.plan
+            if plan.speed * dt > plan.radius:
+                raise ValueError(
+                    f"movers: expected at most {plan.radius / dt:.3g} m/s of a mover of "
+                    f"{plan.radius} m, got {plan.speed}; a robot with more sub-steps lets it go"
+                )
+            self.movers.places[k, m], self.movers.velocities[k, m] = mover.place, mover.velocity
+            self._schedules.radii[k, m] = plan.radius
+            self._schedules.begins[k, m] = plan.appears_at
+            if plan.lasts is not None:
+                self._schedules.durations[k, m] = plan.lasts
+            if plan.when_within is not None:
+                self._schedules.distances[k, m] = plan.when_within
+            elif plan.appears_at == 0.0:
+                self.movers.radii[k, m] = plan.radius
+                self._schedules.ends[k, m] = self._schedules.durations[k, m]
 
     def step(self, twists: NDArray[np.float64], chosen: NDArray[np.bool_]) -> PlanarState:
         """Drive robots for one control period.
@@ -115,6 +151,9 @@ class RoomBatch:
         """
         robot = self._robot
         np.copyto(self.motions[:, V:], twists, where=chosen[:, None])
+        if self.movers.radii.size:
+            movers = self.movers, self._schedules
+            come_and_go(self.motions, chosen, self.stamps, *movers, robot.radius)
         self._steps += chosen
         drive(
             self.motions,
@@ -125,23 +164,37 @@ class RoomBatch:
             robot.radius,
             robot.period,
             robot.substeps,
-            self._contacts,
+            self.contacts,
         )
         return self.observe(chosen)
 
     def observe(self, chosen: NDArray[np.bool_]) -> PlanarState:
-        """Measure the beams of some robots and return the state of all."""
+        """Measure the beams of some robots and return the state of all.
+
+        Lasers and movers are where situations keep them to be; see ``as_kept``.
+        """
+        movers = self.movers
+        if movers.radii.size:
+            movers = Movers(as_kept(movers.places), movers.velocities, as_kept(movers.radii))
         cast(
-            self.motions,
+            as_kept(self.motions),
             chosen,
             self.places,
             self._rooms,
-            self.movers,
+            movers,
             self.lasers,
             self.mounted,
             self.reciprocals,
         )
-        return PlanarState(self.poses, self._contacts, self._tipped)
+        return PlanarState(self.poses, self.contacts > 0, self._tipped)
+
+
+def as_kept(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return numbers as situations keep them, rounded to float32.
+
+    What is observed is computed from these, so that a situation gives the same bits again.
+    """
+    return values.astype(np.float32).astype(np.float64)
 
 
 def room_arrays(rooms: Sequence[Room]) -> Rooms:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.movers import Movers
+from andabata.tasks.mover_kernel import advance, contact_with_mover
+from andabata.tasks.movers import Contact, Movers
 from terrain.kernel import inlined_kernel, kernel
 
 MIN_RANGE = 0.02
@@ -24,6 +25,8 @@ _EDGE = 1e-9
 """Widening of an interval [beams]: what is at an edge must not be lost to rounding."""
 
 _TURN = 2 * np.pi
+
+_OBSTACLE = int(Contact.OBSTACLE)
 
 
 class Rooms(NamedTuple):
@@ -96,11 +99,12 @@ def drive(
     radius: float,
     period: float,
     substeps: int,
-    contacts: NDArray[np.bool_],
+    contacts: NDArray[np.int64],
 ) -> None:
-    """Drive the chosen robots for one control period along exact arcs.
+    """Drive the chosen robots and their movers for one control period, robots along exact arcs.
 
-    A robot that touches something stays there until it is put down anew.
+    In each sub-step first the robot moves, then its movers. A robot that touches something stays
+    there until it is put down anew.
 
     Args:
         motions: State of each robot, columns as above, changed in place, shape (n, 5). Speed and
@@ -112,14 +116,14 @@ def drive(
         radius: Radius of the robots [m].
         period: Control period [s].
         substeps: Number of checks for contact in a period.
-        contacts: True where a robot touches something, changed in place, shape (n,).
+        contacts: ``Contact`` of each robot, changed in place, shape (n,).
     """
     dt = period / substeps
     for k in range(len(chosen)):
         if not chosen[k]:
             continue
-        contacts[k] = False
-        motion = motions[k]
+        contacts[k] = 0
+        motion, room = motions[k], places[k]
         for _ in range(substeps):
             turn = motion[W] * dt
             # An arc's chord leaves at half the turn; its length is the arc's times sinc.
@@ -128,17 +132,34 @@ def drive(
             motion[X] += chord * np.cos(motion[YAW] + half)
             motion[Y] += chord * np.sin(motion[YAW] + half)
             motion[YAW] = np.pi - (np.pi - motion[YAW] - turn) % _TURN
-            for m in range(movers.radii.shape[1]):
-                movers.places[k, m, 0] += movers.velocities[k, m, 0] * dt
-                movers.places[k, m, 1] += movers.velocities[k, m, 1] * dt
-            if clearance(motion[X], motion[Y], places[k], rooms, k, movers) < radius:
-                contacts[k] = True
+            if movers.radii.shape[1] > 0:
+                boxes = rooms.boxes[room, : rooms.box_counts[room]]
+                circles = rooms.circles[room, : rooms.circle_counts[room]]
+                advance(k, movers, boxes, circles, dt)
+            x, y = motion[X], motion[Y]
+            if clearance(x, y, room, rooms, k, movers) < radius:
+                # Touching both what stands and what moves is the robot's own doing.
+                contact = _OBSTACLE
+                if standing_clearance(x, y, room, rooms) >= radius:
+                    contact = contact_with_mover(x, y, motion[YAW], motion[V], radius, k, movers)
+                contacts[k] = contact
                 break
 
 
 @kernel
 def clearance(x: float, y: float, room: int, rooms: Rooms, k: int, movers: Movers) -> float:
     """Return the distance of a point to the nearest obstacle [m], 0 inside a box."""
+    nearest = standing_clearance(x, y, room, rooms)
+    for m in range(movers.radii.shape[1]):
+        if movers.radii[k, m] > 0.0:
+            away = np.hypot(movers.places[k, m, 0] - x, movers.places[k, m, 1] - y)
+            nearest = min(nearest, away - movers.radii[k, m])
+    return nearest
+
+
+@kernel
+def standing_clearance(x: float, y: float, room: int, rooms: Rooms) -> float:
+    """Return the distance of a point to the nearest box or circle of a room [m], 0 inside a box."""
     squared = np.inf
     for b in range(rooms.box_counts[room]):
         box = rooms.boxes[room, b]
@@ -149,10 +170,6 @@ def clearance(x: float, y: float, room: int, rooms: Rooms, k: int, movers: Mover
     for c in range(rooms.circle_counts[room]):
         circle = rooms.circles[room, c]
         nearest = min(nearest, np.hypot(circle[0] - x, circle[1] - y) - circle[2])
-    for m in range(movers.radii.shape[1]):
-        if movers.radii[k, m] > 0.0:
-            away = np.hypot(movers.places[k, m, 0] - x, movers.places[k, m, 1] - y)
-            nearest = min(nearest, away - movers.radii[k, m])
     return nearest
 
 

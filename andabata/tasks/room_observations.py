@@ -5,7 +5,7 @@ laser, so that a replay buffer keeps situations, a few numbers each, and renders
 """
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.movers import Movers
-from andabata.tasks.room_batch import laser_arrays
+from andabata.tasks.room_batch import as_kept, laser_arrays
 from andabata.tasks.room_kernel import (
     MIN_RANGE,
     YAW,
@@ -23,20 +23,42 @@ from andabata.tasks.room_kernel import (
     X,
     cast,
 )
-from andabata.tasks.room_points import SECTORS, take_points
-from rl.spaces import ObservationSpec, ObservationTerm
-
-GoalEncoding = Literal["cosine", "polar"]
-"""Goal as distance, cosine and sine of the bearing, or as distance and bearing (paper)."""
-
-GOAL_DISTANCE = 5.0
-"""Distance that a goal's distance is divided by with ``cosine`` [m]."""
-
-_FAR = 100.0
-"""Bound of a goal's distance [m]."""
+from andabata.tasks.room_points import bearing_windows, take_earlier_windows, take_points
+from andabata.tasks.room_terms import RoomTerms, encoded_goals
 
 _HEAD = 8
 """Number of columns of a situation before its movers: room, motion, target."""
+
+_MOVER = 5
+"""Number of columns of a mover: place, velocity, radius."""
+
+_EARLIER = 3
+"""Number of columns of an earlier pose, and of each mover then: place and radius."""
+
+
+class EarlierScans(NamedTuple):
+    """What was seen some control steps ago, and from where.
+
+    Attributes:
+        reciprocals: Reciprocals of the beams as ``cast`` writes them, float32, shape (n, b).
+        poses: x, y [m] and yaw [rad] of each robot then, shape (n, 3).
+        places: Centres of its moving obstacles then [m], shape (n, m, 2).
+        radii: Radii of them, 0 where there was none [m], shape (n, m).
+    """
+
+    reciprocals: NDArray[np.float32]
+    poses: NDArray[np.float64]
+    places: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+    def of(self, numbers: NDArray[np.intp]) -> "EarlierScans":
+        """Return those of some robots, by their indices."""
+        return EarlierScans(
+            self.reciprocals[numbers],
+            self.poses[numbers],
+            self.places[numbers],
+            self.radii[numbers],
+        )
 
 
 class LidarRandomization(BaseModel):
@@ -81,61 +103,17 @@ class LidarRandomization(BaseModel):
         return found
 
 
-def room_observations(points: int, encoding: GoalEncoding, max_speed: float) -> ObservationSpec:
-    """Return the space of the observations.
-
-    Args:
-        points: Number of points, masked where a laser has fewer.
-        encoding: Form of the goal.
-        max_speed: Largest speed [m/s] and yaw rate [rad/s].
-    """
-    near = 1.0 / MIN_RANGE
-    goal = ("goal", (3,), -1.0, _FAR / GOAL_DISTANCE, "5 m, 1, 1")
-    if encoding == "polar":
-        goal = ("goal", (2,), -np.pi, _FAR, "m, rad")
-    return ObservationSpec(
-        terms=(
-            _term("points", (points, 2), -near, near, "1/m"),
-            _term("mask", (points,), 0.0, 1.0, "1"),
-            _term("windows", (SECTORS,), 0.0, near, "1/m"),
-            _term(*goal),
-            _term("velocity", (2,), -max_speed, max_speed, "m/s, rad/s"),
-        )
-    )
-
-
-def _term(name: str, shape: tuple[int, ...], low: float, high: float, unit: str) -> ObservationTerm:
-    """Return a term that networks take as it is."""
-    return ObservationTerm(name=name, shape=shape, low=low, high=high, unit=unit, scaling="none")
-
-
-def encoded_goals(
-    poses: NDArray[np.float64], goals: NDArray[np.float64], encoding: GoalEncoding
-) -> NDArray[np.float64]:
-    """Return goals as networks take them, shape (n, 3) or (n, 2).
-
-    Args:
-        poses: x, y [m] and yaw [rad] of the robots, shape (n, 3).
-        goals: Goals in the room [m], shape (n, 2).
-        encoding: Form of the goal.
-    """
-    away = goals - poses[:, :2]
-    distances = np.hypot(*away.T)
-    bearings = np.arctan2(away[:, 1], away[:, 0]) - poses[:, 2]
-    if encoding == "polar":
-        return np.stack([distances, np.pi - (np.pi - bearings) % (2 * np.pi)], axis=1)
-    return np.stack([distances / GOAL_DISTANCE, np.cos(bearings), np.sin(bearings)], axis=1)
-
-
 class RoomRenderer:
     """Renders observations of situations, with the task's laser or with lasers drawn at random.
 
     A situation is a float32 row: index of the room; x, y, yaw, speed and yaw rate of the robot;
-    x and y of the goal; and x, y and radius of each moving obstacle.
+    x and y of the goal; x and y, velocity in x and y, and radius of each moving obstacle, 0 where
+    there is none. With an earlier scan its pose follows, and x, y and radius of each obstacle then.
+    Without noise the same laser gives the same bits as when the robot was there.
 
     Attributes:
         size: Length of a situation.
-        points: Number of points of an observation.
+        terms: What an observation is made of.
         movers: Number of moving obstacles of a situation.
     """
 
@@ -143,8 +121,7 @@ class RoomRenderer:
         self,
         rooms: Rooms,
         lidars: Sequence[PlanarLidarConfig],
-        points: int,
-        encoding: GoalEncoding,
+        terms: RoomTerms,
         movers: int = 0,
         randomization: LidarRandomization | None = None,
     ) -> None:
@@ -153,15 +130,17 @@ class RoomRenderer:
         Args:
             rooms: Rooms by their index.
             lidars: Lasers: the task's own, and those that are drawn from.
-            points: Number of points of an observation.
-            encoding: Form of the goal.
+            terms: What an observation is made of.
             movers: Number of moving obstacles of a situation.
             randomization: How lasers are drawn when situations are rendered; None draws none.
         """
-        self.size = _HEAD + 3 * movers
-        self.points, self.movers = points, movers
-        self._rooms, self._encoding = rooms, encoding
+        self.size = _HEAD + _MOVER * movers
+        if terms.earlier_scan:
+            self.size += _EARLIER * (1 + movers)
+        self.terms, self.movers = terms, movers
+        self._rooms = rooms
         self._lasers = laser_arrays(lidars)
+        self._windows = bearing_windows(self._lasers, terms.windows, terms.window_fov)
         self._randomization = randomization
 
     def situations(
@@ -170,6 +149,7 @@ class RoomRenderer:
         motions: NDArray[np.float64],
         targets: NDArray[np.float64],
         movers: Movers,
+        earlier: EarlierScans | None = None,
     ) -> NDArray[np.float32]:
         """Return the situations of robots, float32, shape (n, size).
 
@@ -177,10 +157,15 @@ class RoomRenderer:
             places: Index of each robot's room, shape (n,).
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, that each robot is given [m], shape (n, 2).
-            movers: Moving obstacles.
+            movers: Moving obstacles; of those that are not there nothing is told.
+            earlier: Earlier scans, where the terms have one.
         """
-        around = np.concatenate([movers.places, movers.radii[..., None]], axis=2)
-        columns = [places[:, None], motions, targets, around.reshape(len(places), -1)]
+        columns = [places[:, None], motions, targets]
+        around = [movers.places, movers.velocities, movers.radii[..., None]]
+        columns.append(_present(around, movers.radii))
+        if earlier is not None:
+            columns.append(earlier.poses)
+            columns.append(_present([earlier.places, earlier.radii[..., None]], earlier.radii))
         return np.concatenate(columns, axis=1).astype(np.float32)
 
     def __call__(
@@ -202,42 +187,72 @@ class RoomRenderer:
             sigma = np.where(drawn, rng.uniform(*self._randomization.noise, half), 0.0)
             mounted, sigma = np.tile(mounted, 2)[:count], np.tile(sigma, 2)[:count]
         rows = situations.astype(np.float64)
-        places, motions = rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 1:6])
-        around = rows[:, _HEAD:].reshape(count, self.movers, 3)
-        movers = Movers(
-            around[..., :2].copy(), np.zeros_like(around[..., :2]), around[..., 2].copy()
-        )
-        chosen = np.ones(count, dtype=np.bool_)
-        found = np.zeros((count, self._lasers.directions.shape[2]), dtype=np.float32)
-        cast(motions, chosen, places, self._rooms, movers, self._lasers, mounted, found)
-        if sigma.any():
-            found = noisy(found, self._lasers, mounted, sigma, rng)
-        return self.observe(found, self._lasers, mounted, motions, rows[:, 6:_HEAD])
+        rooms, poses, targets = rows[:, 0].astype(np.int64), rows[:, 1:4], rows[:, 6:_HEAD]
+        end = _HEAD + _MOVER * self.movers
+        around = rows[:, _HEAD:end].reshape(count, self.movers, _MOVER)
+
+        def scanned(
+            poses: NDArray[np.float64], places: NDArray[np.float64], radii: NDArray[np.float64]
+        ) -> NDArray[np.float32]:
+            """Return the reciprocals of the beams from poses, among movers."""
+            found = np.zeros((count, self._lasers.directions.shape[2]), dtype=np.float32)
+            chosen = np.ones(count, dtype=np.bool_)
+            movers = Movers(places.copy(), np.zeros_like(places), radii.copy())
+            motions = np.concatenate([poses, np.zeros((count, 2))], axis=1)
+            cast(motions, chosen, rooms, self._rooms, movers, self._lasers, mounted, found)
+            return noisy(found, self._lasers, mounted, sigma, rng) if sigma.any() else found
+
+        found, earlier = scanned(poses, around[..., :2], around[..., 4]), None
+        if self.terms.earlier_scan:
+            then = rows[:, end : end + _EARLIER].copy()
+            around = rows[:, end + _EARLIER :].reshape(count, self.movers, _EARLIER)
+            places, radii = around[..., :2], around[..., 2]
+            earlier = EarlierScans(scanned(then, places, radii), then, places, radii)
+        return self.observe(found, mounted, rows[:, 1:6], targets, earlier)
 
     def observe(
         self,
         found: NDArray[np.float32],
-        lasers: Lasers,
         mounted: NDArray[np.int64],
         motions: NDArray[np.float64],
         targets: NDArray[np.float64],
+        earlier: EarlierScans | None = None,
     ) -> NDArray[np.float32]:
         """Return observations of beams that were cast, float32, shape (n, n_observations).
 
         Args:
             found: Reciprocals as ``cast`` writes them, shape (n, b).
-            lasers: Lasers.
-            mounted: Index of each robot's laser, shape (n,).
+            mounted: Index of each robot's laser, the task's own first, shape (n,).
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, of each robot [m], shape (n, 2).
+            earlier: Earlier scans, where the terms have one.
         """
-        goals = encoded_goals(motions[:, X : YAW + 1], targets, self._encoding)
-        head = 3 * self.points + SECTORS
+        terms, motions = self.terms, as_kept(motions)
+        poses = motions[:, X : YAW + 1].copy()
+        goals = encoded_goals(poses, as_kept(targets), terms.goal_encoding)
+        first = 3 * terms.points
+        head = first + terms.windows * (1 if earlier is None else 2)
         rows = np.empty((len(found), head + goals.shape[1] + 2), dtype=np.float32)
         chosen = np.ones(len(found), dtype=np.bool_)
-        take_points(found, chosen, lasers, mounted, self.points, rows)
+        take_points(found, chosen, self._lasers, mounted, terms.points, self._windows, rows)
+        if earlier is not None:
+            seen, then = rows[:, head - terms.windows : head], as_kept(earlier.poses)
+            scans = earlier.reciprocals, then, poses
+            take_earlier_windows(*scans, self._lasers, mounted, self._windows, seen)
+        if terms.as_ranges:
+            # The reciprocal of that of the largest range may be larger by rounding.
+            most = self._lasers.max_ranges[mounted].astype(np.float32)[:, None]
+            rows[:, first:head] = np.minimum(np.float32(1.0) / rows[:, first:head], most)
         rows[:, head:-2], rows[:, -2:] = goals, motions[:, V:]
         return rows
+
+
+def _present(
+    columns: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return columns of movers side by side, 0 for those that are not there, shape (n, k m)."""
+    found = np.concatenate(columns, axis=2) * (radii[..., None] > 0.0)
+    return found.reshape(len(radii), -1)
 
 
 def noisy(

@@ -1,268 +1,9 @@
 """Navigation in rooms by a planar laser: the task of SPN (Zhang et al., arXiv 2010.10209)."""
 
-import math
 from collections.abc import Sequence
-from typing import Any
 
-import gymnasium as gym
-import numpy as np
-from numpy.typing import NDArray
-
-from andabata.navigation.planning.hit_layer import LaserPose
-from andabata.navigation.planning.lidar_map import LidarMap
-from andabata.tasks.planar import PlanarState, PlanarVectorEnv
-from andabata.tasks.rewards import room_reward
-from andabata.tasks.room_batch import RoomBatch, room_arrays
-from andabata.tasks.room_observations import RoomRenderer, noisy
+from andabata.tasks.room_env import RoomEnv, RoomVectorEnv
 from andabata.tasks.spn_config import SpnConfig, spn_config
-from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask, random_task
-
-_BANK = 256
-"""Number of lasers that are drawn at once for randomised observations."""
-
-
-class SpnVectorEnv(PlanarVectorEnv):
-    """Drive round robots to goals in rooms by the points that their lasers see.
-
-    ## Action space
-    ``Box(-1, 1, (2,), float32)``: speed from 0 to 0.5 m/s and yaw rate from -pi/3 to pi/3 rad/s,
-    positive to the left, as shares.
-
-    ## Observation space
-    Terms of ``room_observations``, one after the other: points (n, 2), mask (n,), windows (36,),
-    goal (3,) and velocity (2,), in the robot's frame.
-
-    ## Reward
-    Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the
-    cost of a step.
-
-    ## Start and end
-    A room is drawn, then a start and a goal that can be reached. An episode terminates at the goal
-    (d < 0.3 m) and on contact, and is truncated after 400 steps of 0.2 s.
-
-    ## Options of reset
-    ``{"difficulty": float}`` from 0 to 1 names the favourite room, ``{"room": int}`` the room;
-    ``{"task": int}`` chooses a fixed task, ``{"drive": RoomTask}`` gives one for the room. Each may
-    be a list with one value a robot.
-
-    ## Version history
-    v0: first release.
-    """
-
-    def __init__(self, config: SpnConfig, num_envs: int, autoreset: bool = True) -> None:
-        """Prepare the task for a number of robots.
-
-        Args:
-            config: Settings.
-            num_envs: Number of robots.
-            autoreset: True to begin the next episode in the step that ends one.
-
-        Raises:
-            UnknownRoomError: If there is no room of a name.
-        """
-        self.config = config
-        self._rooms = [make_room(name) for name in config.all_rooms]
-        self._renderer = room_renderer(config)
-        movers = self._renderer.movers
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
-        spaces = config.observations, config.actions
-        super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
-        self._bearings = config.lidar.bearings
-        self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
-        self._targets = np.zeros((num_envs, 2))
-
-    @property
-    def renderer(self) -> RoomRenderer:
-        """What renders the observations of situations anew."""
-        return self._renderer
-
-    @property
-    def poses(self) -> NDArray[np.float64]:
-        """Copy of the true x, y [m] and yaw [rad] of each robot, shape (n, 3)."""
-        return self._in_rooms.poses.copy()
-
-    @property
-    def _situations(self) -> NDArray[np.float32]:
-        """Situations of all robots; see ``RoomRenderer``."""
-        batch = self._in_rooms
-        return self._renderer.situations(batch.places, batch.motions, self._targets, batch.movers)
-
-    def _place(self, k: int, rng: np.random.Generator, options: dict[str, Any]) -> int:
-        """Put a robot down in a room; return the room's index."""
-        index, task = self._drawn(rng, options)
-        self._in_rooms.place(k, index, task.start)
-        self._goals[k] = task.goal
-        if self._maps:
-            self._maps[k].reset()
-        return index
-
-    def _drawn(self, rng: np.random.Generator, options: dict[str, Any]) -> tuple[int, RoomTask]:
-        """Return the room's index and the task of an episode."""
-        config, rooms = self.config, self._rooms
-        if "task" in options or config.tasks == "fixed":
-            return _fixed_task(config.fixed_tasks, options.get("task"), rng)
-        index = options.get("room")
-        if index is None:
-            index = self._drawn_room(rng, options.get("difficulty"))
-        if "drive" in options:
-            return int(index), options["drive"]
-        robot = config.robot
-        task = random_task(
-            rooms[index],
-            rng,
-            robot.radius,
-            max(config.clearance, robot.radius),
-            config.min_distance,
-        )
-        return int(index), task
-
-    def _drawn_room(self, rng: np.random.Generator, difficulty: float | None) -> int:
-        """Return the index of a random room: mostly that of the difficulty, any without one."""
-        config, count = self.config, len(self.config.rooms)
-        if config.random_rooms and rng.random() < config.random_share:
-            return count + int(rng.integers(config.random_rooms))
-        if difficulty is None or count == 1:
-            return int(rng.integers(count))
-        shares = np.full(count, (1 - config.favourite) / (count - 1))
-        shares[round(difficulty * (count - 1))] = config.favourite
-        return int(rng.choice(count, p=shares))
-
-    def _executed(
-        self, actions: NDArray[np.float32], going: NDArray[np.bool_]
-    ) -> NDArray[np.float64]:
-        """Return the twists of actions, shape (n, 2); let what has to appear appear."""
-        # Not in the step that came near: its observation is that of its situation.
-        for k in np.flatnonzero(going).tolist() if self._in_rooms.movers.radii.size else ():
-            self._let_appear(k)
-        shares = np.clip(actions, -1.0, 1.0)
-        return np.where(going[:, None], self._actions.scaled(shares), 0.0)
-
-    def _reward_terms(
-        self,
-        state: PlanarState,
-        before: NDArray[np.float64],
-        endings: NDArray[np.int64],
-        going: NDArray[np.bool_],
-    ) -> dict[str, NDArray[np.float64]]:
-        """Return the terms of equation 3; what counts is the goal itself, with a map too."""
-        return room_reward(self.config.reward, before, self._goal_distances, endings)
-
-    def _observe(self, state: PlanarState, chosen: NDArray[np.bool_]) -> None:
-        """Renew the observations of some robots."""
-        batch, config = self._in_rooms, self.config
-        numbers = np.flatnonzero(chosen)
-        found = batch.reciprocals[numbers]
-        if config.noise > 0:
-            found = np.stack(
-                [self._noisy(int(k), row) for k, row in zip(numbers, found, strict=True)]
-            )
-        self._targets[numbers] = self._goals[numbers]
-        for row, k in zip(found, numbers.tolist(), strict=True) if self._maps else ():
-            self._targets[k] = self._subgoal(k, row)
-        self._states[numbers] = self._renderer.observe(
-            found,
-            batch.lasers,
-            batch.mounted[numbers],
-            batch.motions[numbers],
-            self._targets[numbers],
-        )
-
-    def _noisy(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the reciprocals of a robot's beams with noise on their ranges, shape (b,)."""
-        batch, sigma = self._in_rooms, np.array([self.config.noise])
-        return noisy(row[None], batch.lasers, batch.mounted[k : k + 1], sigma, self._rngs[k])[0]
-
-    def _subgoal(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Remember a robot's scan and return where it should head for [m], shape (2,)."""
-        lidar, pose = self.config.lidar, self._in_rooms.poses[k]
-        laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
-        # A beam that met nothing has the reciprocal of the largest range, rounded.
-        reach = lidar.max_range * (1 - 1e-6)
-        self._maps[k].update(pose, self._bearings, 1.0 / row, reach, laser)
-        return self._maps[k].subgoal(pose[:2], self._goals[k])
-
-    def _let_appear(self, k: int) -> None:
-        """Put obstacles down whose time has come."""
-        movers, position = self._in_rooms.movers, self._in_rooms.poses[k, :2]
-        for m, one in enumerate(self._rooms[self._in_rooms.places[k]].appearances):
-            if one.is_due(*position):
-                movers.places[k, m], movers.radii[k, m] = one.circle[:2], one.circle[2]
-
-
-def _fixed_task(
-    tasks: Sequence[tuple[int, RoomTask]], number: int | None, rng: np.random.Generator
-) -> tuple[int, RoomTask]:
-    """Return a fixed task by its number, or a random one.
-
-    Raises:
-        ValueError: If there is no such task.
-    """
-    if not tasks:
-        raise ValueError("rooms: expected fixed tasks, got rooms without any; draw random ones")
-    chosen = int(rng.integers(len(tasks))) if number is None else int(number)
-    if not 0 <= chosen < len(tasks):
-        raise ValueError(f"task: expected 0 to {len(tasks) - 1}, got {chosen}")
-    return tasks[chosen]
-
-
-def room_renderer(config: SpnConfig) -> RoomRenderer:
-    """Return what renders the observations of a task's situations."""
-    rooms = [make_room(name) for name in config.all_rooms]
-    lidars = [config.lidar]
-    if config.randomization is not None:
-        lidars += config.randomization.draw(np.random.default_rng(0), _BANK)
-    return RoomRenderer(
-        room_arrays(rooms),
-        lidars,
-        config.capacity,
-        config.goal_encoding,
-        max(len(room.appearances) for room in rooms),
-        config.randomization,
-    )
-
-
-class SpnEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
-    """One robot of ``SpnVectorEnv``; see there for actions, observations, rewards and options."""
-
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium's own form.
-
-    def __init__(self, config: SpnConfig, render_mode: str | None = None) -> None:
-        """Prepare the task.
-
-        Args:
-            config: Settings.
-            render_mode: None, the only one: pictures are drawn from records.
-        """
-        self.render_mode = render_mode
-        self._robots = SpnVectorEnv(config, 1, autoreset=False)
-        self.observation_space: gym.spaces.Space[Any] = self._robots.single_observation_space
-        self.action_space: gym.spaces.Space[Any] = self._robots.single_action_space
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode."""
-        super().reset(seed=seed)
-        states, info = self._robots.reset(seed=[seed], options=options)
-        return states[0], _first(info)
-
-    def step(
-        self, action: NDArray[np.float32]
-    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Drive for one control period."""
-        states, rewards, terminated, truncated, info = self._robots.step(action[None])
-        ends = bool(terminated[0]), bool(truncated[0])
-        return states[0], float(rewards[0]), *ends, _first(info)
-
-
-def _first(info: dict[str, Any]) -> dict[str, Any]:
-    """Return the info of the only robot."""
-    return {
-        name: _first(value) if isinstance(value, dict) else value[0]
-        for name, value in info.items()
-        if not name.startswith("_")
-    }
 
 
 def make_spn(
@@ -270,7 +11,7 @@ def make_spn(
     lidar: str | None = None,
     config: SpnConfig | None = None,
     render_mode: str | None = None,
-) -> SpnEnv:
+) -> RoomEnv:
     """Make the environment: the entry point of ``andabata/SPN-v0``.
 
     Args:
@@ -279,7 +20,7 @@ def make_spn(
         config: Settings to begin from.
         render_mode: None, the only one.
     """
-    return SpnEnv(spn_config(rooms, lidar, config), render_mode)
+    return RoomEnv(spn_config(rooms, lidar, config), render_mode)
 
 
 def make_spn_vector(
@@ -287,6 +28,6 @@ def make_spn_vector(
     rooms: str | Sequence[str] | None = None,
     lidar: str | None = None,
     config: SpnConfig | None = None,
-) -> SpnVectorEnv:
+) -> RoomVectorEnv:
     """Make the environment for many robots; arguments as for ``make_spn``."""
-    return SpnVectorEnv(spn_config(rooms, lidar, config), num_envs)
+    return RoomVectorEnv(spn_config(rooms, lidar, config), num_envs)

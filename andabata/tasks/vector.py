@@ -21,15 +21,17 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.planar import PlanarVectorEnv
+from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.room_env import RoomVectorEnv, room_renderer
 from andabata.tasks.room_observations import RoomRenderer
-from andabata.tasks.spn import SpnVectorEnv, room_renderer
 from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.td3_config import Td3Config
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
-TaskConfig = OffroadConfig | SpnConfig
+TaskConfig = OffroadConfig | SpnConfig | Td3Config
 """Settings of an environment of any kind."""
 
 _ENDED = (
@@ -67,7 +69,7 @@ def make_vector(
 
 def is_batched(config: TaskConfig) -> bool:
     """Return True if many robots of a task are driven in one compiled pass."""
-    return isinstance(config, SpnConfig) or is_planar(config)
+    return isinstance(config, RoomConfig) or is_planar(config)
 
 
 def make_batch(config: TaskConfig, count: int, scenes: SceneCache | None = None) -> PlanarVectorEnv:
@@ -81,14 +83,14 @@ def make_batch(config: TaskConfig, count: int, scenes: SceneCache | None = None)
     Raises:
         ValueError: If the task is another.
     """
-    if isinstance(config, SpnConfig):
-        return SpnVectorEnv(config, count, autoreset=False)
+    if isinstance(config, RoomConfig):
+        return RoomVectorEnv(config, count, autoreset=False)
     return MazeVectorEnv(config, count, scenes, autoreset=False)
 
 
 def renderer_of(config: TaskConfig) -> RoomRenderer | None:
     """Return what renders a task's observations from situations; None where states are kept."""
-    return room_renderer(config) if isinstance(config, SpnConfig) else None
+    return room_renderer(config) if isinstance(config, RoomConfig) else None
 
 
 def robots_in_one_process(

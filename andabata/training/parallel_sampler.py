@@ -8,7 +8,7 @@ from andabata.models import Models
 from andabata.tasks.maze import is_planar
 from andabata.tasks.offroad import OffroadEnv
 from andabata.tasks.planar import PlanarVectorEnv
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.vector import TaskConfig, is_batched, make_batch
 from rl.policy import Policy, policy_from_bytes
 from rl.training import Episode, EpisodeSpec, play, play_together
@@ -21,7 +21,7 @@ _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _batches: dict[int, PlanarVectorEnv] = {}
 _shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
-_ROBOTS = {"offroad": 8, "spn": 16}
+_ROBOTS = {"offroad": 8, "spn": 16, "td3": 32}
 """Number of planar robots that a process drives side by side, by task."""
 
 
@@ -90,7 +90,7 @@ def _play(
     """Play one stage's episodes in this process, which keeps its environments."""
     config, actor = stages[specs[0].stage], policy_from_bytes(policy)
     name = hash(config.model_dump_json())
-    if isinstance(config, SpnConfig) or is_planar(config):
+    if isinstance(config, RoomConfig) or is_planar(config):
         if name not in _batches:
             _batches[name] = make_batch(config, _ROBOTS[config.task], _shelf)
         return play_together(_batches[name], actor, action_repeat, specs, explore)

@@ -14,7 +14,9 @@ from andabata.tasks.offroad import (
     OffroadConfig,
     stage_config,
 )
+from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
@@ -67,7 +69,7 @@ class TrainingPlan(BaseModel):
     def _check_tests(self) -> Self:
         """Refuse tests of stages that have no fixed tasks."""
         last = list(self.stages.values())[-1].environment
-        if self.test_every and not isinstance(last, SpnConfig):
+        if self.test_every and not isinstance(last, RoomConfig):
             raise ValueError(f"test_every: expected 0 for the task {last.task}, got others")
         return self
 
@@ -110,10 +112,13 @@ class TrainingPlan(BaseModel):
     def tested(self, chosen: range) -> list[RoomTask]:
         """Return the fixed tasks that the last of some stages is tested on; none off-road."""
         environment = list(self.stages.values())[chosen[-1]].environment
-        if not (self.test_every and isinstance(environment, SpnConfig)):
+        if not (self.test_every and isinstance(environment, RoomConfig)):
             return []
         return [task for _, task in environment.fixed_tasks]
 
+
+_ROOM_TASKS: dict[str, type[SpnConfig | Td3Config]] = {"spn": SpnConfig, "td3": Td3Config}
+"""Settings of each kind of task in rooms."""
 
 TASKS = ("offroad", "spn")
 """Kinds of task that there are plans for."""
@@ -160,7 +165,7 @@ def load_plan(
         if task == "offroad":
             environment = _offroad(name, changes, parts)
         else:
-            environment = SpnConfig.model_validate(changes)
+            environment = _ROOM_TASKS[task].model_validate(changes)
         stages[name] = StagePlan(name=name, environment=environment, **rules)
     return TrainingPlan(**{**data, "stages": stages})
 

@@ -11,7 +11,7 @@ from andabata.engine import Engine
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan
@@ -95,7 +95,7 @@ def learn(
 def _environments(tasks: Sequence[TaskConfig]) -> list[TaskConfig]:
     """Return the environments of a curriculum: its stages, their validations, and its tests."""
     found = [*tasks, *(task.unseen for task in tasks)]
-    return [*found, tasks[-1].fixed] if isinstance(tasks[-1], SpnConfig) else found
+    return [*found, tasks[-1].fixed] if isinstance(tasks[-1], RoomConfig) else found
 
 
 def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:

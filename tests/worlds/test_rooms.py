@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from worlds.room_catalogue import make_room
 from worlds.rooms import (
-    Appearance,
     Room,
     RoomPlan,
+    coverage,
     free_places,
+    random_place,
     random_task,
 )
 
@@ -81,8 +83,50 @@ def test_where_nothing_is_as_far_the_farthest_is_the_goal():
     assert abs(task.goal[0] - task.start.x) > 1.0
 
 
-def test_an_obstacle_appears_by_the_distance_from_its_edge():
-    """Within 1.3 m of the edge it is due, at or beyond that it is not."""
-    one = Appearance(when_within=1.3, circle=(1.0, 2.0, 0.3))
-    assert one.is_due(1.0, 3.59)
-    assert not one.is_due(1.0, 3.61)
+def test_coverage_is_the_share_of_boxes_and_circles():
+    """Overlaps count once, walls around do not, and what sticks out of the room counts inside."""
+    assert coverage(room()) == 0.0
+    assert coverage(room(boxes=[(0.0, -0.5, 1.0, 0.5)] * 2)) == pytest.approx(1 / 8)
+    made = room(boxes=[(1.0, 0.0, 9.0, 1.0)], circles=[(-1.0, 0.0, 0.5)])
+    assert coverage(made) == pytest.approx((1.0 + np.pi / 4) / 8, abs=2e-3)
+
+
+def test_clearance_of_many_points_is_that_of_each():
+    """Points beyond one chunk are not lost or mixed, and none have none."""
+    made = make_room("spn-crowded")
+    points = np.random.default_rng(0).uniform(-3.0, 3.0, (9000, 2))
+    together = made.clearance(points)
+    for k in (0, 4095, 4096, 8191, 8192, 8999):
+        assert together[k] == made.clearance(points[k : k + 1])[0]
+    assert made.clearance(np.zeros((0, 2))).shape == (0,)
+
+
+def test_a_random_place_is_one_of_the_free_ones():
+    """Places come from all over the largest region, with the clearance asked for."""
+    made, rng = make_room("spn-env3"), np.random.default_rng(0)
+    found = np.array([random_place(made, rng, 0.2, 0.4) for _ in range(300)])
+    places = {tuple(place) for place in free_places(made, 0.2, 0.4).tolist()}
+    assert {tuple(place) for place in found.tolist()} <= places
+    assert np.ptp(found, axis=0).min() > 6.5
+
+
+def test_a_scatter_moves_the_starts_of_the_fixed_tasks():
+    """Random tasks are the fixed goals; starts deviate by the scatter at most, in yaw as well."""
+    made = room(start=(-1.0, 0.2, 0.5), goals=[(1.5, 0.0), (1.5, 0.5)], scatter=(0.3, 0.1, 2.0))
+    rng = np.random.default_rng(0)
+    tasks = [random_task(made, rng, 0.2, 0.25) for _ in range(400)]
+    assert {task.goal for task in tasks} == {(1.5, 0.0), (1.5, 0.5)}
+    starts = np.array([(task.start.x, task.start.y, task.start.yaw) for task in tasks])
+    off = starts - (-1.0, 0.2, 0.5)
+    assert (np.abs(off) <= (0.3, 0.1, 2.0)).all()
+    assert (np.abs(off).max(axis=0) > (0.29, 0.095, 1.9)).all()
+    assert (off.min(axis=0) < (-0.29, -0.095, -1.9)).all()
+    walled = room(goals=[(1.5, 0.0)], scatter=(0.5, 0.5, 0.0), boxes=[(-1.0, 0.3, 1.0, 1.0)])
+    starts = [random_task(walled, rng, 0.2, 0.25).start for _ in range(50)]
+    assert walled.clearance(np.array([(start.x, start.y) for start in starts])).min() > 0.25
+
+
+def test_a_scatter_needs_tasks():
+    """Starts around those of no task are refused."""
+    with pytest.raises(ValidationError, match="goals: expected some"):
+        room(scatter=(0.1, 0.1, 0.1))

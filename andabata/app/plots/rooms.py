@@ -19,7 +19,8 @@ from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.terminations import Outcome
-from worlds.rooms import Appearance, Room
+from worlds.movers import MoverPlan
+from worlds.rooms import Room
 
 _SOLID = "#b9b4aa"
 _PATH = "#4f6d8f"
@@ -202,7 +203,7 @@ def sudden_picture(drives: Mapping[str, RoomDrive], room: Room, title: str) -> b
     return png(figure)
 
 
-def moment_of(drive: RoomDrive, one: Appearance) -> int | None:
+def moment_of(drive: RoomDrive, one: MoverPlan) -> int | None:
     """Return the control step after which an obstacle appeared to a robot, None if it did not."""
     due = (k for k, (x, y) in enumerate(drive.path[:-1, :2].tolist()) if one.is_due(x, y))
     return next(due, None)
@@ -295,7 +296,7 @@ def _draw_moment(axes: Axes, moment: SupportPoints, colour: Any, marker: str) ->
         axes.plot(*place, linestyle="", markersize=size, alpha=0.75, zorder=3, **style)
 
 
-def _draw_appearance(axes: Axes, drive: RoomDrive, one: Appearance, number: int) -> None:
+def _draw_appearance(axes: Axes, drive: RoomDrive, one: MoverPlan, number: int) -> None:
     """Draw an obstacle that appears, and the robot at that moment."""
     x, y, radius = one.circle
     step = moment_of(drive, one)

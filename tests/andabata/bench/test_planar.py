@@ -42,6 +42,7 @@ def test_every_work_has_a_row(monkeypatch, capsys):
         "step, 36 beams",
         "step, 180 beams",
         "step, 1080 beams",
+        "step, 180 beams, 4 movers",
     ]
-    assert [float(row[1]) for row in cells] == pytest.approx([1000.0] * 4)
+    assert [float(row[1]) for row in cells] == pytest.approx([1000.0] * 5)
     assert {row[3] for row in cells} == {"2"}

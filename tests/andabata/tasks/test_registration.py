@@ -64,6 +64,19 @@ for stage in ("Maze2D", "Maze3D", "Natural"):
     fresh("-c", code, folder=tmp_path)
 
 
+def test_tasks_in_rooms_are_made_in_a_fresh_interpreter(tmp_path):
+    """Their ids make one robot and many."""
+    code = """
+import gymnasium as gym, andabata
+for task, config in (("SPN", {"rooms": "spn-env0"}), ("TD3", {"rooms": "clutter-0"})):
+    env = gym.make(f"andabata/{task}-v0", **config)
+    assert env.unwrapped.config.task == task.lower()
+    envs = gym.make_vec(f"andabata/{task}-v0", num_envs=3, **config)
+    assert envs.num_envs == 3 and envs.unwrapped.spec.id == env.spec.id
+"""
+    fresh("-c", code, folder=tmp_path)
+
+
 @pytest.mark.parametrize(
     ("first", "pattern"), [("import andabata\ngym.register_envs(andabata)", PLAIN), ("", PREFIXED)]
 )

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, room_arrays
+from andabata.tasks.movers import Contact
+from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, as_kept, room_arrays
+from worlds.movers import Mover, MoverPlan
 from worlds.room_catalogue import make_room
 from worlds.rooms import Room, RoomPlan
 from worlds.world import Start
@@ -59,9 +61,11 @@ def test_a_robot_that_is_put_down_anew_is_at_rest_and_alone():
     batch.place(0, 0, Start(0.79, 0.0, 0.0))
     batch.movers.places[0, 0], batch.movers.radii[0, 0] = (0.0, 0.0), 0.3
     assert step(batch, (0.5, 0.3)).contacts[0]
+    assert batch.contacts.tolist() == [Contact.OBSTACLE]
     batch.place(0, 0, Start(-1.0, 0.0, 1.0))
     state = batch.observe(np.ones(1, bool))
     assert not state.contacts[0]
+    assert batch.contacts.tolist() == [Contact.NONE]
     assert batch.stamps[0] == 0.0
     assert batch.movers.radii[0, 0] == 0.0
     np.testing.assert_array_equal(batch.motions[0], [-1.0, 0.0, 1.0, 0.0, 0.0])
@@ -96,3 +100,112 @@ def test_rooms_are_padded_to_the_fullest():
     for k, room in enumerate(rooms):
         np.testing.assert_array_equal(arrays.boxes[k, : len(room.boxes)], room.boxes)
         np.testing.assert_array_equal(arrays.circles[k, : len(room.circles)], room.circles)
+
+
+def mover(x, y, velocity=(0.0, 0.0), **plan):
+    """Return a mover of 0.3 m."""
+    made = MoverPlan.model_validate({"radius": 0.3, "speed": np.hypot(*velocity)} | plan)
+    return Mover((x, y), velocity, made)
+
+
+def test_movers_are_seen_and_move_with_their_robot():
+    """A mover put down with a robot is in its first scan, and nearer after a step."""
+    batch = RoomBatch(2, [EMPTY], DiscRobotConfig(), FOUR, movers=2)
+    batch.place(0, 0, Start(-1.0, 0.0, 0.0), [mover(1.0, 0.0, (-0.5, 0.0))])
+    batch.place(1, 0, Start(-1.0, 0.0, 0.0))
+    batch.observe(np.ones(2, bool))
+    np.testing.assert_allclose(1 / batch.reciprocals[:, 2], [1.7, 4.0], rtol=1e-6)
+    step(batch, (0.0, 0.0), (0.0, 0.0))
+    np.testing.assert_allclose(1 / batch.reciprocals[:, 2], [1.6, 4.0], rtol=1e-6)
+
+
+def test_movers_come_and_go_by_their_plan():
+    """One waits for its time and lasts, one for the robot, one goes: in the step that is due."""
+    batch = RoomBatch(1, [EMPTY], DiscRobotConfig(period=0.25), FOUR, movers=3)
+    late = mover(0.0, 1.0, appears_at=0.5, lasts=0.5)
+    near = mover(1.5, 0.0, when_within=1.0, place=(1.5, 0.0))
+    short = mover(0.0, -1.0, lasts=0.75)
+    batch.place(0, 0, Start(0.0, 0.0, 0.0), [late, near, short])
+    found = [(batch.movers.radii[0] > 0).tolist()]
+    for _ in range(6):
+        step(batch, (0.5, 0.0))
+        found.append((batch.movers.radii[0] > 0).tolist())
+    # The robot is 1.075 m from the second one's edge after one step, 0.95 m after two.
+    first = [False, False, False, True, True, False, False]
+    second = [False, False, False, True, True, True, True]
+    third = [True, True, True, True, False, False, False]
+    assert np.array(found).T.tolist() == [first, second, third]
+    # Put down anew it is all as at the beginning.
+    batch.place(0, 0, Start(0.0, 0.0, 0.0), [short])
+    assert (batch.movers.radii[0] > 0).tolist() == [True, False, False]
+    for _ in range(6):
+        step(batch, (0.0, 0.0))
+    assert not batch.movers.radii.any()
+
+
+def test_who_hit_whom_stands_in_contacts():
+    """A robot at rest is hit, one drives into a mover, one into a wall; each is in contact."""
+    batch = RoomBatch(3, [EMPTY, WALL], DiscRobotConfig(), FOUR, movers=1)
+    batch.place(0, 0, Start(0.0, 0.0, 0.0), [mover(0.56, 0.0, (-0.5, 0.0))])
+    batch.place(1, 0, Start(0.0, 0.0, 0.0), [mover(0.56, 0.0)])
+    batch.place(2, 1, Start(0.76, 0.0, 0.0))
+    state = step(batch, (0.0, 0.5), (0.5, 0.0), (0.5, 0.0))
+    assert batch.contacts.tolist() == [Contact.HIT_AT_REST, Contact.MOVER, Contact.OBSTACLE]
+    assert state.contacts.tolist() == [True, True, True]
+
+
+def test_too_many_and_too_fast_movers_are_refused():
+    """There is room for as many as asked for; none may pass through thin walls in a sub-step."""
+    batch = RoomBatch(1, [EMPTY], DiscRobotConfig(), FOUR, movers=1)
+    with pytest.raises(ValueError, match="movers: expected at most 1, got 2"):
+        batch.place(0, 0, Start(0.0, 0.0, 0.0), [mover(1.0, 0.0)] * 2)
+    batch.place(0, 0, Start(0.0, 0.0, 0.0), [mover(1.0, 0.0, (2.99, 0.0))])
+    with pytest.raises(ValueError, match=r"at most 3 m/s of a mover of 0.3 m, got 3.01"):
+        batch.place(0, 0, Start(0.0, 0.0, 0.0), [mover(1.0, 0.0, (3.01, 0.0))])
+
+
+def test_a_step_with_movers_by_the_batch_is_a_step_alone():
+    """Robots with movers of their own end where each ends alone, movers and beams too."""
+    rng = np.random.default_rng(0)
+    starts = [Start(*rng.uniform(-1.0, 1.0, 2), rng.uniform(-3, 3)) for _ in range(8)]
+    crowds = [
+        [mover(2.3, y, tuple(rng.uniform(-0.6, 0.6, 2))) for y in (-1.5, 1.5)] for _ in range(8)
+    ]
+    batch = RoomBatch(8, [EMPTY, WALL], DiscRobotConfig(), PlanarLidarConfig(), movers=2)
+    for k, start in enumerate(starts):
+        batch.place(k, 0, start, crowds[k])
+    twists = np.column_stack([rng.uniform(0, 0.5, 8), rng.uniform(-1, 1, 8)])
+    for _ in range(40):
+        step(batch, *twists)
+    for k, start in enumerate(starts):
+        single = RoomBatch(1, [EMPTY], DiscRobotConfig(), PlanarLidarConfig(), movers=2)
+        single.place(0, 0, start, crowds[k])
+        for _ in range(40):
+            step(single, twists[k])
+        np.testing.assert_array_equal(batch.poses[k], single.poses[0])
+        np.testing.assert_array_equal(batch.movers.places[k], single.movers.places[0])
+        np.testing.assert_array_equal(batch.reciprocals[k], single.reciprocals[0])
+
+
+def test_beams_are_cast_from_where_situations_keep_robots_and_movers():
+    """Rounded to float32, poses and movers give the same bits; rounding moves nothing itself."""
+    rng, lidar = np.random.default_rng(2), PlanarLidarConfig(resolution_deg=0.5, max_range=9.0)
+    rooms = [make_room("spn-env0"), make_room("spn-env5")]
+    exact, rounded = (RoomBatch(20, rooms, DiscRobotConfig(), lidar, movers=1) for _ in range(2))
+    for k in range(20):
+        start = Start(*rng.uniform(-0.7, 0.7, 2), rng.uniform(-3, 3))
+        bearing, velocity = rng.uniform(-3, 3), tuple(rng.uniform(-0.5, 0.5, 2).tolist())
+        place = 1.2 * np.cos(bearing), 1.2 * np.sin(bearing)
+        for batch in (exact, rounded):
+            batch.place(k, k % 2, start, [mover(*place, velocity)])
+    step(exact, *np.column_stack([rng.uniform(0, 0.5, 20), rng.uniform(-1, 1, 20)]))
+    kept = as_kept(exact.motions)
+    assert (kept[:, :3] != exact.motions[:, :3]).all()
+    np.testing.assert_allclose(kept, exact.motions, rtol=1e-7)
+    np.testing.assert_array_equal(as_kept(kept), kept)
+    rounded.motions[:], rounded.movers.places[:] = kept, exact.movers.places
+    rounded.observe(np.ones(20, bool))
+    np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)
+    rounded.movers.places[:] = as_kept(exact.movers.places)
+    rounded.observe(np.ones(20, bool))
+    np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.bench.planar import slab_ranges
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Movers
+from andabata.tasks.movers import Contact, Movers
 from andabata.tasks.room_batch import laser_arrays, room_arrays
 from andabata.tasks.room_kernel import (
     MIN_RANGE,
@@ -200,13 +200,13 @@ def test_clearance_is_the_distance_to_the_nearest_of_a_dense_sample():
 
 def driven(made, motion, periods=1, substeps=2, movers=None):
     """Return a robot's motion and contact after some periods of 0.2 s."""
-    motions, contacts = np.array([motion], dtype=np.float64), np.zeros(1, dtype=bool)
+    motions, contacts = np.array([motion], dtype=np.float64), np.zeros(1, dtype=np.int64)
     one, first = np.ones(1, dtype=bool), np.zeros(1, dtype=np.int64)
     movers = movers or Movers.none(1)
     for _ in range(periods):
         rooms = room_arrays([made])
         drive(motions, one, first, rooms, movers, 0.2, 0.2, substeps, contacts)
-    return motions[0], bool(contacts[0])
+    return motions[0], Contact(contacts[0])
 
 
 @pytest.mark.parametrize("substeps", [1, 2, 7])
@@ -237,7 +237,7 @@ def test_contact_is_overlap_of_the_disc():
         ((-1.3, 0.0), (-1.0, 0.0)),
         ((0.0, 2.8), (0.0, 1.0)),
     ):
-        for depth, expected in ((-1e-3, False), (1e-3, True)):
+        for depth, expected in ((-1e-3, Contact.NONE), (1e-3, Contact.OBSTACLE)):
             x, y = np.array(place) + depth * np.array(inward)
             assert driven(made, [x, y, 0.0, 0.0, 0.0])[1] == expected
 
@@ -258,20 +258,48 @@ def test_a_mover_touches_a_robot_at_rest():
     movers.places[0, 0], movers.velocities[0, 0], movers.radii[0, 0] = (0.0, 1.0), (0, -1.0), 0.1
     assert not driven(made, [0.0] * 5, 3, movers=movers)[1]
     assert movers.places[0, 0, 1] == pytest.approx(0.4)
-    assert driven(made, [0.0] * 5, 1, movers=movers)[1]
+    assert driven(made, [0.0] * 5, 1, movers=movers)[1] is Contact.HIT_AT_REST
+
+
+def test_a_robot_between_a_wall_and_a_mover_drove_into_the_wall():
+    """What stands comes first; without the wall the same robot is hit."""
+    walls = [(1.0, -1.0, 2.0, 1.0)]
+    for boxes, expected in ((walls, Contact.OBSTACLE), ([], Contact.HIT)):
+        made = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0), boxes=boxes))
+        movers = Movers.none(1, 1)
+        movers.places[0, 0], movers.velocities[0, 0] = (0.3, 0.0), (0.9, 0.0)
+        movers.radii[0, 0] = 0.3
+        assert driven(made, [0.76, 0.0, 0.0, 0.5, 0.0], movers=movers)[1] is expected
+
+
+def test_movers_bounce_in_the_robots_room():
+    """Walls, boxes and circles of its own room turn a mover back, in sub-steps like the robot's."""
+    parts = {"about": "test", "half": (4.0, 3.0)}
+    box, post = {"boxes": [(1.0, -0.5, 1.5, 0.5)]}, {"circles": [(1.3, 0.0, 0.3)]}
+    plans = [parts, parts | box, parts | post]
+    rooms = room_arrays([Room.of("test", RoomPlan.model_validate(plan)) for plan in plans])
+    movers, places = Movers.none(3, 1), np.arange(3)
+    movers.velocities[:, 0], movers.radii[:] = (0.5, 0.0), 0.2
+    motions, contacts = np.tile([0.0, 2.0, 0.0, 0.0, 0.0], (3, 1)), np.zeros(3, dtype=np.int64)
+    for _ in range(9):
+        drive(motions, np.ones(3, bool), places, rooms, movers, 0.2, 0.2, 2, contacts)
+    # With 0.05 m a sub-step: 15 until the obstacle, one lost, two back.
+    np.testing.assert_allclose(movers.places[:, 0, 0], [0.9, 0.65, 0.65], atol=0.051)
+    np.testing.assert_allclose(movers.velocities[:, 0, 0], [0.5, -0.5, -0.5])
+    assert not contacts.any()
 
 
 def test_robots_that_are_not_chosen_stand_still():
     """Neither they nor their movers move, and their contact is kept; that of the others is new."""
     motions = np.tile([0.0, 0.0, 0.0, 0.5, 0.1], (2, 1))
-    movers, contacts = Movers.none(2, 1), np.array([True, True])
+    movers, contacts = Movers.none(2, 1), np.array([1, 2])
     movers.velocities[:], movers.radii[:], movers.places[:] = 1.0, 0.1, 2.0
     rooms, zeros = room_arrays([make_room("spn-env0")]), np.zeros(2, dtype=np.int64)
     drive(motions, np.array([True, False]), zeros, rooms, movers, 0.2, 0.2, 2, contacts)
     assert motions[0, 0] > 0.09
     assert motions[1, 0] == 0.0
     assert (movers.places[1] == 2.0).all()
-    assert contacts.tolist() == [False, True]
+    assert contacts.tolist() == [0, 2]
 
 
 def test_lasers_are_padded():

@@ -1,5 +1,7 @@
 """Observations in rooms: goals, situations rendered anew, lasers drawn at random, noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,13 +10,12 @@ from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
 from andabata.tasks.room_kernel import MIN_RANGE
 from andabata.tasks.room_observations import (
+    EarlierScans,
     LidarRandomization,
     RoomRenderer,
-    encoded_goals,
     noisy,
-    room_observations,
 )
-from andabata.tasks.room_points import SECTORS
+from andabata.tasks.room_terms import RoomTerms, encoded_goals, room_observations
 from worlds.room_catalogue import make_room
 from worlds.rooms import random_task
 
@@ -25,7 +26,8 @@ POINTS = 12
 
 def renderer(lidars=(LIDAR,), points=POINTS, movers=1, randomization=None, encoding="cosine"):
     """Return what renders in the three rooms."""
-    return RoomRenderer(room_arrays(ROOMS), lidars, points, encoding, movers, randomization)
+    terms = RoomTerms(points, goal_encoding=encoding)
+    return RoomRenderer(room_arrays(ROOMS), lidars, terms, movers, randomization)
 
 
 def driven_batch(count=30, lidar=LIDAR):
@@ -46,62 +48,28 @@ def driven_batch(count=30, lidar=LIDAR):
 
 def part(rows, name):
     """Return one term of observations."""
-    spec = room_observations(POINTS, "cosine", 1.1)
+    spec = room_observations(RoomTerms(POINTS), 10.0, 1.1)
     return rows[:, spec.slice_of(name)].reshape(-1, *spec.term(name).shape)
-
-
-def test_the_layout_is_points_mask_windows_goal_and_velocity():
-    """Terms stand in this order; the polar goal has a number less."""
-    spec = room_observations(120, "cosine", 1.1)
-    shapes = {term.name: term.shape for term in spec.terms}
-    expected = {
-        "points": (120, 2),
-        "mask": (120,),
-        "windows": (36,),
-        "goal": (3,),
-        "velocity": (2,),
-    }
-    assert list(shapes.items()) == list(expected.items())
-    assert room_observations(7, "polar", 1.1).term("goal").shape == (2,)
-    assert spec.size == 3 * 120 + SECTORS + 5
-
-
-def test_goals_are_distance_and_bearing_from_the_heading():
-    """A goal to the left has a positive bearing; those behind are pi, not minus pi."""
-    poses = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, np.pi / 2], [0.0, 0.0, 3.0]])
-    goals = np.array([[1.0, 3.0], [1.0, 0.0], [-1.0, -1.0]])
-    polar = encoded_goals(poses, goals, "polar")
-    bearing = np.arctan2(-1, -1) - 3.0 + 2 * np.pi
-    np.testing.assert_allclose(
-        polar, [[2.0, np.pi / 2], [1.0, np.pi], [np.sqrt(2), bearing]], rtol=1e-12
-    )
-    cosine = encoded_goals(poses, goals, "cosine")
-    np.testing.assert_allclose(cosine[:, 0], polar[:, 0] / 5.0)
-    np.testing.assert_allclose(
-        np.arctan2(cosine[:, 2], cosine[:, 1]) % 6.283185307179586, polar[:, 1] % 6.283185307179586
-    )
-    np.testing.assert_allclose(np.hypot(cosine[:, 1], cosine[:, 2]), 1.0)
 
 
 @pytest.mark.parametrize("encoding", ["cosine", "polar"])
 def test_a_situation_rendered_again_gives_the_observation(encoding):
-    """Of 30 robots with posts, in three rooms, all numbers come again within 1e-5."""
+    """Of 30 robots with posts, in three rooms, all bits come again."""
     batch, goals = driven_batch()
     again = renderer(encoding=encoding)
-    lasers = laser_arrays([LIDAR])
-    seen = again.observe(batch.reciprocals, lasers, batch.mounted, batch.motions, goals)
+    seen = again.observe(batch.reciprocals, batch.mounted, batch.motions, goals)
     situations = again.situations(batch.places, batch.motions, goals, batch.movers)
     assert situations.dtype == np.float32
-    assert situations.shape == (30, again.size) == (30, 11)
+    assert situations.shape == (30, again.size) == (30, 13)
     rendered = again(situations, np.random.default_rng(0))
     assert rendered.dtype == np.float32
-    np.testing.assert_allclose(rendered, seen, atol=1e-5)
+    np.testing.assert_array_equal(rendered, seen)
     # Rooms and posts count: others give other points.
     elsewhere = situations.copy()
     elsewhere[:, 0] = (situations[:, 0] + 1) % 3
     assert (again(elsewhere, np.random.default_rng(0)) != rendered).any(axis=1).mean() > 0.9
     alone = situations.copy()
-    alone[:, 10] = 0.0
+    alone[:, 12] = 0.0
     assert (again(alone, np.random.default_rng(0)) != rendered).any(axis=1).mean() > 0.15
 
 
@@ -180,6 +148,45 @@ def test_noise_is_on_what_returned_alone():
     assert seen.min() == np.float32(0.25)
     assert seen.max() <= np.float32(1 / MIN_RANGE) * (1 + 1e-6)
     assert (found == 1 / ranges).all()
+
+
+def test_windows_as_ranges_are_those_of_the_nearest():
+    """Ranges are one over the reciprocals, and never beyond the laser's largest range."""
+    batch, goals = driven_batch(30, LIDAR)
+    terms = RoomTerms(0, windows=20, window_fov=np.pi)
+    seen = []
+    for as_ranges in (False, True):
+        made = RoomRenderer(
+            room_arrays(ROOMS), [LIDAR], replace(terms, as_ranges=as_ranges), movers=1
+        )
+        rows = made.observe(batch.reciprocals, batch.mounted, batch.motions, goals)
+        seen.append(rows[:, :20])
+    np.testing.assert_allclose(seen[1], 1 / seen[0], rtol=1e-6)
+    assert seen[1].max() == np.float32(10.0)
+    assert seen[1].min() > 0.05
+
+
+def test_a_situation_holds_what_moves_and_what_was():
+    """Place, velocity and radius of what is there; then the earlier pose, place and radius."""
+    terms = RoomTerms(0, earlier_scan=3)
+    made = RoomRenderer(room_arrays(ROOMS), [LIDAR], terms, movers=2)
+    movers = Movers(
+        np.array([[[1.0, 2.0], [9.0, 9.0]]]),
+        np.array([[[0.5, -0.5], [9.0, 9.0]]]),
+        np.array([[0.25, 0.0]]),
+    )
+    then = EarlierScans(
+        np.zeros((1, 10), dtype=np.float32),
+        np.array([[0.5, 1.5, 2.5]]),
+        np.array([[[9.0, 9.0], [3.0, 4.0]]]),
+        np.array([[0.0, 0.75]]),
+    )
+    motions, targets = np.arange(5.0)[None], np.array([[6.0, 7.0]])
+    row = made.situations(np.array([2]), motions, targets, movers, then)[0].tolist()
+    assert row[:8] == [2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0]
+    assert row[8:18] == [1.0, 2.0, 0.5, -0.5, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert row[18:] == [0.5, 1.5, 2.5, 0.0, 0.0, 0.0, 3.0, 4.0, 0.75]
+    assert made.size == len(row)
 
 
 def test_situations_without_movers_end_with_the_goal():

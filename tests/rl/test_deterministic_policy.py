@@ -131,7 +131,7 @@ def test_the_noise_survives_the_file():
 @pytest.mark.parametrize("wrong", [{"sigma": -1.0}, {"turns": {**TURNS, "term": "sonar"}}])
 def test_impossible_noise_is_refused(wrong):
     """Negative noise, and turns by a term that the observation lacks."""
-    with pytest.raises((ValueError, KeyError), match="sigma|sonar"):
+    with pytest.raises((ValueError, KeyError), match=r"sigma|sonar"):
         constant(**wrong)
 
 

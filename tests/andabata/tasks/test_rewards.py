@@ -1,12 +1,19 @@
 """The reward: its sign, its sectors, its terms, for one robot as among many."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from andabata.tasks.rewards import (
     TERMS,
+    GdaeRewardConfig,
+    GoalOffsets,
+    ImprovedRewardConfig,
     RewardConfig,
     RoomRewardConfig,
+    gdae_reward,
+    improved_reward,
     paper_reward,
     repulsion_weights,
     room_reward,
@@ -124,3 +131,163 @@ def test_arriving_pays_more_than_creeping():
     assert total(40) > total(80) > total(400)
     still = room_reward(config, np.ones(1), np.ones(1), going)
     assert sum(still.values())[0] < 0
+
+
+ENDINGS = (Ending.NONE, Ending.GOAL, Ending.COLLISION, Ending.TIMEOUT)
+
+
+def test_gdaes_reward():
+    """+100, -100, else v/2 - |w|/2 - (1 - r)/2 for obstacles nearer than a metre."""
+    endings = np.array([*ENDINGS, Ending.NONE, Ending.NONE])
+    twists = np.array([[1.0, 0.4], [1.0, 0.4], [1.0, 0.4], [0.6, 0.0], [0.0, -0.8], [0.2, 0.0]])
+    nearest = np.array([3.0, 3.0, 0.3, 1.0, 1.5, 0.6])
+    terms = gdae_reward(GdaeRewardConfig(), twists, nearest, endings)
+    assert tuple(terms) == ("goal", "collision", "speed", "turn", "nearness")
+    np.testing.assert_allclose(sum(terms.values()), [0.3, 100.0, -100.0, 0.3, -0.4, -0.1])
+    np.testing.assert_allclose(terms["speed"], [0.5, 0.0, 0.0, 0.3, 0.0, 0.1])
+    np.testing.assert_allclose(terms["turn"], [-0.2, 0.0, 0.0, 0.0, -0.4, 0.0])
+    np.testing.assert_allclose(terms["nearness"], [0.0, 0.0, 0.0, 0.0, 0.0, -0.2])
+
+
+def improved(before, after, ending=Ending.NONE, **changes):
+    """Return the terms of one robot's reward, with goals as distance and bearing."""
+    offsets = [GoalOffsets(*(np.array([value]) for value in one)) for one in (before, after)]
+    terms = improved_reward(ImprovedRewardConfig(**changes), *offsets, np.array([ending]))
+    return {name: float(term[0]) for name, term in terms.items()}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "heading"),
+    [
+        (0.5, 0.4, 1.5),
+        (-0.5, -0.4, 1.5),
+        (0.5, 0.0, 1.5),
+        (0.5, 0.5, -2.0),
+        (0.0, 0.0, -2.0),
+        (0.5, 0.6, -2.0),
+        (0.5, -0.4, -2.0),
+        (-0.5, 0.1, -2.0),
+    ],
+)
+def test_equation_6(before, after, heading):
+    """The heading pays 1.5 where it shrinks and keeps its side, and costs 2 elsewhere."""
+    assert improved((3.0, before), (3.0, after))["heading"] == heading
+
+
+@pytest.mark.parametrize(("after", "distance"), [(2.99, 1.5), (3.0, 1.5), (3.01, -2.0)])
+def test_equation_7(after, distance):
+    """The distance pays 1.5 where it does not grow, and costs 2 where it does."""
+    assert improved((3.0, 0.0), (after, 0.0))["distance"] == distance
+
+
+@pytest.mark.parametrize(
+    ("ending", "sparse"), list(zip(ENDINGS, (0.0, 100.0, -100.0, -100.0), strict=True))
+)
+@pytest.mark.parametrize("proportional", [False, True])
+def test_equations_5_and_9(ending, sparse, proportional):
+    """The end pays +100 or -100, a time-out too, and the dense terms are added to it."""
+    terms = improved((3.0, 0.4), (2.95, 0.3), ending, proportional=proportional)
+    assert tuple(terms) == ("goal", "collision", "timeout", "heading", "distance")
+    assert sum(terms.values()) == pytest.approx(sparse + (2.25 if proportional else 3.0))
+
+
+def test_the_same_terms_in_proportion():
+    """A step at the most pays 1.5, half of it 0.75, standing nothing, and the way back costs 2."""
+    step = {"proportional": True, "most_progress": 0.2, "most_turn": 0.5}
+    gains = [improved((3.0, 0.0), (after, 0.0), **step)["distance"] for after in (2.8, 2.9, 3, 3.1)]
+    assert gains == pytest.approx([1.5, 0.75, 0.0, -1.0])
+    turns = [improved((3.0, -1.0), (3.0, after), **step)["heading"] for after in (-0.5, -1, 1.25)]
+    assert turns == pytest.approx([1.5, 0.0, -1.0])
+    leaps = improved((3.0, 0.1), (9.0, 3.0), **step)
+    assert (leaps["distance"], leaps["heading"]) == (-2.0, -2.0)
+
+
+def test_many_goals_are_paid_as_each_alone():
+    """Each row of the terms is that robot's own."""
+    rng = np.random.default_rng(1)
+    before, after = (GoalOffsets(rng.uniform(0, 9, 8), rng.uniform(-3, 3, 8)) for _ in range(2))
+    endings = np.array(ENDINGS * 2)
+    for proportional in (False, True):
+        config = ImprovedRewardConfig(proportional=proportional)
+        many = improved_reward(config, before, after, endings)
+        for k in range(8):
+            goals = [(float(one.distances[k]), float(one.bearings[k])) for one in (before, after)]
+            alone = improved(*goals, endings[k], proportional=proportional)
+            assert {name: term[k] for name, term in many.items()} == alone
+
+
+def discounted(rewards, gamma):
+    """Return the return of an episode that ends for good."""
+    return sum(reward * gamma**k for k, reward in enumerate(rewards))
+
+
+def drive(steps, distance, bearing, ending, **changes):
+    """Return the rewards of a drive over which distance and bearing shrink evenly."""
+    goals = list(
+        zip(np.linspace(*distance, steps + 1), np.linspace(*bearing, steps + 1), strict=True)
+    )
+    ends = [Ending.NONE] * (steps - 1) + [ending]
+    pairs = zip(goals[:-1], goals[1:], ends, strict=True)
+    return [sum(improved(a, b, end, **changes).values()) for a, b, end in pairs]
+
+
+@pytest.mark.parametrize("gamma", [0.99, 0.99999])
+def test_the_printed_reward_pays_creeping_more_than_arriving(gamma):
+    """500 steps of almost nothing earn more than the goal; in proportion they do not.
+
+    One robot drives 4 m to its goal in 40 steps. The other nears it by a tenth of a millimetre a
+    step until its time is over, and pays for that.
+    """
+    rates = {"most_turn": 0.2}
+    for proportional, creeping_pays in ((False, True), (True, False)):
+        kind = {"proportional": proportional, **rates}
+        arriving = drive(40, (4.2, 0.2), (0.4, 0.0), Ending.GOAL, **kind)
+        creeping = drive(500, (4.2, 4.15), (0.4, 0.39), Ending.TIMEOUT, **kind)
+        assert (discounted(creeping, gamma) > discounted(arriving, gamma)) == creeping_pays
+
+
+def test_the_printed_reward_makes_the_straight_way_a_loss():
+    """A robot that heads for its goal exactly cannot turn nearer to it, and pays 0.5 a step."""
+    assert sum(improved((3.0, 0.0), (2.9, 0.0)).values()) == -0.5
+
+
+@pytest.mark.parametrize(("gamma", "circling_pays"), [(0.99999, True), (0.99, False)])
+def test_gdaes_reward_pays_circling_at_its_discount(gamma, circling_pays):
+    """In circles at full speed, cut short by time alone, a robot earns more than at the goal.
+
+    One robot drives 4 m to its goal in 40 steps of 0.1 s, the other circles with a radius of 2 m.
+    Even the 500 steps of one episode are worth more than the goal.
+    """
+    config, far = GdaeRewardConfig(), np.full(1, 5.0)
+
+    def paid(speed, rate, ending=Ending.NONE):
+        terms = gdae_reward(config, np.array([[speed, rate]]), far, np.array([ending]))
+        return float(sum(terms.values())[0])
+
+    arriving = discounted([paid(1.0, 0.0)] * 39 + [paid(1.0, 0.0, Ending.GOAL)], gamma)
+    circle = paid(1.0, 0.5)
+    assert (discounted([circle] * 500, gamma) > arriving) == circling_pays
+    assert (circle / (1 - gamma) > arriving) == circling_pays
+
+
+@pytest.mark.parametrize("gamma", [0.99, 0.99999])
+def test_our_reward_pays_arriving_alone(gamma):
+    """With 2 (d - d') - 0.02 neither creeping nor circling earns; the shorter way is worth more.
+
+    A circle comes back to where it began, so that its progress adds up to nothing.
+    """
+    config, going = RoomRewardConfig(progress=2.0), np.array([Ending.NONE])
+    assert (config.goal, config.collision, config.step) == (5.0, -5.0, -0.02)
+
+    def paid(path):
+        steps = pairwise(path)
+        terms = [room_reward(config, np.array([a]), np.array([b]), going) for a, b in steps]
+        return [float(sum(each.values())[0]) for each in terms]
+
+    def arrived(steps):
+        return discounted([*paid(np.linspace(4.0, 0.3, steps)), config.goal], gamma)
+
+    assert paid([3.0, 2.9]) == pytest.approx([0.18])
+    creeping = discounted(paid(np.linspace(4.0, 3.95, 501)), gamma)
+    circling = discounted(paid(4 + np.sin(np.linspace(0, 40 * np.pi, 501))), gamma)
+    assert arrived(40) > arrived(80) > 0 > max(creeping, circling)

@@ -82,7 +82,7 @@ class ActorCritic(Learner):
         if renderer is not None:
             raise ValueError(
                 "algorithm: expected one with a replay buffer for situations, got 'actor-critic'; "
-                "take 'sac'"
+                "take 'sac' or 'td3'"
             )
         super().__init__(config.device)
         self.config = config

@@ -202,7 +202,7 @@ def _actor(run: TrainingRun) -> str:
     learner = run.plan.learner
     if isinstance(learner, SacConfig) and learner.actor.kind == "points":
         return f"K = {learner.actor.features}"
-    return "1D input"
+    return "1D input" if isinstance(learner, SacConfig) else f"1D input, {learner.algorithm}"
 
 
 def _tests(run: TrainingRun) -> tuple[RoomTest, ...]:

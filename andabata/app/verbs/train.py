@@ -27,7 +27,8 @@ def train(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     algorithm: Annotated[
-        str, typer.Option(help="sac, the default, or actor-critic, the paper's scheme.")
+        str,
+        typer.Option(help="sac, the default; actor-critic, the paper's scheme; in rooms td3, too."),
     ] = "sac",
     k: Annotated[
         int | None,

@@ -1,11 +1,21 @@
 """Training plans as data: what is learnt in which order, on which worlds, by which body."""
 
+import tomllib
+from importlib.resources import files
+
 import pytest
+from pydantic import TypeAdapter
 
 from andabata.app.cli import main
 from andabata.tasks.offroad import stage_config
-from andabata.tasks.rewards import RewardConfig
+from andabata.tasks.rewards import (
+    GdaeRewardConfig,
+    ImprovedRewardConfig,
+    RewardConfig,
+    RoomRewardConfig,
+)
 from andabata.training.plans import algorithms, load_plan
+from rl.learners import LearnerConfig
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
 
@@ -94,3 +104,72 @@ def test_a_plan_changes_its_environments_only_where_it_says():
         assert environment.heading == "subgoal"
         changes = {"reward": RewardConfig(), "perception_decimation": 1}
         assert environment.model_copy(update=changes) == stage_config(name)
+
+
+def test_td3_drives_in_rooms_beside_the_conventional_input():
+    """The plans of TD3 and of SAC on 36 ranges differ in the learner and the progress alone."""
+    td3, sac = load_plan("td3", task="spn"), load_plan("sac-1d", task="spn")
+    assert "td3" in algorithms("spn")
+    assert (td3.learner.algorithm, td3.learner.hidden) == ("td3", sac.learner.hidden)
+    assert td3.learner.actor_terms == td3.learner.critic_terms == sac.learner.actor_terms
+    rooms = td3.stages["Rooms"]
+    environment = rooms.environment.model_copy(update={"reward": RoomRewardConfig()})
+    assert rooms.environment.reward == RoomRewardConfig(progress=2.0)
+    assert rooms.model_copy(update={"environment": environment}) == sac.stages["Rooms"]
+
+
+def variant(name):
+    """Return the learner and the data of the environment of a variant of TD3."""
+    text = files("andabata.training").joinpath("plans", "td3", f"{name}.toml").read_text()
+    data = tomllib.loads(text)
+    learner = TypeAdapter(LearnerConfig).validate_python(data["learner"])
+    return learner, data["stages"]["Rooms"]["environment"]
+
+
+def test_gdae_is_as_shipped():
+    """Widths, batch, rates, discount, noise, delay, turns and the frozen fusion are GDAE's."""
+    learner, environment = variant("gdae")
+    assert (learner.hidden, learner.critic_hidden, learner.normalised) == ((800, 600), None, False)
+    assert learner.fusion.model_dump() == {"kind": "sum", "layer": 1, "frozen": True}
+    assert (learner.gamma, learner.tau, learner.learning_rate) == (0.99999, 0.005, 1e-3)
+    assert (learner.batch_size, learner.updates_per_step, learner.actor_every) == (40, 1.0, 2)
+    assert (learner.target_noise, learner.target_noise_clip) == (0.2, 0.5)
+    assert (learner.action_repeat, learner.episodes_per_iteration) == (1, 1)
+    assert (learner.buffer_size, learner.reward_scale, learner.loss) == (10**6, 1.0, "squared")
+    assert [learner.noise.sigma(n) for n in (0, 500_000)] == pytest.approx([1.0, 0.1])
+    assert learner.noise.sigma(250_000) == pytest.approx(0.55)
+    turns = learner.turns
+    assert (turns.near, turns.probability, turns.steps) == (0.6, 0.15, (8, 14))
+    assert (environment["windows"], environment["window_fov_deg"]) == (20, 180)
+    assert GdaeRewardConfig.model_validate(environment["reward"]) == GdaeRewardConfig()
+
+
+def test_variants_differ_from_gdae_where_they_say():
+    """The trainable one in its fusion; the improved one in fusion, noise, turns and reward."""
+    (gdae, at_gdae), (trainable, at_trainable) = variant("gdae"), variant("gdae-trainable")
+    changed = gdae.fusion.model_copy(update={"frozen": False})
+    assert trainable == gdae.model_copy(update={"fusion": changed})
+    assert at_trainable == at_gdae
+    improved, environment = variant("td3-improved")
+    assert improved.fusion.model_dump() == {"kind": "sum", "layer": 0, "frozen": False}
+    others = {name: getattr(improved, name) for name in ("fusion", "noise", "turns")}
+    assert improved == gdae.model_copy(update=others)
+    assert improved.noise.sigma(100_000) == pytest.approx(0.1)
+    assert ImprovedRewardConfig.model_validate(environment["reward"]) == ImprovedRewardConfig()
+    scaled, at_scaled = variant("td3-improved-scaled")
+    assert scaled == improved.model_copy(update={"reward_scale": 0.05, "gamma": 0.99})
+    reward = ImprovedRewardConfig.model_validate(at_scaled["reward"])
+    assert reward == ImprovedRewardConfig(proportional=True)
+    assert {**at_scaled, "reward": None} == {**environment, "reward": None}
+
+
+def test_td3_is_paid_for_progress():
+    """Ours pays 2 (d - d') - 0.02 and 5 at the end, with the learner's own defaults."""
+    learner, environment = variant("td3")
+    assert RoomRewardConfig.model_validate(environment["reward"]).model_dump() == {
+        "goal": 5.0,
+        "collision": -5.0,
+        "progress": 2.0,
+        "step": -0.02,
+    }
+    assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 32, 60_000, 0.99)

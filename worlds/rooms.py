@@ -1,14 +1,15 @@
 """Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from scipy.ndimage import label
 
+from worlds.room_edges import edge_clearances, outline_edges
 from worlds.world import Start
 
 _BORDER = 0.2
@@ -16,6 +17,9 @@ _BORDER = 0.2
 
 CELL = 0.05
 """Edge of the cells that free space is divided into [m]."""
+
+_PAIRS = 1_000_000
+"""Number of pairs of points and obstacles whose distances are found at once."""
 
 _KEPT = 64
 """Number of rooms whose cells are remembered."""
@@ -53,6 +57,8 @@ class RoomPlan(BaseModel):
         circles: Circles: x, y, radius [m].
         posts: Centres of posts [m].
         post_radius: Radius of posts [m] (assumption).
+        outlines: Obstacles with slanted edges: corners of each, counter-clockwise [m]. What runs
+            clockwise inside of another is a hole, what has two corners a wall without thickness.
         start: Start of the fixed tasks: x, y [m], yaw [rad].
         goals: Goals of the fixed tasks [m].
         tour: True if each goal starts where the last one was, False if all start at ``start``.
@@ -70,6 +76,7 @@ class RoomPlan(BaseModel):
     circles: tuple[tuple[float, float, float], ...] = ()
     posts: tuple[tuple[float, float], ...] = ()
     post_radius: float = Field(default=0.1, gt=0)
+    outlines: tuple[tuple[tuple[FiniteFloat, FiniteFloat], ...], ...] = ()
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)
     goals: tuple[tuple[float, float], ...] = ()
     tour: bool = False
@@ -103,6 +110,8 @@ class Room:
         tasks: Fixed tasks.
         appearances: Obstacles that appear.
         judges: True if the room is for judging alone.
+        edges: Slanted edges of closed outlines: x, y at the begin and at the end, what is solid to
+            the left [m], float64, shape (e, 4).
     """
 
     name: str
@@ -112,13 +121,14 @@ class Room:
     tasks: tuple[RoomTask, ...] = ()
     appearances: tuple[Appearance, ...] = ()
     judges: bool = False
+    edges: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
 
     @classmethod
     def of(cls, name: str, plan: RoomPlan) -> "Room":
         """Return the room of a plan.
 
         Raises:
-            ValueError: If a thin wall runs neither along x nor along y.
+            ValueError: If a thin wall runs neither along x nor along y, or an outline is none.
         """
         boxes = [*_boundary(plan.half), *plan.boxes, *_thin_walls(name, plan)]
         posts = [(x, y, plan.post_radius) for x, y in plan.posts]
@@ -131,6 +141,7 @@ class Room:
             tasks=_tasks(plan),
             appearances=plan.appearances,
             judges=plan.judges,
+            edges=outline_edges(plan.outlines),
         )
 
     def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -139,6 +150,13 @@ class Room:
         Args:
             points: Points in the room [m], shape (k, 2).
         """
+        # In parts: all points of a large room beside all of its obstacles would be gigabytes.
+        count = max(1, _PAIRS // max(len(self.boxes), len(self.circles)))
+        parts = [self._clearance(points[k : k + count]) for k in range(0, len(points), count)]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def _clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the clearance of a few points [m], shape (k,)."""
         x, y = points[:, :1], points[:, 1:2]
         low, high = self.boxes[:, :2], self.boxes[:, 2:]
         out_x = np.maximum(low[:, 0] - x, x - high[:, 0])
@@ -150,7 +168,9 @@ class Room:
             centres, radii = self.circles[:, :2], self.circles[:, 2]
             away = np.hypot(x - centres[:, 0], y - centres[:, 1]) - radii
             nearest = np.minimum(nearest, away.min(axis=1))
-        return np.asarray(nearest)
+        if len(self.edges):
+            edge_clearances(np.asarray(points, dtype=np.float64), self.edges, nearest)
+        return nearest
 
 
 def cell_middles(room: Room) -> NDArray[np.float64]:

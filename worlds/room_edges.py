@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import inlined_kernel, kernel
+from terrain.kernel import kernel
 
 Outline = Sequence[tuple[float, float]]
 """Corners of a closed outline, counter-clockwise around what is solid [m]."""
@@ -29,7 +29,7 @@ def outline_edges(outlines: Sequence[Outline]) -> NDArray[np.float64]:
     return np.concatenate(found)
 
 
-@inlined_kernel
+@kernel
 def edge_clearance(x: float, y: float, edges: NDArray[np.float64], count: int) -> float:
     """Return the distance of a point to the nearest edge [m], negative inside of an outline.
 

@@ -64,6 +64,7 @@ class RoomPlan(BaseModel):
         tour: True if each goal starts where the last one was, False if all start at ``start``.
         appearances: Obstacles that appear.
         judges: True if the room is for judging alone: nothing is trained, chosen or tuned in it.
+        origin: Place of the room's middle in the world that the room was made from [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -82,6 +83,7 @@ class RoomPlan(BaseModel):
     tour: bool = False
     appearances: tuple[Appearance, ...] = ()
     judges: bool = False
+    origin: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Rooms in files of one's own: the plan as TOML, as the catalogue's rooms are."""
 
+import hashlib
 import json
 import tomllib
 from functools import lru_cache
@@ -46,6 +47,15 @@ def load_plan(path: Path) -> RoomPlan:
         first = error.errors()[0]
         field = ".".join(map(str, first["loc"]))
         raise RoomFileError(f"{path}: {field}: expected a room, got {first['msg']}") from error
+
+
+def plan_digest(path: Path) -> str:
+    """Return the SHA-256 of a file.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def load_room(path: Path) -> Room:

@@ -15,7 +15,10 @@ TOLERANCE = 1e-3
 """Depth at which round shapes may be cut, and lean of what is taken as upright [m]."""
 
 _LEVEL = 1e-3
-"""Sine of the angle up to which a plane is taken as level or upright."""
+"""Sine of the slope up to which a plane is taken as level."""
+
+_STEEP = 0.1
+"""Share of up in a plane's direction below which it is a wall."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +48,9 @@ _NOTHING = Footprint()
 
 
 def is_ground(solid: Solid) -> bool:
-    """Return True for ground: a heightmap, or a plane that is not upright."""
+    """Return True for ground or a ceiling: a heightmap, or a plane that is no wall."""
     return isinstance(solid.shape, Heightmap) or (
-        isinstance(solid.shape, Plane) and abs(facing(solid)[2]) >= _LEVEL
+        isinstance(solid.shape, Plane) and abs(facing(solid)[2]) >= _STEEP
     )
 
 

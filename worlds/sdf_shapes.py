@@ -111,12 +111,12 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Heightmap:
-    """Ground from an image, the highest value on top; its first row is that of the largest y.
+    """Ground from an image, whose first row is that of the largest y.
 
     Attributes:
         path: Image.
-        size: Extent along x and y, and height of the largest value [m].
-        position: Middle of the ground, at the height of the value 0 [m].
+        size: Extent along x and y, and height of the image's brightest place over black [m].
+        position: Middle of the ground, at the height of black [m].
     """
 
     path: Path
@@ -251,8 +251,6 @@ def _heightmap(element: Element, folders: ModelFolders) -> Heightmap | None:
     if path is None:
         return None
     size, position = element.child("size"), element.child("pos")
-    a, b, c = (1.0, 1.0, 1.0) if size is None else numbers(size, 3)
-    if size is not None and min(a, b) <= 0:
-        size.fail(f"expected an extent of more than 0, got {size.text.strip()!r}")
+    a, b, c = (1.0, 1.0, 1.0) if size is None else lengths(size, 3)
     x, y, z = (0.0, 0.0, 0.0) if position is None else numbers(position, 3)
     return Heightmap(path, (a, b, c), (x, y, z))

@@ -213,7 +213,7 @@ class _Reader:
             states: State of each model in it, by name.
         """
         gone = deleted(scope.element)
-        left = dict(states)
+        left = {name: state for name, state in states.items() if name not in gone}
         for entry in scope.models:
             inner = entry.nested
             if inner is None or inner.name in gone:

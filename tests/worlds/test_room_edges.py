@@ -31,7 +31,7 @@ def test_the_distance_is_that_to_edges_and_corners_and_negative_inside():
 
 
 def test_the_height_of_a_corner_does_not_confuse_inside_and_outside():
-    """Points level with corners, on either side, are what they are; so with the outline mirrored."""
+    """Points level with corners, on either side, are what they are, mirrored outlines too."""
     for outline in (DIAMOND, DIAMOND[::-1], np.array(DIAMOND)[:, ::-1].tolist()):
         points = [(-0.5, 0.0), (-2, 0), (2, 0), (-2, 1), (2, 1), (-2, -1), (2, -1)]
         np.testing.assert_array_equal(clearance([outline], *points) < 0, [True] + 6 * [False])

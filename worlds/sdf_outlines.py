@@ -21,8 +21,8 @@ _SAME = 6
 _THIN = 1e-6
 """Distance from a line up to which a corner is on it [m]."""
 
-_MAX_HALVINGS = 40
-"""Number of times that edges are halved until triangles keep to them."""
+_SHORTEST = 1e-4
+"""Length of an edge from which on triangles keep to it, unless another one crosses it [m]."""
 
 
 def area(corners: Sequence[Corner]) -> float:
@@ -92,7 +92,7 @@ def triangulated(outlines: Sequence[Corners]) -> NDArray[np.float64] | None:
         ring = [numbers.setdefault(corner, len(numbers)) for corner in outline]
         edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
     points = [np.array(corner) for corner in numbers]
-    for _ in range(_MAX_HALVINGS):
+    while True:
         try:
             triangles = Delaunay(np.array(points)).simplices
         except QhullError:
@@ -105,9 +105,10 @@ def triangulated(outlines: Sequence[Corners]) -> NDArray[np.float64] | None:
             return found[enclosed(found.mean(axis=1), outlines)]
         edges = [edge for edge in edges if edge not in missing]
         for a, b in missing:
+            if np.hypot(*(points[b] - points[a])) < _SHORTEST:
+                return None
             edges += [(a, len(points)), (len(points), b)]
             points.append((points[a] + points[b]) / 2)
-    return None
 
 
 def convex_in_slab(points: NDArray[np.float64], low: float, high: float) -> Corners:
@@ -167,7 +168,7 @@ def surface_in_slab(surface: Surface, low: float, high: float) -> list[Corners]:
         elif not closed or normal[2] < 0:
             ring = ring if area(ring) > 0 else ring[::-1]
             edges.update(zip(ring, ring[1:] + ring[:1], strict=True))
-    return [*_loops(edges), *map(list, walls)]
+    return [*_loops(edges), *_merged(walls)]
 
 
 _Point = tuple[float, float, float]
@@ -228,6 +229,31 @@ def _loops(edges: Counter[tuple[Corner, Corner]]) -> list[Corners]:
                 found.append(_straightened(ring[:-1]))
             else:
                 found += [list(edge) for edge in pairwise(ring)]
+    return found
+
+
+def _merged(walls: Iterable[tuple[Corner, Corner]]) -> list[Corners]:
+    """Return walls with those that overlap or touch on one line put together."""
+    lines: dict[tuple[float, ...], list[tuple[float, float]]] = defaultdict(list)
+    for (ax, ay), (bx, by) in walls:
+        # Corners are ordered: lines point east, upright ones north.
+        dx, dy = bx - ax, by - ay
+        size = float(np.hypot(dx, dy))
+        dx, dy = dx / size, dy / size
+        line = round(dx, _SAME), round(dy, _SAME), round(dx * ay - dy * ax, _SAME - 1)
+        lines[line].append((dx * ax + dy * ay, dx * bx + dy * by))
+    found = []
+    for (dx, dy, aside), spans in lines.items():
+        whole: list[list[float]] = []
+        for begin, end in sorted(spans):
+            if whole and begin <= whole[-1][1] + _THIN:
+                whole[-1][1] = max(whole[-1][1], end)
+            else:
+                whole.append([begin, end])
+        found += [
+            [_rounded((dx * along - dy * aside, dy * along + dx * aside)) for along in span]
+            for span in whole
+        ]
     return found
 
 

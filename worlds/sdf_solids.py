@@ -51,7 +51,7 @@ def parts_of(solid: Solid, tolerance: float) -> Parts:
     Args:
         solid: Solid.
         tolerance: Largest depth at which round shapes are cut by the sides of their parts [m], as
-            far as 96 sides go.
+            far as 96 sides of a circle go.
 
     Raises:
         SdfError: If a mesh cannot be read, or outlines cross each other.
@@ -62,7 +62,7 @@ def parts_of(solid: Solid, tolerance: float) -> Parts:
         case Box():
             convex = [_CUBE * shape.size]
         case Cylinder():
-            ring = _ring(shape.radius, tolerance)
+            ring = shape.radius * _circle(_sides(shape.radius, tolerance))
             convex = [np.concatenate([ring + np.array([0, 0, z]) for z in _ends(shape.length)])]
         case Capsule():
             ball = _ball((shape.radius,) * 3, tolerance)
@@ -104,23 +104,28 @@ def _ends(length: float) -> tuple[float, float]:
 
 
 def _sides(radius: float, tolerance: float) -> int:
-    """Return the number of sides with which a circle is cut by no more than a tolerance."""
+    """Return the number of sides with which a circle is cut by no more than a tolerance.
+
+    It is one of fours, so that corners lie on both axes.
+    """
     share = min(tolerance / radius, 1.0)
-    return min(max(math.ceil(math.pi / math.acos(1 - share)), _SIDES[0]), _SIDES[1])
+    sides = 4 * math.ceil(math.pi / math.acos(1 - share) / 4)
+    return min(max(sides, _SIDES[0]), _SIDES[1])
 
 
-def _ring(radius: float, tolerance: float) -> Points:
-    """Return corners on a circle about z [m]."""
-    angles = np.arange(count := _sides(radius, tolerance)) * 2 * np.pi / count
-    return radius * np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=1)
+def _circle(count: int) -> Points:
+    """Return corners on the circle of radius 1 about z."""
+    angles = np.arange(count) * 2 * np.pi / count
+    return np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=1)
 
 
 def _ball(radii: tuple[float, float, float], tolerance: float) -> Points:
     """Return corners on an ellipsoid [m]."""
-    count = _sides(max(radii), tolerance)
-    tilts = (np.arange(count // 2 + 1) / (count // 2) - 0.5) * np.pi
-    unit = _ring(1.0, 1.0 - math.cos(math.pi / count))
-    rings = [unit * math.cos(tilt) + (0, 0, math.sin(tilt)) for tilt in tilts[1:-1]]
+    # Faces are cut along both directions.
+    count = _sides(max(radii), tolerance / 2)
+    tilts = (np.arange(1, count // 2) / (count // 2) - 0.5) * np.pi
+    unit = _circle(count)
+    rings = [unit * math.cos(tilt) + np.array([0, 0, math.sin(tilt)]) for tilt in tilts]
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]]) * radii
 
 

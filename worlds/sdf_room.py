@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from worlds.rooms import RoomPlan
 from worlds.sdf import SdfWorld, Solid
 from worlds.sdf_footprints import Footprint, footprint, is_ground, is_level
-from worlds.sdf_outlines import Corners
+from worlds.sdf_outlines import Corners, area
 from worlds.sdf_xml import SdfError
 
 SLAB = (0.05, 0.5)
@@ -134,9 +134,11 @@ def _plan(name: str, prints: Iterable[Footprint], bounds: Bounds) -> RoomPlan:
     boxes, circles, outlines = [], [], []
     for each in prints:
         circles += [_rounded(a - x, b - y, radius) for a, b, radius in each.circles]
+        whole = all(area(outline) >= 0 for outline in each.outlines)
         for outline in each.outlines:
             corners = [(a - x, b - y) for a, b in outline]
-            box = _as_box(corners)
+            # A box has no holes: where there are any, they need the outline around them.
+            box = _as_box(corners) if whole else None
             if box is None:
                 outlines.append(tuple(_rounded(*corner) for corner in corners))
             else:
@@ -154,7 +156,7 @@ def _plan(name: str, prints: Iterable[Footprint], bounds: Bounds) -> RoomPlan:
 
 
 def _as_box(corners: Corners) -> Bounds | None:
-    """Return an outline as a box, None if it is no rectangle along the axes or is a hole."""
+    """Return an outline as a box, None if it is no rectangle along the axes."""
     if len(corners) != 4:
         return None
     xs, ys = sorted(x for x, _ in corners), sorted(y for _, y in corners)

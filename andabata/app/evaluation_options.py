@@ -24,7 +24,7 @@ Rooms = Annotated[
     str,
     typer.Option(
         metavar="NAMES",
-        help="Rooms, comma-separated: env0 to env7, crowded, sudden, random-K.",
+        help="Rooms, comma-separated: env0 to env7, crowded, sudden, random-K, or .toml files.",
         rich_help_panel=_ROOMS,
     ),
 ]
@@ -99,10 +99,13 @@ class OffroadEvaluationOptions:
         from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
         from andabata.evaluation.evaluate import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
+        from worlds.world_files import SUFFIX, is_world_file
 
-        if self.world not in preset_names():
+        if self.world not in preset_names() and not is_world_file(self.world):
             known = ", ".join(preset_names())
-            raise UnknownWorldError(f"--world: expected one of {known}, got {self.world!r}")
+            raise UnknownWorldError(
+                f"--world: expected one of {known} or a {SUFFIX} file, got {self.world!r}"
+            )
         return EvaluationConfig(
             suite=self.suite,
             world=self.world,

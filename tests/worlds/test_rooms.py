@@ -111,16 +111,6 @@ def test_coverage_is_the_share_of_boxes_and_circles():
     assert coverage(made) == pytest.approx((1.0 + np.pi / 4) / 8, abs=2e-3)
 
 
-def test_clearance_of_many_points_is_that_of_each():
-    """Points beyond one chunk are not lost or mixed, and none have none."""
-    made = make_room("spn-crowded")
-    points = np.random.default_rng(0).uniform(-3.0, 3.0, (9000, 2))
-    together = made.clearance(points)
-    for k in (0, 4095, 4096, 8191, 8192, 8999):
-        assert together[k] == made.clearance(points[k : k + 1])[0]
-    assert made.clearance(np.zeros((0, 2))).shape == (0,)
-
-
 def test_a_random_place_is_one_of_the_free_ones():
     """Places come from all over the largest region, with the clearance asked for."""
     made, rng = make_room("spn-env3"), np.random.default_rng(0)

@@ -6,10 +6,11 @@ from PIL import Image
 
 from terrain.classes import SemanticClass
 from tests.sdf_meshes import angle_bar, ranges, save, torus
-from tests.sdf_worlds import CUBE, PLANE, POST, pose, read, solid
+from tests.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from worlds.bodies import build_bodies
 from worlds.quiet_pybullet import pybullet
 from worlds.rays import RayScene
+from worlds.sdf import read_sdf
 from worlds.sdf_ground import world_of
 from worlds.truth import Reason
 
@@ -97,6 +98,25 @@ def test_a_world_of_space_has_tasks_and_one_without_has_none(tmp_path):
         assert world.truth.clearance_at(*task.goals[0]) >= 1.3
     assert made(tmp_path, *parts).world.tasks == world.tasks
     assert made(tmp_path, FLAT, solid("a", CUBE), bounds=(-1.0, -1.0, 1.0, 1.0)).world.tasks == ()
+
+
+def test_no_task_begins_inside_of_a_mesh(tmp_path):
+    """A solid angle bar of 12 m has room inside for a robot; its plates would not keep it out."""
+    save(tmp_path / "bar.ply", angle_bar(12.0, 5.0, 2.0))
+    text = "<mesh><uri>bar.ply</uri></mesh>"
+    found = made(tmp_path, FLAT, solid("m", text), bounds=(-12.0, -12.0, 18.0, 18.0))
+    assert len(found.world.tasks) == 12
+    places = np.array([p for t in found.world.tasks for p in ((t.start.x, t.start.y), t.goals[0])])
+    x, y = (places + found.origin).T
+    long, short = (x > 0) & (x < 12) & (y > 0) & (y < 5), (x > 0) & (x < 5) & (y > 0) & (y < 12)
+    assert not (long | short).any()
+
+
+def test_a_world_is_named_as_a_file_can_be(tmp_path):
+    """Names of worlds may hold anything."""
+    path = tmp_path / "a.world"
+    path.write_text(document(FLAT, world="my world/1"))
+    assert world_of(read_sdf(path)).world.name == "my_world_1"
 
 
 def test_a_named_model_is_ground_and_no_object(tmp_path):

@@ -41,7 +41,7 @@ def room_plan(name: str) -> RoomPlan:
     if name not in room_names():
         known = ", ".join(room_names())
         raise UnknownRoomError(
-            f"room: expected one of {known}, random-K or a .toml file, got {name!r}"
+            f"room: expected one of {known}, a .toml file or random-K, got {name!r}"
         )
     text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
     return RoomPlan.model_validate(tomllib.loads(text))

@@ -50,10 +50,11 @@ def test_the_highest_of_all_grounds_counts(tmp_path):
 
 def test_the_middle_of_the_bounds_is_the_origin(tmp_path):
     """Objects and heights move with it; what is beyond is left out and counted."""
-    posts = [solid(str(x), POST, pose(x, 0, 3)) for x in (2, 5, 9)]
+    places = [(2, 0), (5, 0), (9, 0), (-1, 0), (3, 5), (3, -5)]
+    posts = [solid(str(k), POST, pose(*place, 3)) for k, place in enumerate(places)]
     found = made(tmp_path, hill(tmp_path), *posts, bounds=(0.0, -4.0, 8.0, 4.0))
     world = found.world
-    assert (found.origin, found.outside) == ((4.0, 0.0), 1)
+    assert (found.origin, found.outside) == ((4.0, 0.0), 4)
     assert (world.ground.width, world.ground.depth) == (8.0, 8.0)
     np.testing.assert_allclose(world.ground.height_at(-4.0, 0.0), 3.0, atol=0.02)
     places = sorted(each.vertices[:, 0].mean() for each in world.objects)
@@ -101,15 +102,15 @@ def test_a_world_of_space_has_tasks_and_one_without_has_none(tmp_path):
 
 
 def test_no_task_begins_inside_of_a_mesh(tmp_path):
-    """A solid angle bar of 12 m has room inside for a robot; its plates would not keep it out."""
-    save(tmp_path / "bar.ply", angle_bar(12.0, 5.0, 2.0))
+    """A solid angle bar has room inside for a robot; its plates would not keep it out."""
+    save(tmp_path / "bar.ply", angle_bar(20.0, 9.0, 2.0))
     text = "<mesh><uri>bar.ply</uri></mesh>"
-    found = made(tmp_path, FLAT, solid("m", text), bounds=(-12.0, -12.0, 18.0, 18.0))
+    found = made(tmp_path, FLAT, solid("m", text), bounds=(-6.0, -6.0, 22.0, 22.0))
     assert len(found.world.tasks) == 12
     places = np.array([p for t in found.world.tasks for p in ((t.start.x, t.start.y), t.goals[0])])
     x, y = (places + found.origin).T
-    long, short = (x > 0) & (x < 12) & (y > 0) & (y < 5), (x > 0) & (x < 5) & (y > 0) & (y < 12)
-    assert not (long | short).any()
+    within = (x > 0) & (x < 20) & (y > 0) & (y < 20)
+    assert not (within & ((x < 9) | (y < 9))).any()
 
 
 def test_a_world_is_named_as_a_file_can_be(tmp_path):

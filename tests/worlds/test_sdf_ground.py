@@ -104,8 +104,8 @@ def test_a_world_of_space_has_tasks_and_one_without_has_none(tmp_path):
 def test_no_task_begins_inside_of_a_mesh(tmp_path):
     """A solid angle bar has room inside for a robot; its plates would not keep it out."""
     save(tmp_path / "bar.ply", angle_bar(20.0, 9.0, 2.0))
-    text = "<mesh><uri>bar.ply</uri></mesh>"
-    found = made(tmp_path, FLAT, solid("m", text), bounds=(-6.0, -6.0, 22.0, 22.0))
+    sunk = solid("m", "<mesh><uri>bar.ply</uri></mesh>", pose(0, 0, -0.5))
+    found = made(tmp_path, FLAT, sunk, bounds=(-6.0, -6.0, 22.0, 22.0))
     assert len(found.world.tasks) == 12
     places = np.array([p for t in found.world.tasks for p in ((t.start.x, t.start.y), t.goals[0])])
     x, y = (places + found.origin).T

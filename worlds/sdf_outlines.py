@@ -44,7 +44,8 @@ def hull(points: NDArray[np.float64]) -> Corners:
     for line in (ordered, ordered[::-1]):
         chain: Corners = []
         for x, y in line:
-            while len(chain) > 1 and _offset(chain[-2], chain[-1], (x, y)) <= _THIN:
+            # By the corner's own distance from the new side: short sides would magnify rounding.
+            while len(chain) > 1 and _offset(chain[-2], (x, y), chain[-1]) >= -_THIN:
                 chain.pop()
             chain.append((x, y))
         chains.append(chain[:-1])

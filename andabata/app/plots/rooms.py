@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
+from matplotlib.path import Path as MplPath
+from numpy.typing import NDArray
 
 from andabata.app.plots.axes import png
 from andabata.evaluation.room_drives import RoomDrive
@@ -241,14 +242,25 @@ def _draw_room(axes: Axes, room: Room) -> None:
         axes.add_patch(box)
     for x, y, radius in room.circles.tolist():
         axes.add_patch(Circle((x, y), radius, color=_SOLID, linewidth=0.8))
-    edges = [[(a, b), (c, d)] for a, b, c, d in room.edges.tolist()]
-    axes.add_collection(LineCollection(edges, colors=_SOLID, linewidths=1.2))
+    if len(room.edges):
+        axes.add_patch(PathPatch(_outlines(room.edges), color=_SOLID, linewidth=0.8))
     axes.set_aspect("equal")
     axes.set_xlim(-room.half[0] - 0.2, room.half[0] + 0.2)
     axes.set_ylim(-room.half[1] - 0.2, room.half[1] + 0.2)
     axes.set_xlabel("x [m]", fontsize=8)
     axes.set_ylabel("y [m]", fontsize=8)
     axes.tick_params(labelsize=7)
+
+
+def _outlines(edges: NDArray[np.float64]) -> MplPath:
+    """Return the path along the edges of outlines, which encloses what is solid."""
+    begins, ends = edges[:, :2], edges[:, 2:]
+    first = np.r_[True, (begins[1:] != ends[:-1]).any(axis=1)]
+    corners, codes = [], []
+    for begin, end, new in zip(begins.tolist(), ends.tolist(), first.tolist(), strict=True):
+        corners += [begin, end] if new else [end]
+        codes += [MplPath.MOVETO, MplPath.LINETO] if new else [MplPath.LINETO]
+    return MplPath(corners, codes)
 
 
 def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:

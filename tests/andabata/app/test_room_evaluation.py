@@ -80,7 +80,7 @@ def test_a_killed_evaluation_goes_on(capsys, tmp_path):
         ("--task spn --forest f", 2, "--forest: expected options of --task spn alone"),
         ("--rooms env0", 2, "--rooms: expected options of --task offroad alone"),
         ("--task spn --rooms moon", 2, "--rooms: expected one of gdae, spn-crowded"),
-        ("--task spn --policy proportional --set rooms=['x']", 2, "clutter-movers-K, got 'x'"),
+        ("--task spn --policy proportional --set rooms=['x']", 2, "barn-narrow-K, got 'x'"),
         ("--task spn --policy proportional --set pair=1", 2, "pair: expected a known field"),
         ("--task spn --policy missing", 1, "missing: No such file"),
         ("--policy a --policy b", 2, "--policy: expected one off-road, got 2"),

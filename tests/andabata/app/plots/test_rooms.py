@@ -9,7 +9,7 @@ from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.support_points import SupportPoints
 from andabata.tasks.terminations import Outcome
 from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask
+from worlds.rooms import Room, RoomPlan, RoomTask
 from worlds.world import Start
 
 ROOM = make_room("spn-env0")
@@ -61,6 +61,21 @@ def test_rooms_are_drawn_in_metres(drawn):
     np.testing.assert_allclose(circles, ROOM.circles)
     assert axes.get_aspect() == 1
     assert axes.get_xlim()[0] <= -4 < 4 <= axes.get_xlim()[1]
+
+
+def test_outlines_are_drawn_solid_but_for_their_holes(drawn):
+    """What is solid is filled, by any winding; a wall of two corners is a line."""
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    hole = ((0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4))
+    outlines = (square, hole, ((-1.0, -1.0), (-0.5, -0.5)))
+    made = Room.of("r", RoomPlan(about="", half=(2.0, 2.0), outlines=outlines))
+    rooms.trajectories_picture({("a", "r"): [drive()]}, [made], "title")
+    (patch,) = drawn[0].axes[0].patches[len(made.boxes) :]
+    path = patch.get_path()
+    starts = path.vertices[path.codes == path.MOVETO]
+    np.testing.assert_allclose(starts, [each[0] for each in outlines])
+    assert len(path.vertices) == 5 + 5 + 3
+    assert path.contains_points([(0.2, 0.2), (1.2, 0.2)]).tolist() == [True, False]
 
 
 def row(room, lidar, memory, ends, trials=10):

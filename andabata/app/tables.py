@@ -104,14 +104,21 @@ def room_tables(data: Data) -> Group:
 
 
 def _room_table(rows: Sequence[Data], title: str) -> "Table":
-    """Return the table of one room and policy, narrow enough for a terminal of 80 columns."""
+    """Return the table of one room and policy, narrow enough for a terminal of 80 columns.
+
+    Collisions that a mover caused have columns of their own where there are movers.
+    """
+    movers = rows[0]["movers"] if rows else 0
+    if movers:
+        title = f"{title}; T/oracle leaves out its {movers} movers"
     shown = [
         {
             "lidar": row["lidar"],
             "memory": row["memory"],
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": row["collisions"],
+            "hit": row["collisions"] - row["hit_by_mover"] - row["hit_at_rest"],
+            **({"by mover": row["hit_by_mover"], "at rest": row["hit_at_rest"]} if movers else {}),
             "late": row["timeouts"],
             "T/oracle": row["steps_to_oracle"],
             "SPL": row["spl"],

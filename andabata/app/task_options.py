@@ -1,4 +1,4 @@
-"""Option ``--task``, and the refusal of options that belong to the other task."""
+"""Option ``--task``, and the refusal of options that belong to other tasks."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -7,12 +7,18 @@ from typing import Annotated, Any
 import typer
 
 from andabata.app.usage import UsageError
+from andabata.tasks.registration import ROOM_TASKS
 
-OFFROAD, SPN = "offroad", "spn"
-"""Tasks of ``--task``."""
+OFFROAD = "offroad"
+"""Task of ``--task`` on natural ground."""
 
 TaskName = Annotated[
-    str, typer.Option("--task", help="offroad, or spn: navigation in rooms by a planar laser.")
+    str,
+    typer.Option(
+        "--task",
+        help="offroad, or navigation in rooms by a planar laser: spn, which reads points, or td3, "
+        "the task of the improved TD3 and of GDAE.",
+    ),
 ]
 
 
@@ -22,8 +28,8 @@ def check_task(task: str) -> None:
     Raises:
         UsageError: If there is no such task.
     """
-    if task not in (OFFROAD, SPN):
-        raise UsageError(f"--task: expected {OFFROAD} or {SPN}, got {task!r}")
+    if task not in (OFFROAD, *ROOM_TASKS):
+        raise UsageError(f"--task: expected {OFFROAD}, {' or '.join(ROOM_TASKS)}, got {task!r}")
 
 
 def refuse_options(task: str, groups: Sequence[tuple[Any, type]]) -> None:
@@ -43,8 +49,8 @@ def refuse_options(task: str, groups: Sequence[tuple[Any, type]]) -> None:
         if getattr(values, option.name) != option.default
     ]
     if given:
-        other = OFFROAD if task == SPN else SPN
+        other = f"--task {' or '.join(ROOM_TASKS) if task == OFFROAD else OFFROAD}"
         raise UsageError(
             f"{', '.join(given)}: expected options of --task {task} alone, got what belongs to "
-            f"--task {other}; leave it out or give --task {other}"
+            f"{other}; leave it out or give {other}"
         )

@@ -19,7 +19,7 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
-from andabata.app.task_options import OFFROAD, SPN, TaskName, check_task, refuse_options
+from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
 
 
 @command
@@ -40,7 +40,8 @@ def evaluate(
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals.
 
-    With --task spn, drive the same starts and goals in rooms with each policy, laser and memory.
+    With --task spn or td3, drive the same starts and goals in rooms with each policy, laser and
+    memory; a policy drives the robot, and sees in the form, that it was trained with.
 
     Examples:
         andabata evaluate --trials 100 --workers 4
@@ -48,6 +49,7 @@ def evaluate(
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --robot jackal --set terminations.time_limit=120
         andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams
+        andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
     """
     from andabata.app.evaluation_run import run_evaluation
     from andabata.app.room_evaluation import run_room_evaluation
@@ -57,11 +59,12 @@ def evaluate(
 
     check_task(task)
     console = output.console()
-    if task == SPN:
+    if task != OFFROAD:
         others = (offroad, OffroadEvaluationOptions), (robot, RobotOptions)
         refuse_options(task, (*others, (models, ClassifierOptions)))
-        in_rooms = settings.resolve(RoomEvaluationConfig, rooms.base(seed))
-        data = run_room_evaluation(in_rooms, models.load_policies(), workers, out, console)
+        in_rooms = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
+        policies = models.load_policies(in_rooms.task)
+        data = run_room_evaluation(in_rooms, policies, workers, out, console)
         console.result(data, room_tables(data))
         return
     refuse_options(task, ((rooms, RoomEvaluationOptions),))

@@ -12,6 +12,7 @@ from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.tasks.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 
+SPN = SpnConfig()
 OFFROAD = Path(andabata.models.__file__).parent / "policy.safetensors"
 
 
@@ -74,19 +75,23 @@ def _file(path):
 def test_policies_have_short_names_of_their_own(tmp_path):
     """A file's name is its stem, that of its folder where stems are alike, else its path."""
     one, two = (_file(tmp_path / f"seed-{k}/policy.safetensors") for k in (0, 1))
-    assert list(load_policies([one, "proportional"])) == ["policy", "proportional"]
-    assert list(load_policies([one, two, "proportional"])) == ["seed-0", "seed-1", "proportional"]
+    assert list(load_policies([one, "proportional"], SPN)) == ["policy", "proportional"]
+    assert list(load_policies([one, two, "proportional"], SPN)) == [
+        "seed-0",
+        "seed-1",
+        "proportional",
+    ]
     three = _file(tmp_path / "other/seed-0/policy.safetensors")
-    assert list(load_policies([one, three])) == [one, three]
+    assert list(load_policies([one, three], SPN)) == [one, three]
 
 
 def test_policies_are_given_once_and_drive_in_rooms(tmp_path):
     """A policy twice, one of another kind and the shipped one while there is none are errors."""
     with pytest.raises(UsageError, match="--policy: expected each once, got proportional twice"):
-        load_policies(["proportional", "proportional"])
+        load_policies(["proportional", "proportional"], SPN)
     other = tmp_path / "other.safetensors"
     shutil.copy(OFFROAD, other)
     with pytest.raises(ValueError, match=r"other\.safetensors: policy: expected one that drives"):
-        load_policies([str(other)])
+        load_policies([str(other)], SPN)
     with pytest.raises(OSError, match="No such file"):
-        load_policies(["missing.safetensors"])
+        load_policies(["missing.safetensors"], SPN)

@@ -10,8 +10,8 @@ from andabata.evaluation.room_drives import (
     drive_tour,
     drives_from_bytes,
     drives_to_bytes,
-    fitted,
 )
+from andabata.evaluation.room_policies import fitted
 from andabata.models import shipped_policy
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome

@@ -13,14 +13,22 @@ from andabata.evaluation.room_table import (
     task_score,
 )
 from andabata.evaluation.statistics import wilson_interval
+from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 
 GOAL, HIT, LATE = Outcome.GOAL, Outcome.COLLISION, Outcome.TIMEOUT
 ORACLE = [(40, 4.0), (50, 3.0), (30, 2.0), (0, 0.0)]
 
 
-def result(policy="a", outcomes=(GOAL, HIT, LATE, GOAL), steps=(50, 20, 400, 0)):
-    return CellResult(Cell(policy, "ten-beams", "r", "map"), outcomes, steps, (5.0, 1.0, 9.0, 0.0))
+def result(
+    policy="a",
+    outcomes=(GOAL, HIT, LATE, GOAL),
+    steps=(50, 20, 400, 0),
+    contacts=(Contact.NONE,) * 4,
+):
+    return CellResult(
+        Cell(policy, "ten-beams", "r", "map"), outcomes, steps, (5.0, 1.0, 9.0, 0.0), contacts
+    )
 
 
 def test_a_row_counts_ends_and_compares_with_the_oracle():

@@ -57,10 +57,12 @@ def test_no_pairs_take_the_fixed_tasks():
 def test_a_cell_has_its_room_laser_and_memory():
     """All beams become points; training's randomised lasers and other rooms are left out."""
     config = small(task=SpnConfig(random_rooms=1, randomization={}))
-    task = cell_task(Cell("p", "180|20|10|0.05", "spn-env1", "map"), config)
+    task = cell_task(Cell("p", "180|20|10|0.05", "spn-env1", "map"), config, POLICIES["p"])
     assert (task.all_rooms, task.lidar.x, task.capacity) == (("spn-env1",), 0.05, 10)
     assert (task.map, task.randomization) == (config.map, None)
-    assert cell_task(Cell("p", "ten-beams", "spn-env1", "reactive"), config).map is None
+    assert (
+        cell_task(Cell("p", "ten-beams", "spn-env1", "reactive"), config, POLICIES["p"]).map is None
+    )
 
 
 def test_rows_do_not_depend_on_what_is_driven_beside():

@@ -106,11 +106,15 @@ def room_tables(data: Data) -> Group:
 def _room_table(rows: Sequence[Data], title: str) -> "Table":
     """Return the table of one room and policy, narrow enough for a terminal of 80 columns.
 
-    Collisions that a mover caused have columns of their own where there are movers.
+    Where there are movers, ``hit`` are the collisions that the robot caused; ``mover`` and ``rest``
+    those that a mover caused while the robot drove, and while it stood.
     """
     movers = rows[0]["movers"] if rows else 0
     if movers:
-        title = f"{title}; T/oracle leaves out its {movers} movers"
+        title = (
+            f"{title}. mover, rest: hit by a mover while driving, while standing; "
+            f"T/oracle leaves out the {movers} movers"
+        )
     shown = [
         {
             "lidar": row["lidar"],
@@ -118,7 +122,7 @@ def _room_table(rows: Sequence[Data], title: str) -> "Table":
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
             "hit": row["collisions"] - row["hit_by_mover"] - row["hit_at_rest"],
-            **({"by mover": row["hit_by_mover"], "at rest": row["hit_at_rest"]} if movers else {}),
+            **({"mover": row["hit_by_mover"], "rest": row["hit_at_rest"]} if movers else {}),
             "late": row["timeouts"],
             "T/oracle": row["steps_to_oracle"],
             "SPL": row["spl"],

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import andabata.models
-from andabata.app.room_words import lidar_words, load_policies, memory_words, room_words
+from andabata.app.room_words import lidar_word, lidar_words, load_policies, memory_words, room_words
 from andabata.app.usage import UsageError
 from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.tasks.spn_config import SpnConfig
@@ -23,6 +23,16 @@ def test_rooms_of_the_family_may_be_short():
     )
 
 
+def test_families_have_short_names_of_their_own():
+    """``env1`` is that of the task, ``gates`` all of its gates; full names stand for themselves."""
+    gates = tuple(f"td3-gate-{width}" for width in ("060", "080", "100"))
+    assert room_words("env1,bend,gates,clutter-7300,spn-env1", "td3") == (
+        *("td3-env1", "td3-bend", *gates, "clutter-7300", "spn-env1"),
+    )
+    with pytest.raises(UsageError, match="got 'gates'"):
+        room_words("gates", "spn")
+
+
 @pytest.mark.parametrize("text", ["moon", "env9", "random-x", "env0,moon", "", " ,"])
 def test_unknown_rooms_are_refused(text):
     """The error names the option and the rooms that there are."""
@@ -33,6 +43,9 @@ def test_unknown_rooms_are_refused(text):
 def test_lasers_are_names_and_labels():
     """``all`` are the seven of the comparison."""
     assert lidar_words("all") == tuple(PLANAR_LIDARS)
+    assert lidar_words("trained,ten-beams") == ("trained", "ten-beams")
+    with pytest.raises(UsageError, match="--lidar: expected one laser, got 'trained'"):
+        lidar_word("trained")
     assert lidar_words("ten-beams, 180|20|10|0.05") == ("ten-beams", "180|20|10|0.05")
 
 

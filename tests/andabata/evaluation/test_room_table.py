@@ -44,6 +44,16 @@ def test_a_row_counts_ends_and_compares_with_the_oracle():
     assert cell == ["a", "ten-beams", "r", "map"]
 
 
+def test_collisions_that_movers_caused_are_counted_apart():
+    """Hits while driving and while standing are among the collisions; no way, no ratio."""
+    contacts = (Contact.HIT, Contact.HIT_AT_REST, Contact.OBSTACLE, Contact.NONE)
+    mine = result(outcomes=(HIT, HIT, HIT, GOAL), contacts=contacts)
+    row = cell_row(mine, [*ORACLE[:3], None])
+    assert (row["collisions"], row["hit_by_mover"], row["hit_at_rest"]) == (3, 1, 1)
+    assert (row["successes"], row["steps_to_oracle"], row["spl"]) == (1, None, 0.0)
+    assert CellResult.from_json(json.loads(json.dumps(mine.to_json()))) == mine
+
+
 def test_the_score_of_a_task_is_the_papers():
     """1 - 0.001 T at the goal, -1 for any failure (equation 5)."""
     assert task_score(GOAL, 100) == pytest.approx(0.9)

@@ -41,9 +41,9 @@ _SHOWN_TASKS = 4
 
 _OTHER_ROOMS = (
     "Rooms and rulings differ from the paper's, which are not all published: Env0 to Env3 are this "
-    "project's own, Env4 to Env7 follow the paper's references, and those of the improved TD3 are "
-    "drawn after its pictures. Scores depend on the size of a room; the ratio of control steps to "
-    "those of an oracle (T/oracle) does not. The oracle leaves out what moves."
+    "project's own, as are those of the improved TD3; Env4 to Env7 follow the paper's references. "
+    "Scores depend on the size of a room; the ratio of control steps to those of an oracle "
+    "(T/oracle) does not. The oracle leaves out what moves."
 )
 
 

@@ -174,9 +174,6 @@ def test_a_room_has_a_table_for_each_policy(capsys):
         "wilson_high": 0.99,
         "steps_to_oracle": 1.08,
         "spl": 0.9,
-        "hit_by_mover": 0,
-        "hit_at_rest": 0,
-        "movers": 0,
     }
     found = printed(capsys, room_tables({"rows": [row], "pooled": [], "differences": []}))
     assert [line.split() for line in found] == [

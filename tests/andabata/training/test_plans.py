@@ -1,10 +1,6 @@
 """Training plans as data: what is learnt in which order, on which worlds, by which body."""
 
-import tomllib
-from importlib.resources import files
-
 import pytest
-from pydantic import TypeAdapter
 
 from andabata.app.cli import main
 from andabata.tasks.offroad import stage_config
@@ -14,8 +10,9 @@ from andabata.tasks.rewards import (
     RewardConfig,
     RoomRewardConfig,
 )
+from andabata.tasks.td3_config import GDAE_RADIUS, td3_config
 from andabata.training.plans import algorithms, load_plan
-from rl.learners import LearnerConfig
+from worlds.room_catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
 
@@ -119,11 +116,44 @@ def test_td3_drives_in_rooms_beside_the_conventional_input():
 
 
 def variant(name):
-    """Return the learner and the data of the environment of a variant of TD3."""
-    text = files("andabata.training").joinpath("plans", "td3", f"{name}.toml").read_text()
-    data = tomllib.loads(text)
-    learner = TypeAdapter(LearnerConfig).validate_python(data["learner"])
-    return learner, data["stages"]["Rooms"]["environment"]
+    """Return the learner and the environment of a variant of TD3."""
+    plan = load_plan(name, task="td3")
+    return plan.learner, plan.stages["Rooms"].environment
+
+
+def test_td3_comes_first_of_five_variants():
+    """The task's default is `td3`; the option's error names all five."""
+    names = ("td3", "gdae", "gdae-trainable", "td3-improved", "td3-improved-scaled")
+    assert algorithms("td3") == names
+    assert load_plan(task="td3") == load_plan("td3", task="td3")
+    with pytest.raises(ValueError, match=r"--algorithm: expected td3, gdae, .* got 'sac'"):
+        load_plan("sac", task="td3")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "radius"),
+    [
+        ("td3", 45, 0.2),
+        ("td3-improved", 44, 0.2),
+        ("td3-improved-scaled", 44, 0.2),
+        ("gdae", 24, GDAE_RADIUS),
+        ("gdae-trainable", 24, GDAE_RADIUS),
+    ],
+)
+def test_variants_have_the_states_and_budgets_of_the_papers(name, values, radius):
+    """24 values of GDAE and 44 of the improved TD3, 500 steps; one room of a pool an episode."""
+    (stage,) = load_plan(name, task="td3").stages.values()
+    environment = stage.environment
+    assert environment.observations.size == values
+    robot = environment.robot
+    assert (robot.radius, robot.max_speed, robot.max_yaw_rate) == (radius, 1.0, 1.0)
+    assert environment.terminations.time_limit / robot.period == pytest.approx(500)
+    assert not any(make_room(room).judges for room in environment.unseen.rooms)
+    assert environment.rooms == ()
+    assert (stage.episodes, stage.steps) == ((10_000, None) if values < 45 else (100_000, 600_000))
+    form = {24: "gdae", 44: "printed", 45: "scaled"}[values]
+    expected = td3_config(state=form)
+    assert (environment.terms, environment.lidar) == (expected.terms, expected.lidar)
 
 
 def test_gdae_is_as_shipped():
@@ -140,8 +170,7 @@ def test_gdae_is_as_shipped():
     assert learner.noise.sigma(250_000) == pytest.approx(0.55)
     turns = learner.turns
     assert (turns.near, turns.probability, turns.steps) == (0.6, 0.15, (8, 14))
-    assert (environment["windows"], environment["window_fov_deg"]) == (20, 180)
-    assert GdaeRewardConfig.model_validate(environment["reward"]) == GdaeRewardConfig()
+    assert environment.reward == GdaeRewardConfig()
 
 
 def test_variants_differ_from_gdae_where_they_say():
@@ -155,21 +184,16 @@ def test_variants_differ_from_gdae_where_they_say():
     others = {name: getattr(improved, name) for name in ("fusion", "noise", "turns")}
     assert improved == gdae.model_copy(update=others)
     assert improved.noise.sigma(100_000) == pytest.approx(0.1)
-    assert ImprovedRewardConfig.model_validate(environment["reward"]) == ImprovedRewardConfig()
+    assert environment.reward == ImprovedRewardConfig()
     scaled, at_scaled = variant("td3-improved-scaled")
     assert scaled == improved.model_copy(update={"reward_scale": 0.05, "gamma": 0.99})
-    reward = ImprovedRewardConfig.model_validate(at_scaled["reward"])
-    assert reward == ImprovedRewardConfig(proportional=True)
-    assert {**at_scaled, "reward": None} == {**environment, "reward": None}
+    reward = ImprovedRewardConfig(proportional=True)
+    assert at_scaled == environment.model_copy(update={"reward": reward})
 
 
 def test_td3_is_paid_for_progress():
     """Ours pays 2 (d - d') - 0.02 and 5 at the end, with the learner's own defaults."""
     learner, environment = variant("td3")
-    assert RoomRewardConfig.model_validate(environment["reward"]).model_dump() == {
-        "goal": 5.0,
-        "collision": -5.0,
-        "progress": 2.0,
-        "step": -0.02,
-    }
+    expected = RoomRewardConfig(goal=5.0, collision=-5.0, progress=2.0, step=-0.02)
+    assert environment.reward == expected
     assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 32, 60_000, 0.99)

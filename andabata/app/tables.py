@@ -106,14 +106,14 @@ def room_tables(data: Data) -> Group:
 def _room_table(rows: Sequence[Data], title: str) -> "Table":
     """Return the table of one room and policy, narrow enough for a terminal of 80 columns.
 
-    Where there are movers, ``hit`` are the collisions that the robot caused; ``mover`` and ``rest``
-    those that a mover caused while the robot drove, and while it stood. Rows of earlier versions
-    say nothing about movers.
+    Where there are movers, ``hit`` are the collisions that the robot caused, and ``mover`` those
+    that a mover caused while the robot drove + while it stood. Rows of earlier versions say nothing
+    about movers.
     """
     movers = rows[0].get("movers", 0) if rows else 0
     if movers:
         title = (
-            f"{title}. mover, rest: hit by a mover while driving, while standing; "
+            f"{title}. mover: hit by one while driving + while standing; "
             f"T/oracle leaves out the {movers} movers"
         )
     shown = [
@@ -132,10 +132,10 @@ def _room_table(rows: Sequence[Data], title: str) -> "Table":
     return table_of(shown, title)
 
 
-def _hits(row: Data) -> dict[str, int]:
+def _hits(row: Data) -> dict[str, Any]:
     """Return the collisions that the robot caused, and those that movers caused."""
     driving, standing = row["hit_by_mover"], row["hit_at_rest"]
-    return {"hit": row["collisions"] - driving - standing, "mover": driving, "rest": standing}
+    return {"hit": row["collisions"] - driving - standing, "mover": f"{driving}+{standing}"}
 
 
 def _difference_table(rows: Sequence[Data]) -> "Table":

@@ -36,7 +36,7 @@ class RoomDrive:
         outcome: How it ended.
         steps: Number of control steps.
         path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
-        contact: What the robot touched at the end, and who drove into whom.
+        contact: Contact at the end: what the robot touched, and who drove into whom.
     """
 
     task: RoomTask

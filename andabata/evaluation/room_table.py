@@ -51,7 +51,7 @@ class CellResult:
         outcomes: How each drive ended.
         steps: Number of control steps of each.
         lengths: Length of each path [m].
-        contacts: What each robot touched at the end, and who drove into whom.
+        contacts: Contact of each robot at the end; see ``RoomDrive``.
     """
 
     cell: Cell
@@ -139,7 +139,7 @@ def difference_row(
 
     Args:
         first: Measures of each policy of the first group, one for each room.
-        second: The same of the second group, with the same laser, memory and rooms.
+        second: Measures of the second group, with the same laser, memory and rooms.
     """
     one, other = (
         np.array([[arrived for result in rooms for arrived in result.successes] for rooms in group])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.sdf_worlds import (
+    CUBE,
     POST,
     collision,
     document,

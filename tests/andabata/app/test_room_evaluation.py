@@ -74,7 +74,7 @@ def test_a_killed_evaluation_goes_on(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        ("--task moon", 2, "--task: expected offroad or spn, got 'moon'"),
+        ("--task moon", 2, "--task: expected offroad, spn or td3, got 'moon'"),
         ("--task spn --world maze", 2, "--world: expected options of --task spn alone"),
         ("--task spn --robot husky", 2, "--robot: expected options of --task spn alone"),
         ("--task spn --forest f", 2, "--forest: expected options of --task spn alone"),

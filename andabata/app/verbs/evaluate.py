@@ -45,7 +45,6 @@ def evaluate(
 
     Examples:
         andabata evaluate --trials 100 --workers 4
-        andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --robot jackal --set terminations.time_limit=120
         andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams

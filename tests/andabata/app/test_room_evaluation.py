@@ -159,6 +159,6 @@ def test_what_was_trained_is_evaluated_and_reported(capsys, tmp_path):
     for made in (out, folder):
         assert main(["report", str(made), "--json", "--quiet"]) == 0
         capsys.readouterr()
-    assert "Fig. 4a" in (out / "seed-0/report.html").read_text()
+    assert "Fig. 4a" in (out / "report.html").read_text()
     page = (folder / "report.html").read_text()
     assert "hit while standing" in page

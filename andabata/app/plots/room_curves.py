@@ -82,11 +82,13 @@ def success_picture(curves: Mapping[str, SuccessCurves], title: str) -> bytes:
     by_episodes, by_steps = places = figure.subplots(1, 2, sharey=True)
     for name, one in curves.items():
         for axes, amounts in ((by_episodes, one.episodes), (by_steps, one.steps / 1000)):
-            (line,) = axes.plot(amounts, one.rates.mean(axis=0), linewidth=1.6, label=name)
+            style: dict[str, Any] = {"linewidth": 1.6, "marker": "o" if len(amounts) == 1 else ""}
+            (line,) = axes.plot(amounts, one.rates.mean(axis=0), label=name, **style)
             ends = one.rates.min(axis=0), one.rates.max(axis=0)
             axes.fill_between(amounts, *ends, color=line.get_color(), alpha=0.2)
     for axes, text in zip(places, ("episodes", "control steps [thousands]"), strict=True):
         axes.set_ylim(0, 1.02)
+        axes.set_xlim(left=0)
         axes.set_xlabel(text)
     by_episodes.set_ylabel("goals reached while exploring")
     handles = by_episodes.get_legend_handles_labels()

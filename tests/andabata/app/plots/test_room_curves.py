@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from andabata.app.plots import room_curves
-from andabata.app.plots.room_curves import LearningCurves
+from andabata.app.plots.room_curves import LearningCurves, SuccessCurves
 
 
 @pytest.fixture
@@ -35,6 +35,17 @@ def test_curves_are_means_over_the_seeds_with_their_range(drawn):
             there = corners[np.isclose(corners[:, 0], x), 1]
             assert (there.min(), there.max()) == (bottom, top)
     assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == ["K = 20"]
+
+
+def test_success_is_shown_over_episodes_and_over_steps(drawn):
+    """The same means stand on both axes, which begin with the training."""
+    rates = np.array([[0.2, 0.8], [0.4, 1.0]])
+    curves = {"td3": SuccessCurves(np.array([100.0, 200.0]), np.array([5e3, 9e3]), rates)}
+    room_curves.success_picture(curves, "title")
+    for axes, amounts in zip(drawn[0].axes, ([100, 200], [5, 9]), strict=True):
+        np.testing.assert_allclose(axes.lines[0].get_data(), [amounts, [0.3, 0.9]])
+        assert axes.get_xlim()[0] == 0
+    assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == ["td3"]
 
 
 def change(text, mean, low, high):

@@ -16,8 +16,9 @@ from pydantic import Field
 from torch import Tensor
 from torch.nn.functional import smooth_l1_loss
 
+from rl.critics import ValueCritic
 from rl.learner import BaseLearnerConfig, Learner
-from rl.networks import Actor, ValueCritic
+from rl.networks import Actor
 from rl.policy import Policy
 from rl.replay import Renderer
 from rl.spaces import ActionSpec, ObservationSpec
@@ -81,7 +82,7 @@ class ActorCritic(Learner):
         if renderer is not None:
             raise ValueError(
                 "algorithm: expected one with a replay buffer for situations, got 'actor-critic'; "
-                "take 'sac'"
+                "take 'sac' or 'td3'"
             )
         super().__init__(config.device)
         self.config = config

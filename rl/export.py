@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rl.mlp import MlpPolicy
+from rl.mlp import PerceptronPolicy
 from rl.point_features import MASK, POINTS, SLOPE
 from rl.point_set import PointSetPolicy, goal_terms
 from rl.policy import Policy
@@ -34,7 +34,7 @@ def policy_to_onnx(policy: Policy) -> bytes:
     Raises:
         ExportError: If onnx is not installed, or the policy is of another architecture.
     """
-    if not isinstance(policy, (MlpPolicy, PointSetPolicy)):
+    if not isinstance(policy, (PerceptronPolicy, PointSetPolicy)):
         raise ExportError(
             "expected a multilayer perceptron or a policy on points, got a policy "
             f"{policy.architecture!r}"
@@ -116,7 +116,7 @@ class _Graph:
         return bytes(model.SerializeToString())
 
 
-def _perceptron_model(graph: _Graph, policy: MlpPolicy) -> bytes:
+def _perceptron_model(graph: _Graph, policy: PerceptronPolicy) -> bytes:
     """Return the model of a multilayer perceptron."""
     x, read = "observation", policy.observations
     if policy.terms is not None:

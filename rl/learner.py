@@ -124,7 +124,8 @@ class Learner(ABC):
             group["lr"] = learning_rate
 
     def _step(self, name: str, loss: Tensor) -> None:
-        """Take one step of an optimiser down a loss."""
-        self._optimisers[name].zero_grad()
-        loss.backward()
-        self._optimisers[name].step()
+        """Take one step of an optimiser down a loss; other parameters only pass the gradient on."""
+        optimiser = self._optimisers[name]
+        optimiser.zero_grad()
+        loss.backward(inputs=optimiser.param_groups[0]["params"])
+        optimiser.step()

@@ -1,5 +1,6 @@
 """Registry of learners: a learner is a module, and a line in each of the two tables here."""
 
+from collections.abc import Callable
 from typing import Annotated
 
 from pydantic import Field
@@ -9,12 +10,16 @@ from rl.learner import BaseLearnerConfig, Learner
 from rl.replay import Renderer
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import ActionSpec, ObservationSpec
+from rl.td3 import Td3Config, TwinDelayed
 
-LearnerConfig = Annotated[SacConfig | ActorCriticConfig, Field(discriminator="algorithm")]
+LearnerConfig = Annotated[
+    SacConfig | Td3Config | ActorCriticConfig, Field(discriminator="algorithm")
+]
 """Settings of any learner, told apart by ``algorithm``."""
 
-_LEARNERS: dict[type[BaseLearnerConfig], type[SoftActorCritic] | type[ActorCritic]] = {
+_LEARNERS: dict[type[BaseLearnerConfig], Callable[..., Learner]] = {
     SacConfig: SoftActorCritic,
+    Td3Config: TwinDelayed,
     ActorCriticConfig: ActorCritic,
 }
 
@@ -40,4 +45,4 @@ def make_learner(
         ValueError: If there is a renderer for a learner that remembers nothing.
     """
     learner = _LEARNERS[type(config)]
-    return learner(observations, actions, config, seed, renderer)  # type: ignore[arg-type]
+    return learner(observations, actions, config, seed, renderer)

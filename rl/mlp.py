@@ -1,7 +1,7 @@
-"""A multilayer perceptron as a policy, compiled: it runs without torch."""
+"""Multilayer perceptrons as policies, compiled: they run without torch."""
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rl.gaussian_policy import GaussianPolicy
 from rl.policy import Tensors
 from rl.spaces import ActionSpec, ObservationSpec
+from rl.squashed_policy import SquashedPolicy
 from terrain.kernel import kernel
 
 
@@ -27,11 +28,11 @@ class Layers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class MlpPolicy(GaussianPolicy):
+class PerceptronPolicy(SquashedPolicy):
     """A multilayer perceptron from observations to actions.
 
-    Hidden layers are followed by a ReLU. The last layer gives the means of the actions, before
-    tanh, and then the logarithms of their spread, which only exploration uses.
+    Hidden layers are followed by a ReLU. The last layer gives the actions before tanh, and whatever
+    else ``outputs_per_action`` names.
 
     Attributes:
         weights: ``layer<k>.weight``, float32, shape (outputs, inputs), and ``layer<k>.bias``,
@@ -40,15 +41,16 @@ class MlpPolicy(GaussianPolicy):
         actions: Space of its actions.
         info: Origin of the policy: config, commit, stage; ready for JSON.
         terms: Names of the terms that are its inputs, None for all.
+        outputs_per_action: Names of the outputs for each action, first all of the first name.
     """
+
+    outputs_per_action: ClassVar[tuple[str, ...]]
 
     weights: Tensors
     observations: ObservationSpec
     actions: ActionSpec
     info: dict[str, Any] = field(default_factory=dict)
     terms: tuple[str, ...] | None = None
-
-    architecture = "mlp"
 
     def __post_init__(self) -> None:
         """Check that layers and spaces fit together."""
@@ -66,10 +68,11 @@ class MlpPolicy(GaussianPolicy):
                     f"{weight.shape} and biases {bias.shape}"
                 )
             inputs = weight.shape[0]
-        if inputs != 2 * self.actions.size:
+        outputs = len(self.outputs_per_action) * self.actions.size
+        if inputs != outputs:
             raise ValueError(
-                "layers: expected mean and log sigma of each action as outputs "
-                f"({2 * self.actions.size}), got {inputs}"
+                f"layers: expected {' and '.join(self.outputs_per_action)} of each action as "
+                f"outputs ({outputs}), got {inputs}"
             )
         columns = None if self.terms is None else self.observations.columns(self.terms)
         object.__setattr__(self, "_columns", columns)
@@ -86,11 +89,22 @@ class MlpPolicy(GaussianPolicy):
         )
 
     def _outputs(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return means before tanh and log sigmas, shape (n, 2 n_actions)."""
+        """Return the outputs of the last layer, a row an observation."""
         columns: NDArray[np.intp] | None = self._columns  # type: ignore[attr-defined]
         layers: Layers = self._layers  # type: ignore[attr-defined]
         read = observations if columns is None else observations.take(columns, axis=1)
         return forward(read, layers)
+
+
+@dataclass(frozen=True)
+class MlpPolicy(PerceptronPolicy, GaussianPolicy):
+    """A multilayer perceptron that gives the means of the actions and the logs of their spread.
+
+    Only exploration uses the spread. Attributes are those of ``PerceptronPolicy``.
+    """
+
+    architecture = "mlp"
+    outputs_per_action = ("mean", "log sigma")
 
 
 @kernel

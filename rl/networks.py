@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from rl.deterministic_policy import DeterministicPolicy
 from rl.gaussian_policy import LOG_SIGMA
 from rl.mlp import MlpPolicy
 from rl.policy import Policy
@@ -140,16 +141,57 @@ class Actor(SquashedGaussianActor):
         return MlpPolicy(weights, self._observations, self._actions, info, self._terms)
 
 
+class DeterministicActor(nn.Module):
+    """Maps observations to actions: 35-200-200-1, and tanh."""
+
+    def __init__(
+        self,
+        observations: ObservationSpec,
+        actions: ActionSpec,
+        hidden: Sequence[int],
+        terms: Sequence[str] | None = None,
+    ) -> None:
+        """Draw weights from torch's generator; arguments as for ``Actor``."""
+        super().__init__()
+        self._observations, self._actions = observations, actions
+        self._terms = None if terms is None else tuple(terms)
+        self.read = TermReader(observations, terms)
+        self.linear = linear_layers([self.read.size, *hidden, actions.size])
+
+    def forward(self, states: Tensor) -> Tensor:
+        """Return actions from -1 to 1, shape (n, n_actions).
+
+        Args:
+            states: Observations in SI units, shape (n, n_observations).
+        """
+        return torch.tanh(outputs(self.read(states), self.linear))
+
+    def policy(self, info: dict[str, Any]) -> DeterministicPolicy:
+        """Return the actor as a policy that runs without torch.
+
+        Args:
+            info: Origin of the policy, ready for JSON, and how it explores.
+        """
+        weights = layer_weights(self.linear)
+        return DeterministicPolicy(weights, self._observations, self._actions, info, self._terms)
+
+
 def linear_layers(widths: Sequence[int]) -> nn.ModuleList:
     """Return fresh layers from each width to the next."""
     return nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
 
 
-def mean_and_sigma(x: Tensor, layers: nn.ModuleList) -> tuple[Tensor, Tensor]:
-    """Return means before tanh and sigmas of layers with a ReLU between them."""
+def outputs(x: Tensor, layers: nn.ModuleList) -> Tensor:
+    """Return the outputs of the last of several layers with a ReLU between them."""
     for layer in layers[:-1]:
         x = torch.relu(layer(x))
-    mean, log_sigma = layers[-1](x).chunk(2, dim=1)
+    found: Tensor = layers[-1](x)
+    return found
+
+
+def mean_and_sigma(x: Tensor, layers: nn.ModuleList) -> tuple[Tensor, Tensor]:
+    """Return means before tanh and sigmas of layers with a ReLU between them."""
+    mean, log_sigma = outputs(x, layers).chunk(2, dim=1)
     return mean, log_sigma.clamp(*LOG_SIGMA).exp()
 
 
@@ -160,126 +202,6 @@ def layer_weights(layers: nn.ModuleList) -> dict[str, NDArray[np.float32]]:
         weights[f"layer{number}.weight"] = as_array(layer.weight)
         weights[f"layer{number}.bias"] = as_array(layer.bias)
     return weights
-
-
-class ValueCritic(nn.Module):
-    """Maps a state to its value, 35-200-200-1, or with the reward beside it, 36 (as printed)."""
-
-    def __init__(
-        self, observations: ObservationSpec, hidden: Sequence[int], takes_reward: bool
-    ) -> None:
-        """Draw weights from torch's generator.
-
-        Args:
-            observations: Space of the observations.
-            hidden: Width of each hidden layer.
-            takes_reward: True if the reward that came with the state is an input.
-        """
-        super().__init__()
-        self._takes_reward = takes_reward
-        self.read = TermReader(observations, None)
-        self.linear = linear_layers([observations.size + takes_reward, *hidden, 1])
-
-    def forward(self, states: Tensor, rewards: Tensor) -> Tensor:
-        """Return the values of states, shape (n,).
-
-        Args:
-            states: Observations in SI units, shape (n, n_observations).
-            rewards: Rewards that came with them, shape (n,).
-        """
-        x = self.read(states)
-        if self._takes_reward:
-            x = torch.cat([x, rewards[:, None]], dim=1)
-        for layer in self.linear[:-1]:
-            x = torch.relu(layer(x))
-        value: Tensor = self.linear[-1](x)
-        return value.squeeze(1)
-
-
-class StackedCritic(nn.Module):
-    """Several critics of one shape side by side: one batched product drives all through a layer.
-
-    Hidden layers are normalised: without it the values of loops grow until the robot circles.
-    """
-
-    def __init__(self, count: int, widths: Sequence[int]) -> None:
-        """Draw weights from torch's generator.
-
-        Args:
-            count: Number of critics.
-            widths: Number of inputs, width of each hidden layer, number of outputs.
-        """
-        super().__init__()
-        self.weights = nn.ParameterList()
-        self.biases = nn.ParameterList()
-        for inputs, outputs in pairwise(widths):
-            bound = inputs**-0.5
-            self.weights.append(
-                nn.Parameter(torch.empty(count, inputs, outputs).uniform_(-bound, bound))
-            )
-            self.biases.append(nn.Parameter(torch.empty(count, 1, outputs).uniform_(-bound, bound)))
-
-    def _values(self, x: Tensor) -> Tensor:
-        """Return each critic's values of the same inputs, shape (count, n)."""
-        x = x.expand(len(self.weights[0]), *x.shape)
-        last = len(self.weights) - 1
-        for number, (weights, biases) in enumerate(zip(self.weights, self.biases, strict=True)):
-            x = torch.baddbmm(biases, x, weights)
-            if number < last:
-                x = torch.relu(nn.functional.layer_norm(x, x.shape[-1:]))
-        return x.squeeze(-1)
-
-
-class TwinCritic(StackedCritic):
-    """Two critics side by side, state and actions to a value: 36-200-200-1 each.
-
-    The paper prints the reward as the 36th input; a value of an action needs the action there
-    (assumption).
-    """
-
-    def __init__(
-        self,
-        observations: ObservationSpec,
-        actions: ActionSpec,
-        hidden: Sequence[int],
-        terms: Sequence[str] | None = None,
-    ) -> None:
-        """Draw weights from torch's generator; arguments as for ``Actor``."""
-        read = TermReader(observations, terms)
-        super().__init__(2, [read.size + actions.size, *hidden, 1])
-        self.read = read
-
-    def forward(self, states: Tensor, actions: Tensor) -> Tensor:
-        """Return both critics' values, shape (2, n).
-
-        Args:
-            states: Observations in SI units, shape (n, n_observations).
-            actions: Actions from -1 to 1, shape (n, n_actions).
-        """
-        return self._values(torch.cat([self.read(states), actions], dim=1))
-
-
-class StateCritic(StackedCritic):
-    """Maps a state to its value, with the layers of ``TwinCritic``."""
-
-    def __init__(
-        self,
-        observations: ObservationSpec,
-        hidden: Sequence[int],
-        terms: Sequence[str] | None = None,
-    ) -> None:
-        """Draw weights from torch's generator; arguments as for ``Actor``."""
-        read = TermReader(observations, terms)
-        super().__init__(1, [read.size, *hidden, 1])
-        self.read = read
-
-    def forward(self, states: Tensor) -> Tensor:
-        """Return the values of states, shape (n,).
-
-        Args:
-            states: Observations in SI units, shape (n, n_observations).
-        """
-        return self._values(self.read(states)).squeeze(0)
 
 
 @torch.no_grad()

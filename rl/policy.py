@@ -21,6 +21,7 @@ _VERSION = 3
 _MAX_BYTES = 64 << 20
 
 _ARCHITECTURES = {
+    "deterministic": "rl.deterministic_policy:DeterministicPolicy",
     "mlp": "rl.mlp:MlpPolicy",
     "point_set": "rl.point_set:PointSetPolicy",
     "proportional": "rl.goal_laws:ProportionalPolicy",

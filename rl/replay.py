@@ -72,6 +72,11 @@ class Replay:
         """Number of episodes that were ever added."""
         return self._episodes
 
+    @property
+    def decisions(self) -> int:
+        """Number of decisions that were ever added."""
+        return self._added
+
     def add(self, episode: Episode, reward_scale: float) -> int:
         """Add an episode and return its number of decisions.
 

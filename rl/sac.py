@@ -5,7 +5,7 @@ some seeds; this one does not, and learns from each decision many times (assumpt
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -14,20 +14,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
 from torch.nn.functional import smooth_l1_loss
 
-from rl.goal_laws import ProportionalPolicy
-from rl.learner import BaseLearnerConfig, Learner
-from rl.networks import (
-    Actor,
-    SquashedGaussianActor,
-    StateCritic,
-    TwinCritic,
-    polyak_update,
-)
+from rl.critics import StateCritic, TwinCritic
+from rl.networks import Actor, SquashedGaussianActor, polyak_update
 from rl.point_set_actor import PointSetActor
 from rl.policy import Policy
-from rl.replay import Renderer, Replay
+from rl.replay import Renderer
+from rl.replay_learner import ReplayLearner, ReplayLearnerConfig
 from rl.spaces import ActionSpec, ObservationSpec
-from rl.training import Episode
 
 
 class ActorConfig(BaseModel):
@@ -58,7 +51,7 @@ class ActorConfig(BaseModel):
         return PointSetActor(observations, actions, hidden, terms, self.width, self.features)
 
 
-class SacConfig(BaseLearnerConfig):
+class SacConfig(ReplayLearnerConfig):
     """Settings of the learner (assumptions but for the networks).
 
     Attributes:
@@ -67,15 +60,6 @@ class SacConfig(BaseLearnerConfig):
         actor_terms: Names of the observation's terms that the actor reads: for ``mlp`` None reads
             all, for ``points`` they are those of goal and velocities, None for ``goal`` and
             ``velocity``.
-        critic_terms: Names of the terms that the critics read, None for all.
-        critic_hidden: Width of the critics' hidden layers, None for ``hidden``.
-        learning_rate: Adam learning rate.
-        gamma: Discount of a decision.
-        tau: Share of the critics that moves into their targets at each step.
-        batch_size: Number of decisions of a gradient step.
-        updates_per_step: Number of gradient steps for each new decision.
-        actor_every: Number of gradient steps of the critics for one of actor and temperature.
-        warmup_episodes: Number of first episodes that the proportional controller plays (SPN: 100).
         state_value: True to learn the value of states too, and to bootstrap from its target
             network in the place of the critics' (Haarnoja et al. 2018, first version; SPN).
         target_entropy: Entropy of the actions that the temperature is adapted to [nat].
@@ -85,21 +69,10 @@ class SacConfig(BaseLearnerConfig):
         ema_rate: Share of the actor that moves into its running average at each step; the average
             is the policy that is kept.
         reward_scale: Factor of the rewards.
-        buffer_size: Number of decisions that are remembered.
     """
 
     algorithm: Literal["sac"] = "sac"
     actor: ActorConfig = ActorConfig()
-    actor_terms: tuple[str, ...] | None = None
-    critic_terms: tuple[str, ...] | None = None
-    critic_hidden: tuple[int, ...] | None = None
-    learning_rate: float = Field(default=5e-4, gt=0)
-    gamma: float = Field(default=0.98, gt=0, lt=1)
-    tau: float = Field(default=0.005, gt=0, le=1)
-    batch_size: int = Field(default=256, ge=8)
-    updates_per_step: float = Field(default=0.3, gt=0)
-    actor_every: int = Field(default=1, ge=1)
-    warmup_episodes: int = Field(default=0, ge=0)
     state_value: bool = False
     target_entropy: float = Field(default=-0.5)
     temperature: float = Field(default=0.1, gt=0)
@@ -107,10 +80,9 @@ class SacConfig(BaseLearnerConfig):
     min_temperature: float = Field(default=0.0, ge=0)
     ema_rate: float = Field(default=0.001, gt=0, le=1)
     reward_scale: float = Field(default=1 / 50, gt=0)
-    buffer_size: int = Field(default=200_000, ge=1000)
 
 
-class SoftActorCritic(Learner):
+class SoftActorCritic(ReplayLearner):
     """Actor, twin critics, their targets, temperature, optimisers and replay buffer."""
 
     def __init__(
@@ -135,7 +107,7 @@ class SoftActorCritic(Learner):
             KeyError: If the observation has no term of a name.
             ValueError: If the actor or the controller of the warm-up cannot read the observation.
         """
-        super().__init__(config.device)
+        super().__init__(observations, actions, config, renderer)
         self.config = config
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
@@ -149,17 +121,12 @@ class SoftActorCritic(Learner):
             targets=self.targets,
             temperature=self.log_temperature,
         )
-        self.replay = Replay(observations.size, actions.size, config.buffer_size, renderer)
         self._optimise("actor", self.actor.parameters(), config.learning_rate)
         self._optimise("critics", self.critics.parameters(), config.learning_rate)
         self._optimise("temperature", [self.log_temperature], config.learning_rate)
         if self.state_value is not None:
             self._keep(state_value=self.state_value)
             self._optimise("state_value", self.state_value.parameters(), config.learning_rate)
-        self._updates = 0
-        self._warmup: Policy | None = None
-        if config.warmup_episodes:
-            self._warmup = ProportionalPolicy({}, observations, actions)
 
     def _make_networks(self, observations: ObservationSpec, actions: ActionSpec) -> None:
         """Draw the networks, and targets that begin as their networks."""
@@ -183,46 +150,20 @@ class SoftActorCritic(Learner):
         self.average.requires_grad_(False)
         self.targets.requires_grad_(False)
 
-    def behaviour_policy(self) -> Policy:
-        """Return what plays the episodes to learn from: the present actor after the warm-up."""
-        if self._warmup is not None and self.replay.episodes < self.config.warmup_episodes:
-            return self._warmup
+    def _exploring_policy(self) -> Policy:
+        """Return the present actor, which explores."""
         return self.actor.policy({})
 
     def policy(self, info: dict[str, Any]) -> Policy:
         """Return the running average of the actors as a complete policy."""
         return self.average.policy(info)
 
-    def update(
-        self, episodes: Sequence[Episode], rng: np.random.Generator, lr_scale: float = 1.0
-    ) -> dict[str, float]:
-        """Remember episodes and learn.
-
-        Args:
-            episodes: New ones.
-            rng: Draws of minibatches and actions.
-            lr_scale: Share of the learning rate.
-
-        Returns:
-            Mean critic loss, value and entropy of the actions, and the temperature.
-        """
-        for name in self._optimisers:
-            self._set_learning_rate(name, self.config.learning_rate * lr_scale)
-        fresh = sum(self.replay.add(episode, self.config.reward_scale) for episode in episodes)
-        noise = torch.Generator(self.device).manual_seed(int(rng.integers(2**31)))
-        count = max(1, round(fresh * self.config.updates_per_step))
-        figures, actor_steps = torch.zeros(3, device=self.device), 0
-        for _ in range(count):
-            batch = self.replay.sample(self.config.batch_size, rng)
-            batch = {name: column.to(self.device) for name, column in batch.items()}
-            actor_steps += self._updates % self.config.actor_every == 0
-            figures += self._update(batch, noise)
-            self._updates += 1
-        loss, value, entropy = figures.tolist()
+    def _figures(self, critic_loss: float, value: float, of_actor: float) -> dict[str, float]:
+        """Return mean critic loss, value and entropy of the actions, and the temperature."""
         return {
-            "critic_loss": loss / count,
-            "value": value / count,
-            "entropy": entropy / max(actor_steps, 1),
+            "critic_loss": critic_loss,
+            "value": value,
+            "entropy": of_actor,
             "temperature": float(self.log_temperature.detach().exp()),
         }
 
@@ -242,7 +183,7 @@ class SoftActorCritic(Learner):
         critic_loss = smooth_l1_loss(q, td_target.expand_as(q))
         self._step("critics", 2 * critic_loss)
         entropy = torch.zeros_like(critic_loss)
-        if self._updates % config.actor_every == 0:
+        if self._is_actor_due:
             entropy = self._update_actor(states, alpha, noise)
             polyak_update(self.average, self.actor, config.ema_rate)
         if self.state_value is None:
@@ -266,12 +207,10 @@ class SoftActorCritic(Learner):
 
     def _update_actor(self, states: Tensor, alpha: Tensor, noise: torch.Generator) -> Tensor:
         """Take one gradient step of actor and temperature; return the mean entropy."""
-        # The actor climbs the smaller critic; the critics only pass the gradient on.
+        # The actor climbs the smaller critic.
         actions, log_p = self.actor.sample(states, noise)
-        self.critics.requires_grad_(False)
         q_pi = self.critics(states, actions).amin(dim=0)
         self._step("actor", (alpha * log_p - q_pi).mean())
-        self.critics.requires_grad_(True)
         if self.config.learn_temperature:
             # The temperature rises where the entropy is below its target.
             entropy_error = (log_p.detach() + self.config.target_entropy).mean()
@@ -289,19 +228,3 @@ class SoftActorCritic(Learner):
             actions, log_p = self.actor.sample(states, noise)
             target = self.critics(states, actions).amin(dim=0) - alpha * log_p
         self._step("state_value", smooth_l1_loss(state_value(states), target))
-
-    def to_bytes(self, progress: dict[str, Any], others: Mapping[str, Tensor]) -> bytes:
-        """Return everything that learning needs to go on, what is remembered and ``others``."""
-        updates = {"updates": torch.tensor(self._updates)}
-        return super().to_bytes(progress, {**self.replay.tensors(), **updates, **others})
-
-    def restore(self, data: bytes) -> dict[str, Tensor]:
-        """Take up the state of ``to_bytes`` and return its tensors.
-
-        Raises:
-            CheckpointError: If the bytes are no checkpoint of such a learner.
-        """
-        tensors = super().restore(data)
-        self.replay.restore(tensors)
-        self._updates = int(tensors["updates"])
-        return tensors

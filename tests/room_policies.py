@@ -1,8 +1,10 @@
-"""Policies on points with random weights, for tests of drives in rooms."""
+"""Policies with random weights, for tests of drives in rooms."""
 
 import torch
 
 from andabata.tasks.spn_config import SpnConfig
+from andabata.training.plans import load_plan
+from rl.networks import DeterministicActor
 from rl.point_set_actor import PointSetActor
 
 
@@ -12,3 +14,12 @@ def point_policy(seed=0, features=5, info=None):
     torch.manual_seed(seed)
     actor = PointSetActor(task.observations, task.actions, (16, 16), width=16, n_features=features)
     return actor.policy(info or {})
+
+
+def window_policy(plan_name="td3", hidden=(8, 8)):
+    """Return a policy of TD3's task that was never trained, but says how it would have been."""
+    plan = load_plan(plan_name, task="td3")
+    task = plan.stages["Rooms"].environment
+    torch.manual_seed(0)
+    actor = DeterministicActor(task.observations, task.actions, hidden, None)
+    return actor.policy({"config": plan.model_dump(mode="json"), "stage": "Rooms", "seed": 0})

@@ -54,6 +54,9 @@ REDUCED = {
     "train --task spn": "--workers 1 --set stages.Rooms.steps=400 --set validation=2"
     " --set test_every=0 --set learner.warmup_episodes=2 --set learner.episodes_per_iteration=4"
     " --set stages.Rooms.environment.random_rooms=1",
+    "train --task td3": "--workers 1 --set stages.Rooms.steps=400 --set validation=2"
+    " --set 'learner.hidden=[16, 16]' --set learner.updates_per_step=0.02"
+    " --set learner.episodes_per_iteration=4 --set stages.Rooms.environment.random_rooms=1",
     "report": "--tests 1 --workers 1",
     "drive": "--time-limit 5",  # The first cloud takes 3.4 s, and a replay needs one.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
@@ -61,6 +64,7 @@ REDUCED = {
     "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
     "evaluate --task spn": "--pairs 2 --workers 1",
     "evaluate --task barn": "--set count=1 --workers 1",
+    "evaluate --task td3": "--pairs 2 --workers 1",
     "lidar-study": "--pairs 2 --workers 1",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",

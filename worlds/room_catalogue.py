@@ -66,8 +66,8 @@ def _data(name: str) -> dict[str, Any]:
         UnknownRoomError: If there is no room of that name.
     """
     if name not in room_names():
-        known = ", ".join((*room_names(), *(f"{kind}-K" for kind in _RANDOM)))
-        raise UnknownRoomError(f"room: expected one of {known} or a .toml file, got {name!r}")
+        known = ", ".join((*room_names(), "a .toml file", *(f"{kind}-K" for kind in _RANDOM)))
+        raise UnknownRoomError(f"room: expected one of {known}, got {name!r}")
     text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
     data = tomllib.loads(text)
     return _data(data.pop("like")) | data if "like" in data else data

@@ -50,7 +50,7 @@ class SdfWorld:
         name: Name of the world.
         version: Version of SDF that the file is written in.
         solids: Shapes, in the order of the file.
-        warnings: What was left out or read otherwise than it is written, with file and line.
+        warnings: Parts that were left out or read otherwise than written, with file and line.
     """
 
     name: str

@@ -4,24 +4,27 @@ The world of hills has its middle at the origin; ``ImportedWorld.origin`` tells 
 Between the ground's grid lines heights are those of its triangles. Round shapes are cut by the
 sides of their parts, by a centimetre at most. A mesh is taken apart into the pieces that hang
 together: closed convex ones are solids, of others each triangle is a plate of 2 cm behind its face,
-so that beams and contacts from outside are those of the mesh itself.
+so that beams and contacts from outside are those of the mesh itself; no task begins or ends inside.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import QhullError
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, hull
 from worlds.goals import UnsolvableWorldError, sample_tasks
+from worlds.room_edges import edge_clearances, outline_edges
 from worlds.sdf import SdfWorld, Solid
 from worlds.sdf_footprints import is_ground
-from worlds.sdf_meshes import Surface, normals
+from worlds.sdf_meshes import Surface, is_closed, normals
+from worlds.sdf_outlines import Corners, surface_in_slab
 from worlds.sdf_shapes import Capsule, Cylinder, Ellipsoid, Shape, Sphere
-from worlds.sdf_solids import parts_of
+from worlds.sdf_solids import Parts, parts_of
 from worlds.sdf_terrain import Terrain, terrain_of
 from worlds.truth import TraversabilityMap, TruthConfig, build_truth
 from worlds.world import Task, World
@@ -92,9 +95,12 @@ def world_of(
         raise ValueError(f"ground: expected names of models, got {', '.join(sorted(unknown))}")
     terrains: list[Terrain] = []
     objects: list[SceneObject] = []
+    insides: list[Corners] = []
     for solid in world.solids:
         if not is_ground(solid) and not _is_of(solid, ground):
-            objects += _objects(solid)
+            parts = parts_of(solid, _TOLERANCE)
+            objects += _objects(_semantic(solid.shape), parts)
+            insides += _insides(parts)
         elif (terrain := terrain_of(solid)) is not None:
             terrains.append(terrain)
     if bounds is None:
@@ -107,7 +113,9 @@ def world_of(
     n, m = field.heights.shape
     surface = np.full((n - 1, m - 1), SemanticClass.GROUND, dtype=np.uint8)
     truth = build_truth(field, tuple(on_it), TruthConfig())
-    made = World(world.name, 0, 0.0, field, surface, tuple(on_it), _tasks(truth, field), truth)
+    name = "".join(each if each.isalnum() or each in "-_." else "_" for each in world.name)
+    tasks = _tasks(truth, field, outline_edges(insides) - np.tile(origin, 2))
+    made = World(name, 0, 0.0, field, surface, tuple(on_it), tasks, truth)
     return ImportedWorld(made, origin, len(objects) - len(on_it))
 
 
@@ -160,9 +168,8 @@ def _field(
     return Heightfield(heights.astype(np.float32), cell), origin
 
 
-def _objects(solid: Solid) -> Iterator[SceneObject]:
-    """Yield the convex objects of a shape."""
-    semantic, parts = _semantic(solid.shape), parts_of(solid, _TOLERANCE)
+def _objects(semantic: SemanticClass, parts: Parts) -> Iterator[SceneObject]:
+    """Yield the convex objects of a shape's parts."""
     for points in parts.convex:
         try:
             yield hull(semantic, points)
@@ -170,6 +177,12 @@ def _objects(solid: Solid) -> Iterator[SceneObject]:
             continue  # A part without a volume.
     for surface in parts.surfaces:
         yield from _plates(semantic, surface)
+
+
+def _insides(parts: Parts) -> list[Corners]:
+    """Return the outlines of closed surfaces, of which only the faces are objects."""
+    closed = [each for each in parts.surfaces if is_closed(each.triangles)]
+    return [outline for each in closed for outline in surface_in_slab(each, -np.inf, np.inf)]
 
 
 def _plates(semantic: SemanticClass, surface: Surface) -> Iterator[SceneObject]:
@@ -206,11 +219,27 @@ def _placed(
     return SceneObject(each.semantic, vertices, each.triangles)
 
 
-def _tasks(truth: TraversabilityMap, ground: Heightfield) -> tuple[Task, ...]:
-    """Return starts and goals, none if there are no safe ways."""
+def _tasks(
+    truth: TraversabilityMap, ground: Heightfield, insides: NDArray[np.float64]
+) -> tuple[Task, ...]:
+    """Return starts and goals that are inside of nothing, none if there are no safe ways.
+
+    Args:
+        truth: True map.
+        ground: Ground.
+        insides: Edges of what is inside of closed surfaces [m], shape (n, 4).
+    """
     near = min(0.25 * min(ground.width, ground.depth), 20.0)
     far = min(0.75 * max(ground.width, ground.depth), 40.0)
+    clearance = truth.clearance.astype(np.float64).ravel()
+    if len(insides):
+        i, j = np.indices(truth.clearance.shape).reshape(2, -1)
+        low = np.array([truth.x_min, truth.y_min])
+        middles = low + (np.stack([i, j], axis=1) + 0.5) * truth.cell
+        edge_clearances(middles, insides, clearance)
+    outside = np.maximum(clearance, 0.0).reshape(truth.clearance.shape).astype(np.float32)
+    space = replace(truth, clearance=outside)
     try:
-        return sample_tasks(truth, _TASKS, 1, (near, far), _LONGEST, np.random.default_rng(0))
+        return sample_tasks(space, _TASKS, 1, (near, far), _LONGEST, np.random.default_rng(0))
     except UnsolvableWorldError:
         return ()

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 from worlds.sdf_meshes import Surface, is_closed, normals
 
@@ -20,6 +20,9 @@ _SAME = 6
 
 _THIN = 1e-6
 """Distance from a line up to which a corner is on it [m]."""
+
+_FEW = 16
+"""Number of corners up to which lines between all of them are taken for the edges."""
 
 _SHORTEST = 1e-4
 """Length of an edge from which on triangles keep to it, unless another one crosses it [m]."""
@@ -44,7 +47,8 @@ def hull(points: NDArray[np.float64]) -> Corners:
     for line in (ordered, ordered[::-1]):
         chain: Corners = []
         for x, y in line:
-            while len(chain) > 1 and _offset(chain[-2], chain[-1], (x, y)) <= _THIN:
+            # By the corner's own distance from the new side: short sides would magnify rounding.
+            while len(chain) > 1 and _offset(chain[-2], (x, y), chain[-1]) >= -_THIN:
                 chain.pop()
             chain.append((x, y))
         chains.append(chain[:-1])
@@ -123,14 +127,29 @@ def convex_in_slab(points: NDArray[np.float64], low: float, high: float) -> Corn
         Corners, counter-clockwise; fewer than three if nothing or no area is there.
     """
     z = points[:, 2]
+    begins, ends = points[_lines(points).T]
     pieces = [points[(z >= low) & (z <= high)]]
     for level in (low, high):
-        # Lines between all corners below and above stay in the part; its edges are among them.
-        below, above = points[z < level], points[z > level]
-        share = ((level - below[:, 2])[:, None] / (above[:, 2] - below[:, 2][:, None]))[..., None]
-        pieces.append((below[:, None] + share * (above - below[:, None])).reshape(-1, 3))
+        # From a corner below to one above, whichever comes first.
+        crosses = (begins[:, 2] < level) != (ends[:, 2] < level)
+        p, q = begins[crosses], ends[crosses]
+        share = (level - p[:, 2:]) / (q[:, 2:] - p[:, 2:])
+        pieces.append(p + share * (q - p))
     met = np.concatenate(pieces)[:, :2]
     return hull(met) if len(met) else []
+
+
+def _lines(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return pairs of corners whose lines hold all edges of a convex part, shape (e, 2).
+
+    Lines through the part's inside do no harm: of few corners all are taken.
+    """
+    if len(points) > _FEW:
+        # Joggled, so that flat parts have a hull, too.
+        triangles = ConvexHull(points, qhull_options="QJ").simplices
+        sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        return np.unique(sides, axis=0)
+    return np.stack(np.triu_indices(len(points), 1), axis=1)
 
 
 def surface_in_slab(surface: Surface, low: float, high: float) -> list[Corners]:

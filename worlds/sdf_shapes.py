@@ -238,8 +238,8 @@ def _mesh(element: Element, folders: ModelFolders, notes: Notes) -> Mesh | None:
         return None
     scale = element.child("scale")
     x, y, z = (1.0, 1.0, 1.0) if scale is None else numbers(scale, 3)
-    if scale is not None and 0.0 in (x, y, z):
-        scale.fail("expected factors other than 0, got one")
+    if scale is not None and min(map(abs, (x, y, z))) < 1e-9:
+        scale.fail(f"expected factors other than 0, got {scale.text.strip()!r}")
     if (part := element.child("submesh")) is not None:
         notes.add("one part of a mesh is asked for: the whole mesh was taken", part)
     return Mesh(path, (x, y, z))

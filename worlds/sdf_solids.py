@@ -38,7 +38,7 @@ class Parts(NamedTuple):
 
     Attributes:
         convex: Corners of its convex parts.
-        surfaces: What is in no convex part.
+        surfaces: Surfaces that are in no convex part.
     """
 
     convex: list[Points]

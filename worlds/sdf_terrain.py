@@ -138,10 +138,11 @@ class _Seen:
 
 
 def _image(shape: Heightmap, where: str) -> Floats:
-    """Return the values of an image from 0 to 1, first along x, then along y, shape (n, m).
+    """Return the values of an image, first along x, then along y, shape (n, m).
 
     Raises:
-        SdfError: If it cannot be read, or is smaller than 2 or larger than 8193 pixels.
+        SdfError: If it cannot be read, holds elevations instead of grey values, or is smaller than
+            2 or larger than 8193 pixels.
     """
     try:
         with Image.open(shape.path) as image:
@@ -150,12 +151,14 @@ def _image(shape: Heightmap, where: str) -> Floats:
                     f"{where}: expected an image of 2 to {_MAX_PIXELS} pixels a side, got "
                     f"{image.size[0]} x {image.size[1]} in {shape.path}"
                 )
-            # 16 bits come as one mode or the other; colours count by their brightness.
-            wide = image.mode.startswith("I")
-            values = np.asarray(image if wide else image.convert("L"), dtype=np.float64)
+            if image.mode == "F":
+                raise SdfError(f"{where}: expected whole numbers in {shape.path}, got elevations")
+            # 16 bits come as modes I and I;16; colours count by their brightness.
+            grey = image if image.mode.startswith("I") else image.convert("L")
+            values = np.asarray(grey, dtype=np.float64)
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError) as error:
         raise SdfError(
             f"{where}: expected an image such as a PNG in {shape.path}, got {error}; other "
             f"elevation data have to be converted"
         ) from error
-    return np.asarray(values / (65535.0 if wide else 255.0))[::-1].T
+    return values[::-1].T

@@ -10,6 +10,12 @@ from worlds.sdf_xml import Element
 Pose = NDArray[np.float64]
 """Matrix that takes coordinates of a frame to those of another, float64, shape (4, 4)."""
 
+_MOST = 1e8
+"""Largest number that is one: coordinates of whole countries have seven digits."""
+
+_LEAST = 1e-6
+"""Smallest length [m]."""
+
 IDENTITY: Pose = np.eye(4)
 IDENTITY.setflags(write=False)
 
@@ -22,7 +28,7 @@ def numbers(element: Element, count: int) -> tuple[float, ...]:
         count: Number of numbers that it has to hold.
 
     Raises:
-        SdfError: If they are not as many, or not all finite numbers.
+        SdfError: If they are not as many, or not all finite numbers up to 1e8.
     """
     try:
         found = tuple(map(float, element.text.split()))
@@ -31,6 +37,8 @@ def numbers(element: Element, count: int) -> tuple[float, ...]:
     if len(found) != count or not all(map(math.isfinite, found)):
         text = " ".join(element.text.split())
         element.fail(f"expected {count} finite number{'s' * (count > 1)}, got {text!r}")
+    if max(map(abs, found)) > _MOST:
+        element.fail(f"expected numbers up to {_MOST:g}, got {max(found, key=abs):g}")
     return found
 
 
@@ -38,10 +46,10 @@ def lengths(element: Element, count: int) -> tuple[float, ...]:
     """Return the lengths that an element holds [m].
 
     Raises:
-        SdfError: If they are not as many, or not all positive.
+        SdfError: If they are not as many, or not all more than a micrometre.
     """
     found = numbers(element, count)
-    if min(found) <= 0:
+    if min(found) < _LEAST:
         element.fail(f"expected more than 0, got {element.text.strip()!r}")
     return found
 

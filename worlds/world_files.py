@@ -90,7 +90,8 @@ def world_to_bytes(world: World) -> bytes:
         "triangle_starts": _starts([len(each.triangles) for each in objects]),
     }
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    return save(whole, {"kind": _KIND, "header": header.model_dump_json()})
+    # One key, since the order of several is not always the same.
+    return save(whole, {_KIND: header.model_dump_json()})
 
 
 def load_world(path: Path) -> World:
@@ -105,10 +106,11 @@ def load_world(path: Path) -> World:
     try:
         with safe_open(path, "numpy") as file:
             about = file.metadata() or {}
-            if about.get("kind") != _KIND:
-                raise WorldFileError(f"{path}: expected {_KIND}, got {about.get('kind')!r}")
+            if _KIND not in about:
+                kinds = ", ".join(about) or "nothing of the kind"
+                raise WorldFileError(f"{path}: expected {_KIND}, got {kinds}")
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        header = _Header.model_validate(json.loads(about.get("header", "")))
+        header = _Header.model_validate(json.loads(about[_KIND]))
         return _world(header, arrays)
     except WorldFileError:
         raise

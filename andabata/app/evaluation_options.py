@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.models import Models
+    from andabata.tasks.room_tasks import RoomTaskConfig
     from rl.policy import Policy
 
 _OFFROAD = "Off-road (--task offroad)"
-_ROOMS = "Rooms (--task spn)"
+_ROOMS = "Rooms (--task spn or td3)"
 _BARN = "Fields of cylinders (--task barn)"
 _BOTH = "Off-road and fields of cylinders"
 
@@ -27,10 +28,12 @@ _OFFROAD_CONTROLLERS, _OFFROAD_TRIALS = "policy+planner,reactive", 20
 """Defaults of ``--controllers`` and ``--trials`` off-road."""
 
 Rooms = Annotated[
-    str,
+    str | None,
     typer.Option(
         metavar="NAMES",
-        help="Rooms, comma-separated: env0 to env7, crowded, sudden, random-K, or .toml files.",
+        help="Rooms, comma-separated; by default those that judge the task. spn: env0 to env7, "
+        "crowded, sudden; td3: env1 to env4, corridor, bend, gates, wall; random-K, clutter-K, "
+        "clutter-movers-K, barn-K; .toml files.",
         rich_help_panel=_ROOMS,
     ),
 ]
@@ -141,17 +144,18 @@ class OffroadEvaluationOptions:
 class RoomEvaluationOptions:
     """Evaluation in rooms: ``--rooms``, ``--lidars``, ``--memory``, ``--pairs``."""
 
-    rooms: Rooms = "env4,env5,env6,env7"
+    rooms: Rooms = None
     lidars: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAMES",
-            help="all, or some of full-fine, hokuyo-270, wide-270, front-220, front-180, "
-            "ten-beams, ten-beams-forward, or labels as 180|20|10|0.05, in degrees and metres: "
-            "field of view, resolution, range, x, y, yaw; comma-separated.",
+            help="trained, that of each policy (td3's default), all (spn's), or some of "
+            "full-fine, hokuyo-270, wide-270, front-220, front-180, ten-beams, ten-beams-forward, "
+            "or labels as 180|20|10|0.05, in degrees and metres: field of view, resolution, range, "
+            "x, y, yaw; comma-separated.",
             rich_help_panel=_ROOMS,
         ),
-    ] = "all"
+    ] = None
     memory: Annotated[
         str,
         typer.Option(
@@ -161,22 +165,22 @@ class RoomEvaluationOptions:
     ] = "both"
     pairs: Pairs = 100
 
-    def base(self, seed: int) -> "RoomEvaluationConfig":
-        """Return the evaluation.
+    def base(self, task: str, seed: int) -> "RoomEvaluationConfig":
+        """Return the evaluation of a task in rooms.
 
         Raises:
             UsageError: If there is no such room, laser or memory.
         """
         from andabata.app.room_words import lidar_words, memory_words, room_words
-        from andabata.evaluation.rooms import RoomEvaluationConfig
+        from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 
-        return RoomEvaluationConfig(
-            rooms=room_words(self.rooms),
-            lidars=lidar_words(self.lidars),
-            memories=memory_words(self.memory),
-            pairs=self.pairs,
-            seed=seed,
-        )
+        data: dict[str, Any] = {"task": judged_task(task), "pairs": self.pairs, "seed": seed}
+        data["memories"] = memory_words(self.memory)
+        if self.rooms is not None:
+            data["rooms"] = room_words(self.rooms, task)
+        if self.lidars is not None:
+            data["lidars"] = lidar_words(self.lidars)
+        return RoomEvaluationConfig(**data)
 
 
 @dataclass(frozen=True)
@@ -268,8 +272,8 @@ class RoomPolicyOptions:
 
     policy: Policies = None
 
-    def load_policies(self) -> "dict[str, Policy]":
-        """Return the policies by name, the shipped one by default.
+    def load_policies(self, task: "RoomTaskConfig") -> "dict[str, Policy]":
+        """Return the policies by name, the shipped one of the task by default.
 
         Raises:
             UsageError: If one is given twice.
@@ -278,7 +282,7 @@ class RoomPolicyOptions:
         """
         from andabata.app.room_words import load_policies
 
-        return load_policies(self.policy or ["shipped"])
+        return load_policies(self.policy or ["shipped"], task)
 
 
 @dataclass(frozen=True)
@@ -296,7 +300,8 @@ class EvaluationModelOptions(RoomPolicyOptions, ClassifierOptions):
         given = self.policy or ["shipped"]
         if len(given) > 1:
             raise UsageError(
-                f"--policy: expected one off-road, got {len(given)}; several go with --task spn"
+                f"--policy: expected one off-road, got {len(given)}; several go with --task spn "
+                "or td3"
             )
         file = None if given == ["shipped"] else Path(given[0])
         return Models.load(self.forest, self.ground_classifier, file)

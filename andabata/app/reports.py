@@ -12,15 +12,21 @@ from rich.console import RenderableType
 from andabata.app.console import Console, table_of
 from andabata.app.options import ClassifierOptions
 from andabata.app.usage import UsageError
+from andabata.tasks.registration import ROOM_TASKS
 
 
 class RunKind(StrEnum):
     """Kinds of run that reports tell apart."""
 
     OFFROAD_TRAINING = "train"
-    ROOM_TRAINING = "train --task spn"
-    ROOM_EVALUATION = "evaluate --task spn"
+    SPN_TRAINING = "train --task spn"
+    TD3_TRAINING = "train --task td3"
+    ROOM_EVALUATION = "evaluate in rooms"
     LIDAR_STUDY = "lidar-study"
+
+
+_ROOM_TRAININGS = {"spn": RunKind.SPN_TRAINING, "td3": RunKind.TD3_TRAINING}
+"""Kind of a training in rooms by its task."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +63,12 @@ def run_kind(folder: Path) -> RunKind:
     verb = about.get("verb")
     if verb == "lidar-study":
         return RunKind.LIDAR_STUDY
-    if verb == "evaluate" and about.get("task") == "spn":
+    if verb == "evaluate" and about.get("task") in ROOM_TASKS:
         return RunKind.ROOM_EVALUATION
     stages = about.get("config", {}).get("stages", {})
-    tasks = {stage["environment"].get("task") for stage in stages.values()}
-    return RunKind.ROOM_TRAINING if tasks == {"spn"} else RunKind.OFFROAD_TRAINING
+    tasks = {str(stage["environment"].get("task")) for stage in stages.values()}
+    one = "".join(tasks) if len(tasks) == 1 else ""
+    return _ROOM_TRAININGS.get(one, RunKind.OFFROAD_TRAINING)
 
 
 def make_report(
@@ -86,11 +93,16 @@ def make_report(
             raise UsageError(f"{folder}: expected a run of `{kind}` as the first, got `{other}`")
     if kind is RunKind.OFFROAD_TRAINING:
         return _offroad(folders, models, tests, workers, console)
-    if kind is RunKind.ROOM_TRAINING:
+    if kind is RunKind.SPN_TRAINING:
         from andabata.app.room_training_report import group_table, report_room_training
 
         page, data = report_room_training(folders)
         return MadeReport(page, data, table_of(group_table(data["groups"])))
+    if kind is RunKind.TD3_TRAINING:
+        from andabata.app.success_report import report_success, success_table
+
+        page, data = report_success(folders)
+        return MadeReport(page, data, table_of(success_table(data["groups"])))
     if len(folders) > 1:
         raise UsageError(f"runs: expected one folder of `{kind}`, got {len(folders)}")
     return _rooms(folders[0], kind)

@@ -65,7 +65,7 @@ class RoomFolder:
         for number, policy in enumerate(policies.values()):
             atomic_io.write(self._policy(number), policy.to_bytes())
         write_json(self.path / RESULT, data)
-        about = {"task": "spn", "cells": config.model_dump(mode="json")}
+        about = {"task": config.task.task, "cells": config.model_dump(mode="json")}
         about["policies"] = policy_hashes(policies)
         write_json(self.path / "run.json", describe(verb, data["config"], config.seed) | about)
 

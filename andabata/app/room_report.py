@@ -41,8 +41,9 @@ _SHOWN_TASKS = 4
 
 _OTHER_ROOMS = (
     "Rooms and rulings differ from the paper's, which are not all published: Env0 to Env3 are this "
-    "project's own, Env4 to Env7 follow the paper's references. Scores depend on the size of a "
-    "room; the ratio of control steps to those of an oracle (T/oracle) does not."
+    "project's own, as are those of the improved TD3; Env4 to Env7 follow the paper's references. "
+    "Scores depend on the size of a room; the ratio of control steps to those of an oracle "
+    "(T/oracle) does not. The oracle leaves out what moves."
 )
 
 
@@ -115,10 +116,21 @@ def _table_row(row: Mapping[str, Any]) -> Row:
         "reached": f"{row['successes']}/{row['trials']}",
         "95 %": f"{row['wilson_low']:.3f} to {row['wilson_high']:.3f}",
         "crashes": row["collisions"],
+        **_hits(row),
         "time-outs": row["timeouts"],
         "T/oracle": row["steps_to_oracle"],
         "SPL": row["spl"],
         "score": row["score"],
+    }
+
+
+def _hits(row: Mapping[str, Any]) -> Row:
+    """Return how many of the crashes movers caused, in rooms that have some."""
+    if not row.get("movers"):
+        return {}
+    return {
+        "of them hit by a mover": row["hit_by_mover"],
+        "hit while standing": row["hit_at_rest"],
     }
 
 
@@ -178,7 +190,9 @@ def _support_points(
     tasks = _fixed_tasks(room) or tasks_of(room, config)
     cell = Cell("", TRAINING_LIDAR.label, room.name, "reactive")
     found = {
-        name: drive_with_support_points(policy, cell_task(cell, config), tasks[:_SHOWN_TASKS])
+        name: drive_with_support_points(
+            policy, cell_task(cell, config, policy), tasks[:_SHOWN_TASKS]
+        )
         for name, policy in list(policies.items())[:_SHOWN_POLICIES]
     }
     picture = support_points_picture(found, room, f"{room.name}: support points")
@@ -189,7 +203,9 @@ def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
     """Add the tour of a room, and return its figures (Fig. 10a)."""
     goals = [task.goal for task in room.tasks]
     drives = {
-        driver: drive_tour(policy, cell_task(cell, folder.config), room.tasks[0].start, goals)
+        driver: drive_tour(
+            policy, cell_task(cell, folder.config, policy), room.tasks[0].start, goals
+        )
         for driver, (policy, cell) in _drivers(folder, room).items()
     }
     page.picture(tour_picture(drives, room, f"{room.name}: goals in a row"), f"Tour of {room.name}")
@@ -200,7 +216,7 @@ def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
 def _sudden(page: Report, folder: RoomFolder, room: Room) -> Row:
     """Add a drive past obstacles that appear, and return its figures (Fig. 10b)."""
     drives = {
-        driver: drive_tasks(policy, cell_task(cell, folder.config), room.tasks[:1])[0]
+        driver: drive_tasks(policy, cell_task(cell, folder.config, policy), room.tasks[:1])[0]
         for driver, (policy, cell) in _drivers(folder, room).items()
     }
     picture = sudden_picture(drives, room, f"{room.name}: obstacles that appear")

@@ -1,6 +1,6 @@
 """Report of training in rooms, with figures of Zhang et al. (arXiv 2010.10209, section IV-A)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -182,18 +182,35 @@ def _groups(runs: Sequence[TrainingRun]) -> list[Group]:
     Raises:
         ValueError: If a run had no tests, or two runs of one plan have the same seed.
     """
+    return [
+        Group(name, some, tuple(_tests(run) for run in some))
+        for name, some in runs_by_plan(runs, _actor).items()
+    ]
+
+
+def runs_by_plan(
+    runs: Sequence[TrainingRun], name_of: Callable[[TrainingRun], str]
+) -> dict[str, tuple[TrainingRun, ...]]:
+    """Return the runs by their plans, each under a name of its own.
+
+    Args:
+        runs: Runs.
+        name_of: Function that names the plan of a run; plans of one name are told by their folders.
+
+    Raises:
+        ValueError: If two runs of one plan have the same seed.
+    """
     by_plan: dict[str, list[TrainingRun]] = {}
     for run in runs:
         by_plan.setdefault(run.plan.model_dump_json(), []).append(run)
-    names = [_actor(some[0]) for some in by_plan.values()]
-    found = []
+    names = [name_of(some[0]) for some in by_plan.values()]
+    found = {}
     for name, some in zip(names, by_plan.values(), strict=True):
         seeds = [run.seed for run in some]
         if len(set(seeds)) < len(seeds):
             raise ValueError(f"runs of {name}: expected another seed in each, got {seeds}")
-        # Plans that differ in more than the actor are told by their folders.
         full = name if names.count(name) == 1 else f"{name}, {some[0].folder}"
-        found.append(Group(full, tuple(some), tuple(_tests(run) for run in some)))
+        found[full] = tuple(some)
     return found
 
 
@@ -202,7 +219,7 @@ def _actor(run: TrainingRun) -> str:
     learner = run.plan.learner
     if isinstance(learner, SacConfig) and learner.actor.kind == "points":
         return f"K = {learner.actor.features}"
-    return "1D input"
+    return "1D input" if isinstance(learner, SacConfig) else f"1D input, {learner.algorithm}"
 
 
 def _tests(run: TrainingRun) -> tuple[RoomTest, ...]:

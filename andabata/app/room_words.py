@@ -8,11 +8,11 @@ from pydantic import ValidationError
 
 from andabata.app.settings import explain
 from andabata.app.usage import UsageError, words
-from andabata.evaluation.room_drives import fitted
+from andabata.evaluation.room_policies import TRAINED, fitted
 from andabata.evaluation.rooms import REACTIVE, WITH_MAP
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.models import shipped_policy
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.room_tasks import RoomTaskConfig
 from rl.goal_laws import LAWS
 from rl.policy import Policy, load_policy
 from worlds.room_catalogue import UnknownRoomError, make_room, room_names
@@ -20,18 +20,22 @@ from worlds.room_catalogue import UnknownRoomError, make_room, room_names
 SHIPPED = "shipped"
 """Policy without a file: the one that comes with the package. Laws have none either."""
 
-_FAMILY = "spn-"
-"""Beginning of room names that may be left out."""
+_GATES = "gates"
+"""Word for all gates of a family."""
 
 
-def room_words(text: str) -> tuple[str, ...]:
-    """Return the rooms of ``--rooms``; ``env4`` is short for ``spn-env4``.
+def room_words(text: str, family: str = "spn") -> tuple[str, ...]:
+    """Return the rooms of ``--rooms``; ``env4`` is short for ``spn-env4``, ``gates`` for all gates.
+
+    Args:
+        text: Value of the option.
+        family: Beginning of room names that may be left out: the name of a task.
 
     Raises:
         UsageError: If there is none, or no room of a name.
     """
-    found = tuple(word.strip() for word in text.split(",") if word.strip())
-    found = tuple(_FAMILY + word if _FAMILY + word in room_names() else word for word in found)
+    given = (word.strip() for word in text.split(",") if word.strip())
+    found = tuple(name for word in given for name in _rooms_of(word, family))
     if not found:
         raise UsageError(f"--rooms: expected names as {', '.join(room_names())}, got nothing")
     for word in found:
@@ -42,8 +46,17 @@ def room_words(text: str) -> tuple[str, ...]:
     return found
 
 
+def _rooms_of(word: str, family: str) -> tuple[str, ...]:
+    """Return the rooms of a word, or the word itself where it is no short one."""
+    if word == _GATES:
+        gates = tuple(name for name in room_names() if name.startswith(f"{family}-gate-"))
+        return gates or (word,)
+    full = f"{family}-{word}"
+    return (full,) if full in room_names() else (word,)
+
+
 def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
-    """Return the lasers of an option: ``all``, names and labels.
+    """Return the lasers of an option: ``all``, ``trained``, names and labels.
 
     Raises:
         UsageError: If there is none, or one is neither a name nor a label of a laser.
@@ -54,6 +67,8 @@ def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
     if not found:
         raise UsageError(f"{option}: expected all, names or labels of lasers, got nothing")
     for word in found:
+        if word == TRAINED:
+            continue
         try:
             PlanarLidarConfig.parse(word)
         except ValidationError as error:
@@ -70,7 +85,7 @@ def lidar_word(text: str) -> str:
         UsageError: If it is not one, by name or label.
     """
     found = lidar_words(text, "--lidar")
-    if len(found) > 1:
+    if len(found) > 1 or found == (TRAINED,):
         raise UsageError(f"--lidar: expected one laser, got {text!r}")
     return found[0]
 
@@ -87,13 +102,14 @@ def memory_words(text: str) -> tuple[str, ...]:
     return (REACTIVE, WITH_MAP) if word == "both" else (word,)
 
 
-def load_policies(texts: Sequence[str]) -> dict[str, Policy]:
+def load_policies(texts: Sequence[str], task: RoomTaskConfig) -> dict[str, Policy]:
     """Return policies by name: files, ``shipped`` and laws as ``heading``.
 
     A file's name is that of its folder where several are called alike, as those of several seeds.
 
     Args:
         texts: Values of ``--policy``.
+        task: Task, whose robot and terms the laws take.
 
     Raises:
         UsageError: If one is given twice.
@@ -103,7 +119,6 @@ def load_policies(texts: Sequence[str]) -> dict[str, Policy]:
     twice = [text for text, count in Counter(texts).items() if count > 1]
     if twice:
         raise UsageError(f"--policy: expected each once, got {twice[0]} twice")
-    task = SpnConfig()
     found = {}
     for name, text in zip(_names(texts), texts, strict=True):
         policy = _load(text, task)
@@ -115,10 +130,10 @@ def load_policies(texts: Sequence[str]) -> dict[str, Policy]:
     return found
 
 
-def _load(text: str, task: SpnConfig) -> Policy:
+def _load(text: str, task: RoomTaskConfig) -> Policy:
     """Return one policy."""
     if text == SHIPPED:
-        return shipped_policy("spn")
+        return shipped_policy(task.task)
     if text in LAWS:
         return LAWS[text]({}, task.observations, task.actions)
     return load_policy(Path(text))

@@ -104,14 +104,25 @@ def room_tables(data: Data) -> Group:
 
 
 def _room_table(rows: Sequence[Data], title: str) -> "Table":
-    """Return the table of one room and policy, narrow enough for a terminal of 80 columns."""
+    """Return the table of one room and policy, narrow enough for a terminal of 80 columns.
+
+    Where there are movers, ``hit`` are the collisions that the robot caused, and ``mover`` those
+    that a mover caused while the robot drove + while it stood. Rows of earlier versions say nothing
+    about movers.
+    """
+    movers = rows[0].get("movers", 0) if rows else 0
+    if movers:
+        title = (
+            f"{title}. mover: hit by one while driving + while standing; "
+            f"T/oracle leaves out the {movers} movers"
+        )
     shown = [
         {
             "lidar": row["lidar"],
             "memory": row["memory"],
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": row["collisions"],
+            **(_hits(row) if movers else {"hit": row["collisions"]}),
             "late": row["timeouts"],
             "T/oracle": row["steps_to_oracle"],
             "SPL": row["spl"],
@@ -119,6 +130,12 @@ def _room_table(rows: Sequence[Data], title: str) -> "Table":
         for row in rows
     ]
     return table_of(shown, title)
+
+
+def _hits(row: Data) -> dict[str, Any]:
+    """Return the collisions that the robot caused, and those that movers caused."""
+    driving, standing = row["hit_by_mover"], row["hit_at_rest"]
+    return {"hit": row["collisions"] - driving - standing, "mover": f"{driving}+{standing}"}
 
 
 def _difference_table(rows: Sequence[Data]) -> "Table":

@@ -1,4 +1,4 @@
-"""Option ``--task``, and the refusal of options that belong to the other task."""
+"""Option ``--task``, and the refusal of options that belong to other tasks."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -7,23 +7,30 @@ from typing import Annotated, Any
 import typer
 
 from andabata.app.usage import UsageError
+from andabata.tasks.registration import ROOM_TASKS
 
-OFFROAD, SPN, BARN = "offroad", "spn", "barn"
-"""Tasks of ``--task``."""
+OFFROAD, BARN = "offroad", "barn"
+"""Tasks of ``--task`` that are not driven in rooms."""
 
 TaskName = Annotated[
-    str, typer.Option("--task", help="offroad, or spn: navigation in rooms by a planar laser.")
+    str,
+    typer.Option(
+        "--task",
+        help="offroad, or navigation in rooms by a planar laser: spn, which reads points, or td3, "
+        "the task of the improved TD3 and of GDAE.",
+    ),
 ]
 EvaluationTaskName = Annotated[
     str,
     typer.Option(
         "--task",
-        help="offroad; spn: navigation in rooms by a planar laser; or barn: the BARN benchmark.",
+        help="offroad; spn or td3: navigation in rooms by a planar laser; or barn: the BARN "
+        "benchmark.",
     ),
 ]
 
 
-def check_task(task: str, known: Sequence[str] = (OFFROAD, SPN)) -> None:
+def check_task(task: str, known: Sequence[str] = (OFFROAD, *ROOM_TASKS)) -> None:
     """Refuse a task that does not exist.
 
     Args:
@@ -44,7 +51,8 @@ def refuse_options(task: str, groups: Sequence[tuple[Any, type]], other: str | N
     Args:
         task: Task of the command.
         groups: Settings given, each with the group of options whose fields must be the defaults.
-        other: Task that the options belong to; None for the other one of off-road and ``spn``.
+        other: Task that the options belong to; None for off-road, or rooms from
+            off-road.
 
     Raises:
         UsageError: If an option is given.
@@ -56,8 +64,9 @@ def refuse_options(task: str, groups: Sequence[tuple[Any, type]], other: str | N
         if getattr(values, option.name) != option.default
     ]
     if given:
-        other = other or (OFFROAD if task == SPN else SPN)
+        default = " or ".join(ROOM_TASKS) if task == OFFROAD else OFFROAD
+        other = f"--task {other or default}"
         raise UsageError(
             f"{', '.join(given)}: expected options of --task {task} alone, got what belongs to "
-            f"--task {other}; leave it out or give --task {other}"
+            f"{other}; leave it out or give {other}"
         )

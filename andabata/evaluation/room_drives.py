@@ -7,15 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.evaluation.room_policies import fitted
+from andabata.tasks.movers import Contact
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome
-from rl.policy import Policy, with_observations
+from rl.policy import Policy
 from worlds.rooms import RoomTask
 from worlds.world import Start
 
 _BATCH = 50
 """Number of robots that are driven side by side."""
+
+_CONTACTS = {contact.label: contact for contact in Contact}
+"""Contacts by the labels of the environment's infos."""
 
 OnStates = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
 """Function that takes the numbers of the drives that go on, shape (k,), and what each observes
@@ -31,12 +36,14 @@ class RoomDrive:
         outcome: How it ended.
         steps: Number of control steps.
         path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
+        contact: Contact at the end: what the robot touched, and who drove into whom.
     """
 
     task: RoomTask
     outcome: Outcome
     steps: int
     path: NDArray[np.float64]
+    contact: Contact = Contact.NONE
 
     @property
     def length(self) -> float:
@@ -48,6 +55,8 @@ def drive_tasks(
     policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
 ) -> list[RoomDrive]:
     """Drive tasks of a room with a policy at its best, and return the drives in their order.
+
+    The robot and what it observes are those that the policy was trained with; see ``fitted``.
 
     Args:
         policy: Policy, for any number of points.
@@ -91,27 +100,6 @@ def drive_tour(
     return found
 
 
-def fitted(policy: Policy, config: RoomConfig) -> tuple[Policy, RoomConfig]:
-    """Return a policy for any number of points and a task as it reads it, with its form of goals.
-
-    Raises:
-        ValueError: If the policy reads other terms than the task has, or has other actions.
-    """
-    try:
-        if policy.actions.names != config.actions.names:
-            raise ValueError(f"actions {policy.actions.names}")
-        polar = policy.observations.term("goal").shape == (2,)
-        task = config.model_copy(update={"goal_encoding": "polar" if polar else "cosine"})
-        return with_observations(policy, task.observations), task
-    except (KeyError, ValueError) as error:
-        reads = ", ".join(f"{term.name} {term.shape}" for term in policy.observations.terms)
-        raise ValueError(
-            f"policy: expected one that drives in rooms, got one of kind {policy.architecture} "
-            f"that reads {reads} and gives {', '.join(policy.actions.names)}; train one with "
-            "`andabata train --task spn`"
-        ) from error
-
-
 def _driven_together(
     actor: Policy,
     robots: RoomVectorEnv,
@@ -135,9 +123,17 @@ def _driven_together(
         for k in np.flatnonzero(going).tolist():
             paths[k].append(poses[k])
         for k in np.flatnonzero(terminated | truncated).tolist():
-            outcome = Outcome(info["outcome"][k])
-            found[k] = RoomDrive(tasks[k], outcome, len(paths[k]) - 1, np.array(paths[k]))
+            end = Outcome(info["outcome"][k]), _CONTACTS[info["contact"][k]]
+            found[k] = _drive(tasks[k], paths[k], *end)
     return [found[k] for k in range(count)]
+
+
+def _drive(
+    task: RoomTask, path: Sequence[NDArray[np.float64]], outcome: Outcome, contact: Contact
+) -> RoomDrive:
+    """Return a drive that is over; the contact counts if it was the end."""
+    touched = contact if outcome is Outcome.COLLISION else Contact.NONE
+    return RoomDrive(task, outcome, len(path) - 1, np.array(path), touched)
 
 
 def drives_to_bytes(drives: Sequence[RoomDrive]) -> bytes:
@@ -149,6 +145,7 @@ def drives_to_bytes(drives: Sequence[RoomDrive]) -> bytes:
         goals=np.array([drive.task.goal for drive in drives]),
         outcomes=np.array([str(drive.outcome) for drive in drives]),
         steps=np.array([drive.steps for drive in drives]),
+        contacts=np.array([int(drive.contact) for drive in drives]),
         paths=np.concatenate([drive.path for drive in drives]).astype(np.float32),
     )
     return stream.getvalue()
@@ -167,16 +164,27 @@ def drives_from_bytes(data: bytes, name: str) -> list[RoomDrive]:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             parts = {key: file[key] for key in ("starts", "goals", "outcomes", "steps", "paths")}
+            # Files from before there were movers say nothing about contacts.
+            contacts = (
+                file["contacts"] if "contacts" in file else np.zeros(len(parts["steps"]), int)
+            )
         ends = np.cumsum(parts["steps"] + 1)
         paths = np.split(parts["paths"].astype(np.float64), ends[:-1])
         return [
-            RoomDrive(RoomTask(Start(*start), (goal[0], goal[1])), Outcome(outcome), steps, path)
-            for start, goal, outcome, steps, path in zip(
+            RoomDrive(
+                RoomTask(Start(*start), (goal[0], goal[1])),
+                Outcome(outcome),
+                steps,
+                path,
+                Contact(contact),
+            )
+            for start, goal, outcome, steps, path, contact in zip(
                 parts["starts"].tolist(),
                 parts["goals"].tolist(),
                 parts["outcomes"].tolist(),
                 parts["steps"].tolist(),
                 paths,
+                contacts.tolist(),
                 strict=True,
             )
         ]

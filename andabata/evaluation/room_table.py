@@ -12,12 +12,14 @@ from andabata.evaluation.statistics import (
     group_difference,
     wilson_interval,
 )
+from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 
 Row = dict[str, Any]
 
-OracleTask = tuple[int, float]
-"""Fewest steps of a task, and the length of its shortest way [m]."""
+OracleTask = tuple[int, float] | None
+"""Fewest steps of a task, and the length of its shortest way [m], whatever moves there; None where
+no way is wide enough for the robot."""
 
 _STEP_COST = 0.001
 """Loss of a task's score with each control step (equation 5)."""
@@ -49,12 +51,14 @@ class CellResult:
         outcomes: How each drive ended.
         steps: Number of control steps of each.
         lengths: Length of each path [m].
+        contacts: Contact of each robot at the end; see ``RoomDrive``.
     """
 
     cell: Cell
     outcomes: tuple[Outcome, ...]
     steps: tuple[int, ...]
     lengths: tuple[float, ...]
+    contacts: tuple[Contact, ...]
 
     @classmethod
     def of(cls, cell: Cell, drives: Sequence[RoomDrive]) -> Self:
@@ -64,6 +68,7 @@ class CellResult:
             tuple(drive.outcome for drive in drives),
             tuple(drive.steps for drive in drives),
             tuple(drive.length for drive in drives),
+            tuple(drive.contact for drive in drives),
         )
 
     @classmethod
@@ -71,7 +76,8 @@ class CellResult:
         """Return the measures of ``to_json``."""
         outcomes = tuple(Outcome(outcome) for outcome in data["outcomes"])
         cell = Cell(**data["cell"])
-        return cls(cell, outcomes, tuple(data["steps"]), tuple(data["lengths"]))
+        contacts = tuple(Contact(contact) for contact in data["contacts"])
+        return cls(cell, outcomes, tuple(data["steps"]), tuple(data["lengths"]), contacts)
 
     def to_json(self) -> dict[str, Any]:
         """Return the measures, ready for JSON."""
@@ -133,7 +139,7 @@ def difference_row(
 
     Args:
         first: Measures of each policy of the first group, one for each room.
-        second: The same of the second group, with the same laser, memory and rooms.
+        second: Measures of the second group, with the same laser, memory and rooms.
     """
     one, other = (
         np.array([[arrived for result in rooms for arrived in result.successes] for rooms in group])
@@ -162,14 +168,23 @@ def _together(group: Sequence[Sequence[CellResult]]) -> str:
 def _row(
     results: Sequence[CellResult], oracle: Sequence[OracleTask], interval: tuple[float, float]
 ) -> Row:
-    """Return the row of one policy or of several."""
+    """Return the row of one policy or of several.
+
+    ``collisions`` are all; ``hit_by_mover`` and ``hit_at_rest`` are those among them that a mover
+    caused while the robot drove and while it stood.
+    """
     ends = [outcome for result in results for outcome in result.outcomes]
+    contacts = [contact for result in results for contact in result.contacts]
     steps = [count for result in results for count in result.steps]
     ratios, spl = [], []
     for result in results:
-        for arrived, count, length, (fewest, way) in zip(
+        for arrived, count, length, best in zip(
             result.successes, result.steps, result.lengths, oracle, strict=True
         ):
+            if best is None:
+                spl.append(0.0)
+                continue
+            fewest, way = best
             spl.append(way / max(length, way) if arrived and length > 0 else float(arrived))
             if arrived:
                 ratios.append(count / max(fewest, 1))
@@ -182,6 +197,8 @@ def _row(
         "trials": len(ends),
         "successes": reached,
         "collisions": ends.count(Outcome.COLLISION),
+        "hit_by_mover": contacts.count(Contact.HIT),
+        "hit_at_rest": contacts.count(Contact.HIT_AT_REST),
         "timeouts": ends.count(Outcome.TIMEOUT),
         "success_rate": reached / len(ends),
         "wilson_low": interval[0],

@@ -1,8 +1,9 @@
 """Evaluation in rooms: policies, lasers and rooms side by side, each with and without a map.
 
 Every policy and laser drives the same starts and goals of a room (Zhang et al., arXiv 2010.10209,
-section IV-C). Beside each count stands the ratio of the steps to those of an oracle, which does not
-depend on the size of a room.
+section IV-C), with the robot and the observation that it was trained with. Beside each count stands
+the ratio of the steps to those of an oracle, which does not depend on the size of a room, but
+leaves out what moves.
 """
 
 import hashlib
@@ -12,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -19,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.engine import run_tasks
 from andabata.evaluation.journal import Journal
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_policies import TRAINED, fitted, trained_lidar
 from andabata.evaluation.room_table import (
     Cell,
     CellResult,
@@ -33,7 +36,11 @@ from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.records.runs import commit
 from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
+from andabata.tasks.room_batch import DiscRobotConfig
+from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.room_tasks import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
 from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.td3_config import JUDGED_CLEARANCE
 from rl.policy import Policy, policy_from_bytes
 from worlds.room_catalogue import make_room
 from worlds.room_files import is_room_file, plan_digest
@@ -42,8 +49,18 @@ from worlds.rooms import Room, RoomTask, random_task
 REACTIVE, WITH_MAP = "reactive", "map"
 """Names of what a policy heads for: the goal itself, or the sub-goal of a local map."""
 
-JUDGES = ("spn-env4", "spn-env5", "spn-env6", "spn-env7")
-"""Rooms of the paper's comparison; nothing is trained, chosen or tuned in them."""
+
+class OracleQuery(NamedTuple):
+    """Room and robot that an oracle is asked about.
+
+    Attributes:
+        room: Name of the room.
+        robot: Body and its limits.
+    """
+
+    room: str
+    robot: DiscRobotConfig
+
 
 OnCell = Callable[[Cell, list[RoomDrive] | None], None]
 """Function that takes a cell and its drives, None for a cell that stood in the journal."""
@@ -53,25 +70,46 @@ class RoomEvaluationConfig(BaseModel):
     """Settings of an evaluation in rooms.
 
     Attributes:
-        rooms: Names of the rooms.
-        lidars: Lasers, by names or labels.
+        task: Settings of the drives; rooms, laser, points and map are set for each cell, robot and
+            other terms of the observation by each policy that says how it was trained.
+        rooms: Names of the rooms, by default those that judge the task.
+        lidars: Lasers, by names or labels; ``trained`` is that of each policy. By default SPN's
+            seven, and for other tasks ``trained``.
         memories: Targets of policies: ``reactive`` the goal, ``map`` the sub-goal of a map.
         pairs: Number of random starts and goals in each room (paper: 100); 0 takes the room's fixed
             tasks.
         seed: Seed of starts and goals.
-        task: Settings of the drives; rooms, laser, points and map are set for each cell.
         map: Settings of the map.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    rooms: tuple[str, ...] = JUDGES
-    lidars: tuple[str, ...] = tuple(PLANAR_LIDARS)
+    task: RoomTaskConfig = Field(default_factory=SpnConfig, discriminator="task")
+    rooms: tuple[str, ...] = Field(default_factory=lambda data: _judges(data["task"]))
+    lidars: tuple[str, ...] = Field(default_factory=lambda data: _lasers(data["task"]))
     memories: tuple[str, ...] = (REACTIVE, WITH_MAP)
     pairs: int = Field(default=100, ge=0)
     seed: int = Field(default=0, ge=0)
-    task: SpnConfig = Field(default_factory=SpnConfig)
     map: LidarMapConfig = Field(default_factory=LidarMapConfig)
+
+
+def judged_task(name: str) -> RoomTaskConfig:
+    """Return the settings of a task's comparison.
+
+    Starts and goals of ``td3`` leave room for GDAE's robot, the widest of its policies.
+    """
+    wide = {"clearance": JUDGED_CLEARANCE} if name == "td3" else {}
+    return ROOM_TASKS[name](**wide)
+
+
+def _judges(task: RoomTaskConfig) -> tuple[str, ...]:
+    """Return the rooms of a task's comparison."""
+    return JUDGES_BY_TASK[task.task]
+
+
+def _lasers(task: RoomTaskConfig) -> tuple[str, ...]:
+    """Return the lasers of a task's comparison."""
+    return tuple(PLANAR_LIDARS) if isinstance(task, SpnConfig) else (TRAINED,)
 
 
 def tasks_of(room: Room, config: RoomEvaluationConfig) -> list[RoomTask]:
@@ -93,18 +131,24 @@ def tasks_of(room: Room, config: RoomEvaluationConfig) -> list[RoomTask]:
     return [random_task(room, rng, radius, clear, task.min_distance) for _ in range(config.pairs)]
 
 
-def cell_task(cell: Cell, config: RoomEvaluationConfig) -> SpnConfig:
-    """Return the settings of a cell's drives: all beams of its laser become points."""
-    return config.task.model_copy(
-        update={
-            "rooms": (cell.room,),
-            "random_rooms": 0,
-            "lidar": PlanarLidarConfig.parse(cell.lidar),
-            "points": None,
-            "randomization": None,
-            "map": config.map if cell.memory == WITH_MAP else None,
-        }
-    )
+def cell_task(cell: Cell, config: RoomEvaluationConfig, policy: Policy) -> RoomConfig:
+    """Return the settings of a cell's drives: all beams of its laser become points.
+
+    Raises:
+        ValueError: If the policy cannot drive in rooms.
+    """
+    task: RoomConfig = config.task
+    is_trained = cell.lidar == TRAINED
+    lidar = trained_lidar(policy, task) if is_trained else PlanarLidarConfig.parse(cell.lidar)
+    update = {
+        "rooms": (cell.room,),
+        "random_rooms": 0,
+        "lidar": lidar,
+        "points": None,
+        "randomization": None,
+        "map": config.map if cell.memory == WITH_MAP else None,
+    }
+    return fitted(policy, task.model_copy(update=update))[1]
 
 
 def alike(policies: Mapping[str, Policy]) -> list[tuple[str, ...]]:
@@ -133,17 +177,25 @@ def drive_cell(
 ) -> list[RoomDrive]:
     """Drive the tasks of a cell."""
     policy = policy_from_bytes(policies[cell.policy], cell.policy)
-    return drive_tasks(policy, cell_task(cell, config), tasks_of(make_room(cell.room), config))
+    task = cell_task(cell, config, policy)
+    return drive_tasks(policy, task, tasks_of(make_room(cell.room), config))
 
 
-def oracle_of(config: RoomEvaluationConfig, name: str) -> list[OracleTask]:
-    """Return the fewest steps and the shortest way [m] of each task of a room."""
-    room, robot = make_room(name), config.task.robot
-    radius = config.task.terminations.goal_radius
-    return [
-        (oracle_steps(room, task, robot, radius), geodesic_length(room, task, robot.radius, radius))
-        for task in tasks_of(room, config)
-    ]
+def oracle_of(config: RoomEvaluationConfig, query: OracleQuery) -> list[OracleTask]:
+    """Return the fewest steps and the shortest way [m] of each task of a room for a robot."""
+    room, radius = make_room(query.room), config.task.terminations.goal_radius
+    return [_oracle_task(room, task, query.robot, radius) for task in tasks_of(room, config)]
+
+
+def _oracle_task(
+    room: Room, task: RoomTask, robot: DiscRobotConfig, goal_radius: float
+) -> OracleTask:
+    """Return the fewest steps and the shortest way [m]; None if the robot is too wide for any."""
+    try:
+        way = geodesic_length(room, task, robot.radius, goal_radius)
+        return oracle_steps(room, task, robot, goal_radius), way
+    except ValueError:
+        return None
 
 
 def drive_cells(
@@ -208,16 +260,31 @@ def evaluate_rooms(
         ValueError: As ``drive_cells``.
     """
     results = drive_cells(config, policies, workers, journal, on_cell)
-    oracles = dict(run_tasks(partial(oracle_of, config), dict.fromkeys(config.rooms), workers))
-    rows = [cell_row(result, oracles[result.cell.room]) for result in results]
+    queries = {cell: _query(cell, config, policies) for cell in (each.cell for each in results)}
+    asked = dict.fromkeys(queries.values())
+    oracles = dict(run_tasks(partial(oracle_of, config), asked, workers))
+    rows = [
+        cell_row(result, oracles[queries[result.cell]]) | _movers(result.cell) for result in results
+    ]
     found = {result.cell: result for result in results}
     pooled = [
-        pooled_row([found[replace(cell, policy=name)] for name in names], oracles[cell.room])
+        pooled_row([found[replace(cell, policy=name)] for name in names], oracles[queries[cell]])
+        | _movers(cell)
         for names in alike(policies)
         for cell in cells_of(config, names[:1])
         if len(names) > 1
     ]
     return RoomTable(rows, pooled, _differences(config, alike(policies), found))
+
+
+def _query(cell: Cell, config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> OracleQuery:
+    """Return what the oracle of a cell is asked: policies of one task have robots of their own."""
+    return OracleQuery(cell.room, cell_task(cell, config, policies[cell.policy]).robot)
+
+
+def _movers(cell: Cell) -> Row:
+    """Return the number of a room's movers, which the oracle leaves out."""
+    return {"movers": len(make_room(cell.room).movers)}
 
 
 def _differences(

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks, fitted
+from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_policies import fitted
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.room_config import RoomConfig
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms import RoomTask
@@ -41,7 +42,7 @@ class SupportPoints:
 
 
 def drive_with_support_points(
-    policy: Policy, config: SpnConfig, tasks: Sequence[RoomTask], every: int = 20
+    policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], every: int = 20
 ) -> list[tuple[RoomDrive, list[SupportPoints]]]:
     """Drive tasks of a room and return each drive with its support points.
 

@@ -11,6 +11,9 @@ from rl.policy import Policy, load_policy, policy_from_bytes
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.forest import Forest
 
+_ROOM_POLICIES = ("spn", "td3")
+"""Policies that are named after their task in rooms."""
+
 
 @cache
 def shipped_forest() -> Forest:
@@ -34,7 +37,7 @@ def shipped_policy(name: str = "policy") -> Policy:
     try:
         return policy_from_bytes(_shipped(f"{name}.safetensors"))
     except FileNotFoundError:
-        task = " --task spn" if name == "spn" else ""
+        task = f" --task {name}" if name in _ROOM_POLICIES else ""
         raise ValueError(
             f"policy {name}: expected one that comes with the package, got none; train one with "
             f"`andabata train{task}` and give its file with --policy"

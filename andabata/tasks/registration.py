@@ -4,7 +4,8 @@ import gymnasium as gym
 
 STAGES = ("Maze2D", "Maze3D", "Natural")
 
-ROOM_TASKS = ("SPN", "TD3")
+ROOM_TASKS = ("spn", "td3")
+"""Names of the tasks in rooms, which are those of their modules."""
 
 
 def register_environments() -> None:
@@ -23,10 +24,10 @@ def register_environments() -> None:
                 kwargs={"stage": stage},
             )
     for task in ROOM_TASKS:
-        name, module = f"andabata/{task}-v0", task.lower()
+        name = f"andabata/{task.upper()}-v0"
         if name not in gym.registry:
             gym.register(
                 name,
-                entry_point=f"andabata.tasks.{module}:make_{module}",
-                vector_entry_point=f"andabata.tasks.{module}:make_{module}_vector",
+                entry_point=f"andabata.tasks.{task}:make_{task}",
+                vector_entry_point=f"andabata.tasks.{task}:make_{task}_vector",
             )

@@ -113,7 +113,7 @@ class RoomRenderer:
 
     Attributes:
         size: Length of a situation.
-        terms: What an observation is made of.
+        terms: Parts of an observation.
         movers: Number of moving obstacles of a situation.
     """
 
@@ -130,7 +130,7 @@ class RoomRenderer:
         Args:
             rooms: Rooms by their index.
             lidars: Lasers: the task's own, and those that are drawn from.
-            terms: What an observation is made of.
+            terms: Parts of an observation.
             movers: Number of moving obstacles of a situation.
             randomization: How lasers are drawn when situations are rendered; None draws none.
         """

@@ -158,7 +158,7 @@ def take_earlier_windows(
     Args:
         found: Reciprocals of the earlier scan as ``cast`` writes them, shape (n, b).
         then: x, y [m] and yaw [rad] of each robot at that scan, shape (n, 3).
-        now: The same at present, shape (n, 3).
+        now: Poses at present, shape (n, 3).
         lasers: Lasers.
         mounted: Index of each robot's laser, shape (n,).
         windows: Windows of bearing.

@@ -55,7 +55,7 @@ def room_observations(terms: RoomTerms, max_range: float, max_speed: float) -> O
     | ``velocity`` | (2,) | speed [m/s], yaw rate [rad/s] |
 
     Args:
-        terms: What there is.
+        terms: Parts of an observation.
         max_range: Largest range [m].
         max_speed: Largest speed [m/s] and yaw rate [rad/s].
     """

@@ -44,6 +44,10 @@ bearing of the goal, speed and yaw rate. ``gdae`` has 20 ranges of the front hal
 GDAE_RADIUS = 0.35
 """Distance from the laser at which GDAE counts a collision [m]: the radius of its robot here."""
 
+JUDGED_CLEARANCE = 0.4
+"""Smallest distance of starts and goals from obstacles in comparisons [m] (assumption): every robot
+drives the same tasks, and GDAE's is the widest."""
+
 
 class Td3Config(RoomConfig):
     """Settings of TD3's task: cluttered random rooms, 40 windows of a laser all around, 500 steps.

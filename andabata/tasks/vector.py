@@ -24,14 +24,13 @@ from andabata.tasks.planar import PlanarVectorEnv
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_env import RoomVectorEnv, room_renderer
 from andabata.tasks.room_observations import RoomRenderer
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import Td3Config
+from andabata.tasks.room_tasks import RoomTaskConfig
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 
 State = NDArray[np.float32]
 
-TaskConfig = OffroadConfig | SpnConfig | Td3Config
+TaskConfig = OffroadConfig | RoomTaskConfig
 """Settings of an environment of any kind."""
 
 _ENDED = (

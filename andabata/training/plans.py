@@ -15,15 +15,17 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import Td3Config
+from andabata.tasks.room_tasks import ROOM_TASKS
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
 from worlds.rooms import RoomTask
 
-DEFAULT = "sac"
-"""Name of each task's default plan."""
+DEFAULTS = {"offroad": "sac", "spn": "sac", "td3": "td3"}
+"""Name of the default plan of each task."""
+
+TASKS = tuple(DEFAULTS)
+"""Kinds of task that there are plans for."""
 
 
 class StagePlan(Stage):
@@ -117,13 +119,6 @@ class TrainingPlan(BaseModel):
         return [task for _, task in environment.fixed_tasks]
 
 
-_ROOM_TASKS: dict[str, type[SpnConfig | Td3Config]] = {"spn": SpnConfig, "td3": Td3Config}
-"""Settings of each kind of task in rooms."""
-
-TASKS = ("offroad", "spn")
-"""Kinds of task that there are plans for."""
-
-
 def algorithms(task: str = "offroad") -> tuple[str, ...]:
     """Return the names of a task's plans, the default first.
 
@@ -133,11 +128,11 @@ def algorithms(task: str = "offroad") -> tuple[str, ...]:
     if task not in TASKS:
         raise ValueError(f"--task: expected {', '.join(TASKS)}, got {task!r}")
     names = (entry.name.removesuffix(".toml") for entry in _plans(task).iterdir())
-    return tuple(sorted(names, key=lambda name: (name != DEFAULT, name)))
+    return tuple(sorted(names, key=lambda name: (name != DEFAULTS[task], name)))
 
 
 def load_plan(
-    algorithm: str = DEFAULT,
+    algorithm: str | None = None,
     sensor: str = "utm-30lx",
     robot: str = "andabata",
     task: str = "offroad",
@@ -145,7 +140,7 @@ def load_plan(
     """Return the plan of a task and an algorithm.
 
     Args:
-        algorithm: Name of the plan.
+        algorithm: Name of the plan; None for the task's default.
         sensor: Laser of off-road tasks; their stage 1 keeps its 32 beams.
         robot: Body of off-road tasks.
         task: Kind of task.
@@ -154,19 +149,21 @@ def load_plan(
         ValueError: If there is no task, algorithm or body of that name.
         UnknownSensorError: If there is no laser of that name.
     """
-    if algorithm not in algorithms(task):
-        raise ValueError(f"--algorithm: expected {', '.join(algorithms(task))}, got {algorithm!r}")
-    data = tomllib.loads(_plans(task).joinpath(f"{algorithm}.toml").read_text())
+    known = algorithms(task)
+    name = known[0] if algorithm is None else algorithm
+    if name not in known:
+        raise ValueError(f"--algorithm: expected {', '.join(known)}, got {name!r}")
+    data = tomllib.loads(_plans(task).joinpath(f"{name}.toml").read_text())
     parts = {**sensor_settings(sensor), "robot": RobotModel.load(robot)}
     stages = {}
-    for name, rules in data["stages"].items():
+    for stage, rules in data["stages"].items():
         changes = rules.pop("environment", {})
         environment: TaskConfig
         if task == "offroad":
-            environment = _offroad(name, changes, parts)
+            environment = _offroad(stage, changes, parts)
         else:
-            environment = _ROOM_TASKS[task].model_validate(changes)
-        stages[name] = StagePlan(name=name, environment=environment, **rules)
+            environment = ROOM_TASKS[task].model_validate(changes)
+        stages[stage] = StagePlan(name=stage, environment=environment, **rules)
     return TrainingPlan(**{**data, "stages": stages})
 
 

@@ -1,4 +1,4 @@
-"""The paper's networks: sizes, densities, and that the policy equals the network."""
+"""The paper's networks: sizes, densities, what they read."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,9 @@ import torch
 from rl.gaussian_policy import LOG_SIGMA
 from rl.networks import (
     Actor,
-    StateCritic,
+    DeterministicActor,
     TermReader,
-    TwinCritic,
-    ValueCritic,
+    linear_layers,
     polyak_update,
     use_one_thread,
 )
@@ -21,23 +20,13 @@ OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0
 
 
 def test_the_papers_sizes():
-    """35-200-200 to mean and spread of one action; the critic of an action has 36 inputs."""
+    """35-200-200 to mean and spread of one action; a deterministic actor has no spread."""
     weights = Actor(OBSERVATIONS, ACTIONS, (200, 200)).policy({}).weights
     shapes = [weights[f"layer{k}.weight"].shape for k in range(3)]
     assert shapes == [(200, 35), (200, 200), (2, 200)]  # Mean and spread: 35-200-200-1 drives.
-    critic = TwinCritic(OBSERVATIONS, ACTIONS, (200, 200))
-    assert [one.shape for one in critic.weights] == [(2, 36, 200), (2, 200, 200), (2, 200, 1)]
-
-
-def test_the_value_of_a_state_takes_the_reward_as_printed():
-    """The printed critic has the reward as its 36th input; the plain one does not see it."""
-    printed, plain = (ValueCritic(OBSERVATIONS, (200, 200), takes) for takes in (True, False))
-    assert printed.linear[0].weight.shape == (200, 36)
-    assert plain.linear[0].weight.shape == (200, 35)
-    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 100.0])
-    apart = [torch.diff(critic(states, rewards)).abs().item() for critic in (printed, plain)]
-    assert apart[0] > 1e-2
-    assert apart[1] < 1e-5
+    weights = DeterministicActor(OBSERVATIONS, ACTIONS, (200, 200)).policy({}).weights
+    shapes = [weights[f"layer{k}.weight"].shape for k in range(3)]
+    assert shapes == [(200, 35), (200, 200), (1, 200)]
 
 
 def test_densities_integrate_to_one():
@@ -73,39 +62,6 @@ def test_the_spread_is_bounded():
         np.testing.assert_allclose(sigma, np.exp(bound), rtol=1e-6)
 
 
-def test_the_critics_are_two():
-    """Each critic is the same function as alone, of state and action, and they differ."""
-    critic = TwinCritic(OBSERVATIONS, ACTIONS, (16, 16))
-    states, actions = torch.rand(5, 35), torch.rand(5, 1)
-    with torch.no_grad():
-        both = critic(states, actions)
-        assert both.shape == (2, 5)
-        assert (both[0] - both[1]).abs().max() > 1e-3
-        scale = critic.read.scale
-        x = torch.cat([(scale[0] + scale[1] * states) / (scale[2] + scale[3] * states), actions], 1)
-        for n in range(2):
-            y = x
-            for layer, (weights, biases) in enumerate(
-                zip(critic.weights, critic.biases, strict=True)
-            ):
-                y = y @ weights[n] + biases[n]
-                if layer < 2:
-                    y = torch.relu(torch.nn.functional.layer_norm(y, (16,)))
-            torch.testing.assert_close(both[n], y[:, 0], atol=1e-5, rtol=1e-5)
-
-
-def test_the_value_of_a_state_has_the_critics_layers():
-    """The critic of a state is one of the twins without the action."""
-    value, twins = StateCritic(OBSERVATIONS, (16, 8)), TwinCritic(OBSERVATIONS, ACTIONS, (16, 8))
-    states = torch.rand(5, 35)
-    with torch.no_grad():
-        twins.weights[0][:, -1] = 0.0
-        for mine, theirs in zip(value.parameters(), twins.parameters(), strict=True):
-            mine.copy_(theirs[1:, : mine.shape[1]])
-        assert value(states).shape == (5,)
-        torch.testing.assert_close(value(states), twins(states, torch.rand(5, 1))[1])
-
-
 @pytest.mark.parametrize(
     ("terms", "columns"),
     [
@@ -126,7 +82,7 @@ def test_terms_are_picked_and_scaled(terms, columns):
 
 def test_a_share_of_the_parameters_moves():
     """The update moves a share ``tau`` from the online network, which stays as it is."""
-    slow, fast = (ValueCritic(OBSERVATIONS, (4,), False) for _ in range(2))
+    slow, fast = (linear_layers((35, 4, 1)) for _ in range(2))
     before = [p.clone() for p in slow.parameters()]
     polyak_update(slow, fast, 0.1)
     for old, new, online in zip(before, slow.parameters(), fast.parameters(), strict=True):

@@ -192,26 +192,6 @@ def test_targets_and_average_follow_slowly():
         torch.testing.assert_close(new, old + 0.125 * (online - old))
 
 
-def test_the_number_of_gradient_steps_follows_the_decisions(monkeypatch):
-    """There are ``updates_per_step`` gradient steps for each new decision, one at least."""
-    learner, count = small(updates_per_step=0.3), []
-    monkeypatch.setattr(learner, "_update", lambda *_: count.append(1) or torch.zeros(3))
-    episode = play(TurnToGoal(), learner.behaviour_policy(), 2, EpisodeSpec(0, (1,)))
-    assert len(episode.actions) == 50
-    learner.update([episode, episode], np.random.default_rng(0))
-    assert len(count) == 30
-    assert len(learner.replay) == 100
-
-
-def test_the_learning_rate_is_scaled():
-    """``lr_scale`` is a share of every optimiser's configured rate."""
-    learner = small(learning_rate=1e-3)
-    episode = play(TurnToGoal(), learner.behaviour_policy(), 50, EpisodeSpec(0, (1,)))
-    learner.update([episode], np.random.default_rng(0), 0.25)
-    rates = {g["lr"] for o in learner._optimisers.values() for g in o.param_groups}
-    assert rates == {0.25e-3}
-
-
 def test_the_seed_gives_the_weights():
     """Equal seeds give equal learners, other seeds others, whatever torch's global state."""
     first = small().to_bytes({}, {})
@@ -359,15 +339,14 @@ def test_the_value_of_a_state_is_the_actors_own():
         assert float((learner.state_value(states) - expected).abs().mean()) < 0.1
 
 
-def point_episode(n=12, rows=40, is_situation=False):
+def point_episode(n=12, rows=40):
     rng = np.random.default_rng(0)
     states = np.array([observation(n, rng) for _ in range(rows)])
-    kept = np.arange(rows, dtype=np.float32)[:, None] if is_situation else states
     return states, Episode(
-        states=kept,
+        states=states,
         actions=rng.uniform(-1, 1, (rows, 2)).astype(np.float32),
         rewards=rng.normal(size=rows),
-        last_state=kept[-1],
+        last_state=states[-1],
         terminated=True,
         outcome="x",
         is_success=False,
@@ -385,11 +364,9 @@ POINTS = {
 }
 
 
-def points(seed=2, renderer=None, **changes):
+def points(seed=2, **changes):
     settings = {"actor": ActorConfig(kind="points", width=16, features=5), **POINTS, **changes}
-    return SoftActorCritic(
-        point_observations(12), POINT_ACTIONS, SacConfig(**settings), seed, renderer
-    )
+    return SoftActorCritic(point_observations(12), POINT_ACTIONS, SacConfig(**settings), seed)
 
 
 def test_critics_and_actor_read_their_own_terms():
@@ -439,46 +416,6 @@ def test_a_point_actor_resumes():
     for one in (learner, again):
         one.update([episode], np.random.default_rng(1))
     assert again.to_bytes({}, {}) == learner.to_bytes({}, {})
-
-
-def test_situations_are_learnt_as_their_observations():
-    """A learner that renders situations makes the update of one that remembers states."""
-    states, plain = point_episode()
-    _, situated = point_episode(is_situation=True)
-
-    class Table:
-        size = 1
-
-        def __call__(self, situations, rng):
-            return states[situations[:, 0].astype(int)]
-
-    first, second = points(), points(renderer=Table())
-    figures = [
-        learner.update([episode], np.random.default_rng(0))
-        for learner, episode in ((first, plain), (second, situated))
-    ]
-    assert figures[0] == figures[1]
-    assert first.policy({}).to_bytes() == second.policy({}).to_bytes()
-
-
-def test_the_warm_up_is_driven_by_the_proportional_controller():
-    """The first ``warmup_episodes`` are the controller's, also after a resume; then the actor's."""
-    learner, (_, episode) = points(warmup_episodes=3), point_episode()
-    assert learner.behaviour_policy().architecture == "proportional"
-    assert learner.policy({}).architecture == "point_set"
-    learner.update([episode, episode], np.random.default_rng(0))
-    again = points(seed=9, warmup_episodes=3)
-    again.restore(learner.to_bytes({}, {}))
-    for one in (learner, again):
-        assert one.behaviour_policy().architecture == "proportional"
-        one.update([episode], np.random.default_rng(1))
-        assert one.behaviour_policy().architecture == "point_set"
-
-
-def test_a_warm_up_without_a_goal_is_refused():
-    """A task without a goal term cannot be driven by the controller."""
-    with pytest.raises(ValueError, match="expected a term 'goal'"):
-        small(warmup_episodes=1)
 
 
 class ReachPoint:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.sdf_worlds import (
+    CUBE,
     POST,
     collision,
     document,
@@ -166,6 +167,38 @@ def test_models_very_deep_inside_each_other_are_refused(tmp_path):
     assert len(read(tmp_path, nested(30)).solids) == 1
     with pytest.raises(SdfError, match="at most 100 elements inside each other"):
         read(tmp_path, nested(3000))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_happens_to_a_file_is_a_world_or_a_refusal(tmp_path, seed):
+    """Bytes changed, cut out, cut off or repeated: never another error."""
+    parts = [
+        solid("a", CUBE, pose(0, 0, 0.5)),
+        solid("b", POST, pose(2, 2, 0.5, 0, 0, 0.6, relative_to="a")),
+        model("n", '<frame name="f"><pose>1 0 0 0 0 0</pose></frame>', link(collision())),
+        f'<state><model name="a">{pose(1, 1, 1)}<scale>1 2 1</scale></model></state>',
+    ]
+    whole, rng = document(*parts).encode(), np.random.default_rng(seed)
+    read_count = 0
+    for _ in range(150):
+        data = bytearray(whole)
+        a, b = np.sort(rng.integers(0, len(data), 2)).tolist()
+        match int(rng.integers(4)):
+            case 0:
+                data[a] = int(rng.integers(256))
+            case 1:
+                del data[a : min(b, a + 40)]
+            case 2:
+                del data[b:]
+            case 3:
+                data[a:a] = data[b : b + 40]
+        path = tmp_path / "mutant.world"
+        path.write_bytes(bytes(data))
+        try:
+            read_count += len(read_sdf(path).solids) > 0
+        except SdfError as error:
+            assert "mutant.world:" in str(error)
+    assert read_count > 5
 
 
 def calls(path):

@@ -99,9 +99,10 @@ def test_what_lies_is_as_wide_as_it_is_long():
 
 @pytest.mark.parametrize(("lean", "upright"), [(0.0005, True), (0.002, False)])
 def test_what_leans_by_less_than_a_millimetre_is_upright(lean, upright):
-    """As saved simulations leave things; what leans more is an outline."""
+    """As saved simulations leave things; what leans more over its length is an outline."""
     found = footprint(solid(Cylinder(0.1, 1.0), 0, 0, 0.5, lean, 0, 0), 0.05, 0.5)
     assert bool(found.circles) is upright
+    assert not footprint(solid(Cylinder(0.1, 5.0), 0, 0, 0.5, lean, 0, 0), 0.05, 0.5).circles
     (box,) = footprint(solid(Box((1.0, 1.0, 1.0)), 0, 0, 0.5, lean, 0, 0), 0.05, 0.5).outlines
     assert (len(box) == 4 and area(box) == pytest.approx(1.0, abs=1e-9)) is upright
 

@@ -115,6 +115,16 @@ def test_the_slab_of_an_upright_box_is_its_base():
     assert convex_in_slab(box, 0.6, 0.9) == []
 
 
+@pytest.mark.parametrize("angle", [0.1, 0.5, 1.0, 2.0])
+def test_the_slab_of_a_turned_box_has_four_corners(angle):
+    """Cuts through its sides leave no corners on them."""
+    c, s = np.cos(angle), np.sin(angle)
+    points = block(1.0, 0.7, 1.0).vertices @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+    found = convex_in_slab(points, -0.45, 0.1)
+    assert len(found) == 4
+    assert area(found) == pytest.approx(0.7, abs=1e-5)
+
+
 def test_the_slab_of_a_leaning_box_is_cut_at_its_heights():
     """A square bar on its edge: as wide as it is between the heights, and no wider."""
     bar = block(1.0, np.sqrt(2), np.sqrt(2))

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from tests.sdf_meshes import angle_bar, block, save, torus
 from worlds.sdf import Solid
-from worlds.sdf_meshes import volume
+from worlds.sdf_meshes import Surface, normals, volume
 from worlds.sdf_shapes import (
     Box,
     Capsule,
@@ -114,6 +114,15 @@ def test_meshes_are_scaled_and_stay_outside_out(tmp_path, scale):
     sides = np.sort([1.0, 1.0 + scale[0]])
     np.testing.assert_allclose(surface.vertices[:, 0].min(), sides[0])
     np.testing.assert_allclose(surface.vertices[:, 0].max(), sides[1])
+
+
+def test_a_mirrored_sheet_looks_the_mirrored_way(tmp_path):
+    """An open surface has no inside that tells; a triangle that faced x faces away from it."""
+    corners = np.array([(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+    path = save(tmp_path / "a.ply", Surface(corners, np.array([[0, 1, 2]])))
+    for x in (1.0, -1.0):
+        (found,) = parts_of(solid(Mesh(path, (x, 1.0, 1.0))), 0.01).surfaces
+        np.testing.assert_allclose(normals(found), [(x, 0.0, 0.0)])
 
 
 def test_convex_meshes_are_solids(tmp_path):

@@ -41,6 +41,15 @@ def test_lengths_are_more_than_nothing():
         length(element(""), "radius")
 
 
+def test_numbers_have_a_size_that_can_be_reckoned_with():
+    """Nothing is a hundred thousand kilometres away, or thinner than a micrometre."""
+    assert numbers(element("1e8 -1e8"), 2) == (1e8, -1e8)
+    with pytest.raises(SdfError, match=r"expected numbers up to 1e\+08, got -1e\+308"):
+        numbers(element("0 -1e308"), 2)
+    with pytest.raises(SdfError, match="more than 0, got '1e-300'"):
+        lengths(element("1e-300"), 1)
+
+
 @pytest.mark.parametrize(
     ("text", "truth"), [("1", True), (" True ", True), ("0", False), ("", False)]
 )

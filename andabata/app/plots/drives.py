@@ -40,6 +40,7 @@ _CLASS_COLOURS = {
     SemanticClass.ROCK: "#7d7d7d",
     SemanticClass.HIGH_GRASS: "#a8bf4f",
     SemanticClass.WALL: "#9a5b45",
+    SemanticClass.POST: "#7b5aa6",
     SemanticClass.LAMP: "#c9a227",
     SemanticClass.BENCH: "#b5651d",
     SemanticClass.TABLE: "#b58b5d",
@@ -205,7 +206,8 @@ def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have
         if meshes:
             corners = np.concatenate([each.vertices for each in meshes])
             axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
-    axes.legend(loc="upper left", markerscale=8)
+    if any(each.semantic in _CLASS_COLOURS for each in world.objects):
+        axes.legend(loc="upper left", markerscale=8)
     axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))
     axes.view_init(elev=40, azim=-60)
 

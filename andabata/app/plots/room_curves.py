@@ -55,6 +55,46 @@ def learning_curves_picture(
     return png(figure)
 
 
+class SuccessCurves(NamedTuple):
+    """Success during the training of several seeds.
+
+    Attributes:
+        episodes: Number of episodes after each update, shape (t,).
+        steps: Number of control steps then, mean of the seeds, shape (t,).
+        rates: Share of the latest episodes, exploring, that reached their goals, shape (seeds, t).
+    """
+
+    episodes: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    rates: NDArray[np.float64]
+
+
+def success_picture(curves: Mapping[str, SuccessCurves], title: str) -> bytes:
+    """Return success over episodes, and over control steps beside (Guo et al., Fig. 4a).
+
+    Lines are means over the seeds, areas reach from the lowest to the highest.
+
+    Args:
+        curves: Curves by the plan's name.
+        title: Title of the picture.
+    """
+    figure = Figure(figsize=(9.6, 4.1), layout="constrained")
+    by_episodes, by_steps = places = figure.subplots(1, 2, sharey=True)
+    for name, one in curves.items():
+        for axes, amounts in ((by_episodes, one.episodes), (by_steps, one.steps / 1000)):
+            (line,) = axes.plot(amounts, one.rates.mean(axis=0), linewidth=1.6, label=name)
+            ends = one.rates.min(axis=0), one.rates.max(axis=0)
+            axes.fill_between(amounts, *ends, color=line.get_color(), alpha=0.2)
+    for axes, text in zip(places, ("episodes", "control steps [thousands]"), strict=True):
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel(text)
+    by_episodes.set_ylabel("goals reached while exploring")
+    handles = by_episodes.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside lower center", ncols=3)
+    figure.suptitle(title, fontsize=11)
+    return png(figure)
+
+
 def study_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
     """Return the differences of a study of a laser with their intervals.
 

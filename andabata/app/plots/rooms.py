@@ -9,16 +9,19 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
+from matplotlib.path import Path as MplPath
+from numpy.typing import NDArray
 
 from andabata.app.plots.axes import png
 from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 from worlds.movers import MoverPlan
 from worlds.rooms import Room
@@ -32,6 +35,12 @@ _END_STYLES: dict[Outcome, dict[str, Any]] = {
     Outcome.TIMEOUT: {"marker": "^", "color": "#e08a1e", "label": "time-out"},
 }
 """Markers and colours of ends (Fig. 7)."""
+
+_HIT_STYLE: dict[str, Any] = {"marker": "X", "color": "#7b3fa0", "label": "hit by a mover"}
+"""The same of collisions that a mover caused, on a robot that drove or stood."""
+
+_HITS = (Contact.HIT, Contact.HIT_AT_REST)
+"""Contacts that are not the robot's fault."""
 
 _MAY_APPEAR: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d1483f", "linestyle": ":"}
 """Style of an obstacle that is not always there."""
@@ -75,7 +84,8 @@ def trajectories_picture(
             _draw_drives(axes, mine)
             axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
     figure.suptitle(title, fontsize=11)
-    _end_legend(figure)
+    hits = any(drive.contact in _HITS for some in drives.values() for drive in some)
+    _end_legend(figure, hits=hits)
     return png(figure)
 
 
@@ -104,7 +114,7 @@ def ends_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
             axes.set_ylim(0, 1)
         line[0].set_ylabel("share of drives")
     figure.suptitle(title, fontsize=11)
-    _end_legend(figure, bars=True)
+    _end_legend(figure, bars=True, hits=any(_hits(row) for row in rows))
     return png(figure)
 
 
@@ -217,7 +227,7 @@ def memory_text(memory: str) -> str:
 
 def _lidar_text(lidar: str) -> str:
     """Return a laser's name with its label, as in the paper."""
-    label = PlanarLidarConfig.parse(lidar).label
+    label = lidar if lidar == TRAINED else PlanarLidarConfig.parse(lidar).label
     return lidar if lidar == label else f"{lidar}\n{label}"
 
 
@@ -241,14 +251,25 @@ def _draw_room(axes: Axes, room: Room) -> None:
         axes.add_patch(box)
     for x, y, radius in room.circles.tolist():
         axes.add_patch(Circle((x, y), radius, color=_SOLID, linewidth=0.8))
-    edges = [[(a, b), (c, d)] for a, b, c, d in room.edges.tolist()]
-    axes.add_collection(LineCollection(edges, colors=_SOLID, linewidths=1.2))
+    if len(room.edges):
+        axes.add_patch(PathPatch(_outlines(room.edges), color=_SOLID, linewidth=0.8))
     axes.set_aspect("equal")
     axes.set_xlim(-room.half[0] - 0.2, room.half[0] + 0.2)
     axes.set_ylim(-room.half[1] - 0.2, room.half[1] + 0.2)
     axes.set_xlabel("x [m]", fontsize=8)
     axes.set_ylabel("y [m]", fontsize=8)
     axes.tick_params(labelsize=7)
+
+
+def _outlines(edges: NDArray[np.float64]) -> MplPath:
+    """Return the path along the edges of outlines, which encloses what is solid."""
+    begins, ends = edges[:, :2], edges[:, 2:]
+    first = np.r_[True, (begins[1:] != ends[:-1]).any(axis=1)]
+    corners, codes = [], []
+    for begin, end, new in zip(begins.tolist(), ends.tolist(), first.tolist(), strict=True):
+        corners += [begin, end] if new else [end]
+        codes += [MplPath.MOVETO, MplPath.LINETO] if new else [MplPath.LINETO]
+    return MplPath(corners, codes)
 
 
 def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:
@@ -262,7 +283,8 @@ def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:
 
 def _draw_end(axes: Axes, drive: RoomDrive, size: float = 8) -> None:
     """Draw how a drive ended."""
-    style = {name: _END_STYLES[drive.outcome][name] for name in ("marker", "color")}
+    whole = _HIT_STYLE if drive.contact in _HITS else _END_STYLES[drive.outcome]
+    style = {name: whole[name] for name in ("marker", "color")}
     over = 4 if drive.outcome is Outcome.GOAL else 5
     axes.plot(*drive.path[-1, :2], linestyle="", markersize=size, zorder=over, **style)
 
@@ -323,12 +345,16 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
     """Draw the shares of ends of a cell, one on top of the other."""
     trials = sum(row["trials"] for row in rows)
     bottom = 0.0
-    names = zip(("successes", "collisions", "timeouts"), _END_STYLES.values(), strict=True)
-    for name, style in names:
-        share = sum(row[name] for row in rows) / trials if trials else 0.0
+    hits = sum(_hits(row) for row in rows)
+    reached, crashed, late = (
+        sum(row[name] for row in rows) for name in ("successes", "collisions", "timeouts")
+    )
+    success, crash, timeout = _END_STYLES.values()
+    parts = (reached, success), (crashed - hits, crash), (hits, _HIT_STYLE), (late, timeout)
+    for count, style in parts if trials else ():
+        share = count / trials
         axes.bar(place, share, bottom=bottom, width=0.8, color=style["color"])
         bottom += share
-    reached = sum(row["successes"] for row in rows)
     if trials:
         text: dict[str, Any] = {
             "ha": "center",
@@ -340,15 +366,21 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
         axes.text(place, 0.03, f"{100 * reached / trials:.0f} %", **text)
 
 
-def _end_legend(figure: Figure, bars: bool = False) -> None:
-    """Add the legend of ends below a figure."""
+def _hits(row: Mapping[str, Any]) -> int:
+    """Return the number of collisions that movers caused; rows of earlier versions have none."""
+    return int(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0))
+
+
+def _end_legend(figure: Figure, bars: bool = False, hits: bool = False) -> None:
+    """Add the legend of ends below a figure, with that of hits by movers if there are some."""
+    styles = [*_END_STYLES.values(), *([_HIT_STYLE] if hits else [])]
     handles: list[Any] = [
         Patch(color=style["color"], label=style["label"])
         if bars
         else Line2D([], [], linestyle="", **style)
-        for style in _END_STYLES.values()
+        for style in styles
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(styles), fontsize=9)
 
 
 def _counts(drives: Sequence[RoomDrive]) -> str:

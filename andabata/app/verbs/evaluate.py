@@ -24,11 +24,11 @@ from andabata.app.options import (
 from andabata.app.task_options import (
     BARN,
     OFFROAD,
-    SPN,
     EvaluationTaskName,
     check_task,
     refuse_options,
 )
+from andabata.tasks.registration import ROOM_TASKS
 
 
 @command
@@ -51,7 +51,8 @@ def evaluate(
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals.
 
-    With --task spn, drive the same starts and goals in rooms with each policy, laser and memory.
+    With --task spn or td3, drive the same starts and goals in rooms with each policy, laser and
+    memory; a policy drives the robot, and sees in the form, that it was trained with.
     With --task barn, drive fields of cylinders by the rules of the BARN benchmark.
 
     Examples:
@@ -61,6 +62,7 @@ def evaluate(
         andabata evaluate --robot jackal --set terminations.time_limit=120
         andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams
         andabata evaluate --task barn --controllers arcs,gap --trials 1
+        andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
     """
     from andabata.app.barn_evaluation import run_barn_evaluation
     from andabata.app.barn_tables import barn_tables
@@ -71,22 +73,23 @@ def evaluate(
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
 
-    check_task(task, (OFFROAD, SPN, BARN))
+    check_task(task, (OFFROAD, *ROOM_TASKS, BARN))
     console = output.console()
     off_road = (offroad, OffroadEvaluationOptions), (robot, RobotOptions)
     in_rooms, in_fields = (rooms, RoomEvaluationOptions), (barn, BarnEvaluationOptions)
     if task == BARN:
-        refuse_options(task, (*off_road, (models, EvaluationModelOptions)), OFFROAD)
-        refuse_options(task, (in_rooms,), SPN)
+        refuse_options(task, (*off_road, (models, EvaluationModelOptions)))
+        refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
         fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven))
         data = run_barn_evaluation(fields, workers, out, console)
         console.result(data, barn_tables(data))
         return
     refuse_options(task, (in_fields,), BARN)
-    if task == SPN:
+    if task != OFFROAD:
         refuse_options(task, (*off_road, (driven, TrialOptions), (models, ClassifierOptions)))
-        wanted = settings.resolve(RoomEvaluationConfig, rooms.base(seed))
-        data = run_room_evaluation(wanted, models.load_policies(), workers, out, console)
+        wanted = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
+        policies = models.load_policies(wanted.task)
+        data = run_room_evaluation(wanted, policies, workers, out, console)
         console.result(data, room_tables(data))
         return
     refuse_options(task, (in_rooms,))

@@ -61,5 +61,5 @@ def lidar_study(
         }
     )
     console, config = output.console(), settings.resolve(LidarStudyConfig, base)
-    data = run_lidar_study(config, policies.load_policies(), workers, out, console)
+    data = run_lidar_study(config, policies.load_policies(config.task), workers, out, console)
     console.result(data, study_table(data["rows"]), data["advice"])

@@ -15,7 +15,7 @@ def report(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            help="Folders of training runs, a seed each; or one of evaluate --task spn or of "
+            help="Folders of training runs, a seed each; or one of evaluate in rooms or of "
             "lidar-study."
         ),
     ],

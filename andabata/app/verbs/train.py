@@ -14,7 +14,7 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
-from andabata.app.task_options import OFFROAD, SPN, TaskName, check_task, refuse_options
+from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
 
 
 @command
@@ -27,8 +27,16 @@ def train(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     algorithm: Annotated[
-        str, typer.Option(help="sac, the default, or actor-critic, the paper's scheme.")
-    ] = "sac",
+        str | None,
+        typer.Option(
+            "--algorithm",
+            "--variant",
+            metavar="NAME",
+            help="Plan of the task. Off-road sac, the default, actor-critic, the paper's scheme, "
+            "or sac-points; spn: sac, sac-paper, sac-1d or td3; td3: td3, td3-improved, "
+            "td3-improved-scaled, gdae or gdae-trainable.",
+        ),
+    ] = None,
     k: Annotated[
         int | None,
         typer.Option(
@@ -53,7 +61,7 @@ def train(
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds.
 
-    With --task spn, run that of rooms, for policies on the points of a planar laser.
+    With --task spn or td3, run that of rooms, for policies that drive by a planar laser.
 
     Examples:
         andabata train --stages 1 --out data/runs/maze
@@ -61,6 +69,7 @@ def train(
         andabata train --seeds 3 --out data/runs/three
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
+        andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae
     """
     from andabata.app.tables import training_text
     from andabata.app.training_runs import runs_summary, train_seeds, with_features
@@ -68,7 +77,7 @@ def train(
     from andabata.training.plans import TrainingPlan, load_plan
 
     check_task(task)
-    if task == SPN:
+    if task != OFFROAD:
         refuse_options(task, ((robot, RobotOptions), (models, ClassifierOptions)))
     base = load_plan(algorithm, robot.sensor, robot.robot, task)
     plan = settings.resolve(TrainingPlan, with_features(base, k))

@@ -97,9 +97,9 @@ def test_runs_of_other_kinds_are_not_mixed(capsys, runs):
     """Two kinds, and two evaluations, are refused."""
     code, error = report(capsys, runs / "rooms", runs / "study")
     assert code == 2
-    assert "expected a run of `evaluate --task spn` as the first, got `lidar-study`" in error
+    assert "expected a run of `evaluate in rooms` as the first, got `lidar-study`" in error
     code, error = report(capsys, runs / "rooms", runs / "blind")
-    assert (code, "expected one folder of `evaluate --task spn`, got 2" in error) == (2, True)
+    assert (code, "expected one folder of `evaluate in rooms`, got 2" in error) == (2, True)
 
 
 def test_a_damaged_folder_is_named(capsys, runs, tmp_path):
@@ -132,9 +132,11 @@ def test_the_kind_of_a_run_is_told_by_its_description(tmp_path):
     def stages(task):
         return {"stages": {"A": {"environment": {"task": task}}}}
 
-    assert kind(verb="train", config=stages("spn")) is RunKind.ROOM_TRAINING
+    assert kind(verb="train", config=stages("spn")) is RunKind.SPN_TRAINING
+    assert kind(verb="train", config=stages("td3")) is RunKind.TD3_TRAINING
     assert kind(verb="train", config=stages("offroad")) is RunKind.OFFROAD_TRAINING
-    assert kind(verb="evaluate", task="spn") is RunKind.ROOM_EVALUATION
+    for task in ("spn", "td3"):
+        assert kind(verb="evaluate", task=task) is RunKind.ROOM_EVALUATION
     assert kind(verb="evaluate", config={}) is RunKind.OFFROAD_TRAINING
     assert kind(verb="lidar-study", task="spn") is RunKind.LIDAR_STUDY
 

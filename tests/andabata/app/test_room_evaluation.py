@@ -74,13 +74,13 @@ def test_a_killed_evaluation_goes_on(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        ("--task moon", 2, "--task: expected offroad or spn, got 'moon'"),
+        ("--task moon", 2, "--task: expected offroad, spn, td3 or barn, got 'moon'"),
         ("--task spn --world maze", 2, "--world: expected options of --task spn alone"),
         ("--task spn --robot husky", 2, "--robot: expected options of --task spn alone"),
         ("--task spn --forest f", 2, "--forest: expected options of --task spn alone"),
         ("--rooms env0", 2, "--rooms: expected options of --task offroad alone"),
         ("--task spn --rooms moon", 2, "--rooms: expected one of gdae, spn-crowded"),
-        ("--task spn --policy proportional --set rooms=['x']", 2, "clutter-movers-K, got 'x'"),
+        ("--task spn --policy proportional --set rooms=['x']", 2, "barn-narrow-K, got 'x'"),
         ("--task spn --policy proportional --set pair=1", 2, "pair: expected a known field"),
         ("--task spn --policy missing", 1, "missing: No such file"),
         ("--policy a --policy b", 2, "--policy: expected one off-road, got 2"),
@@ -132,3 +132,33 @@ def test_a_study_of_what_cannot_be_is_refused(capsys, words, message):
     printed = capsys.readouterr()
     assert (printed.out, printed.err.count("\n")) == ("", 1)
     assert message in printed.err
+
+
+def test_what_was_trained_is_evaluated_and_reported(capsys, tmp_path):
+    """TD3's task from training to page: two seeds of GDAE's plan, a law, and movers."""
+    out = tmp_path / "gdae"
+    sets = ("stages.Rooms.steps=200", "validation=1", "stages.Rooms.environment.random_rooms=1")
+    small = ["learner.hidden=[8, 8]", "learner.updates_per_step=0.05", *sets]
+    words = ["train", "--task", "td3", "--variant", "gdae", "--seeds", "2", "--workers", "1"]
+    words += [word for text in small for word in ("--set", text)]
+    assert main([*words, "--out", str(out), "--json", "--quiet"]) == 0
+    assert [run["stage"] for run in json.loads(capsys.readouterr().out)["runs"]] == ["Rooms"] * 2
+    policies = [("--policy", str(out / f"seed-{seed}/policy.safetensors")) for seed in (0, 1)]
+    words = ["evaluate", "--task", "td3", *(word for pair in policies for word in pair)]
+    words += ["--policy", "heading", "--rooms", "clutter-movers-7300", "--memory", "reactive"]
+    words += ["--pairs", "2", "--workers", "1", "--quiet"]
+    folder = tmp_path / "rooms"
+    assert main([*words, "--out", str(folder), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [row["policy"] for row in data["rows"]] == ["seed-0", "seed-1", "heading"]
+    assert [row["policy"] for row in data["pooled"]] == ["seed-0, seed-1"]
+    for row in data["rows"]:
+        assert (row["lidar"], row["movers"] > 0) == ("trained", True)
+        assert row["hit_by_mover"] + row["hit_at_rest"] <= row["collisions"]
+    assert RoomFolder(folder).about["task"] == "td3"
+    for made in (out, folder):
+        assert main(["report", str(made), "--json", "--quiet"]) == 0
+        capsys.readouterr()
+    assert "Fig. 4a" in (out / "report.html").read_text()
+    page = (folder / "report.html").read_text()
+    assert "hit while standing" in page

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 
 import andabata.models
-from andabata.app.room_words import lidar_words, load_policies, memory_words, room_words
+from andabata.app.room_words import lidar_word, lidar_words, load_policies, memory_words, room_words
 from andabata.app.usage import UsageError
 from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.tasks.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 
+SPN = SpnConfig()
 OFFROAD = Path(andabata.models.__file__).parent / "policy.safetensors"
 
 
@@ -20,6 +21,16 @@ def test_rooms_of_the_family_may_be_short():
     assert room_words("env4, spn-env5,crowded,random-12") == (
         *("spn-env4", "spn-env5", "spn-crowded", "random-12"),
     )
+
+
+def test_families_have_short_names_of_their_own():
+    """``env1`` is that of the task, ``gates`` all of its gates; full names stand for themselves."""
+    gates = tuple(f"td3-gate-{width}" for width in ("060", "080", "100"))
+    assert room_words("env1,bend,gates,clutter-7300,spn-env1", "td3") == (
+        *("td3-env1", "td3-bend", *gates, "clutter-7300", "spn-env1"),
+    )
+    with pytest.raises(UsageError, match="got 'gates'"):
+        room_words("gates", "spn")
 
 
 @pytest.mark.parametrize("text", ["moon", "env9", "random-x", "env0,moon", "", " ,"])
@@ -32,6 +43,9 @@ def test_unknown_rooms_are_refused(text):
 def test_lasers_are_names_and_labels():
     """``all`` are the seven of the comparison."""
     assert lidar_words("all") == tuple(PLANAR_LIDARS)
+    assert lidar_words("trained,ten-beams") == ("trained", "ten-beams")
+    with pytest.raises(UsageError, match="--lidar: expected one laser, got 'trained'"):
+        lidar_word("trained")
     assert lidar_words("ten-beams, 180|20|10|0.05") == ("ten-beams", "180|20|10|0.05")
 
 
@@ -74,19 +88,23 @@ def _file(path):
 def test_policies_have_short_names_of_their_own(tmp_path):
     """A file's name is its stem, that of its folder where stems are alike, else its path."""
     one, two = (_file(tmp_path / f"seed-{k}/policy.safetensors") for k in (0, 1))
-    assert list(load_policies([one, "proportional"])) == ["policy", "proportional"]
-    assert list(load_policies([one, two, "proportional"])) == ["seed-0", "seed-1", "proportional"]
+    assert list(load_policies([one, "proportional"], SPN)) == ["policy", "proportional"]
+    assert list(load_policies([one, two, "proportional"], SPN)) == [
+        "seed-0",
+        "seed-1",
+        "proportional",
+    ]
     three = _file(tmp_path / "other/seed-0/policy.safetensors")
-    assert list(load_policies([one, three])) == [one, three]
+    assert list(load_policies([one, three], SPN)) == [one, three]
 
 
 def test_policies_are_given_once_and_drive_in_rooms(tmp_path):
     """A policy twice, one of another kind and the shipped one while there is none are errors."""
     with pytest.raises(UsageError, match="--policy: expected each once, got proportional twice"):
-        load_policies(["proportional", "proportional"])
+        load_policies(["proportional", "proportional"], SPN)
     other = tmp_path / "other.safetensors"
     shutil.copy(OFFROAD, other)
     with pytest.raises(ValueError, match=r"other\.safetensors: policy: expected one that drives"):
-        load_policies([str(other)])
+        load_policies([str(other)], SPN)
     with pytest.raises(OSError, match="No such file"):
-        load_policies(["missing.safetensors"])
+        load_policies(["missing.safetensors"], SPN)

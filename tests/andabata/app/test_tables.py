@@ -182,6 +182,17 @@ def test_a_room_has_a_table_for_each_policy(capsys):
         [found[2].strip()],
         ["ten-beams-forward", "reactive", "97/100", "0.92-0.99", "1", "2", "1.080", "0.900"],
     ]
+    moving = (
+        row
+        | {"lidar": "trained"}
+        | {"movers": 4, "collisions": 9, "hit_by_mover": 2, "hit_at_rest": 3}
+    )
+    found = printed(capsys, room_tables({"rows": [moving], "pooled": [], "differences": []}))
+    title = "mover: hit by one while driving + while standing; T/oracle leaves out the 4 movers"
+    assert title in " ".join(" ".join(found).split())
+    heads = "lidar memory reached 95 % hit mover late T/oracle SPL"
+    assert heads in [" ".join(line.split()) for line in found]
+    assert found[-1].split()[3:7] == ["0.92-0.99", "4", "2+3", "2"]
     both = {**row, "policy": "a, b", "steps_to_oracle": None}
     other = {**row, "policy": "b"}
     difference = {

@@ -1,4 +1,4 @@
-"""Option ``--task``: two tasks, each with options of its own."""
+"""Option ``--task``: tasks off-road and in rooms, each kind with options of its own."""
 
 import pytest
 
@@ -8,8 +8,10 @@ from andabata.app.evaluation_options import (
     RoomEvaluationOptions,
 )
 from andabata.app.options import ClassifierOptions
-from andabata.app.task_options import check_task, refuse_options
+from andabata.app.task_options import OFFROAD, ROOM_TASKS, check_task, refuse_options
 from andabata.app.usage import UsageError
+from andabata.tasks import room_tasks
+from andabata.training.plans import TASKS
 
 
 def test_options_of_another_task_are_refused():
@@ -25,6 +27,16 @@ def test_options_of_another_task_are_refused():
 
 def test_an_unknown_task_is_refused():
     """The error says which tasks there are."""
-    check_task("spn")
-    with pytest.raises(UsageError, match="--task: expected offroad or spn, got 'moon'"):
+    for task in ("offroad", "spn", "td3"):
+        check_task(task)
+    with pytest.raises(UsageError, match="--task: expected offroad, spn or td3, got 'moon'"):
         check_task("moon")
+
+
+def test_tasks_in_rooms_are_those_that_there_are_plans_for():
+    """The option knows the tasks of the plans and of the settings."""
+    assert (OFFROAD, *ROOM_TASKS) == TASKS
+    assert tuple(room_tasks.ROOM_TASKS) == ROOM_TASKS
+    given = RoomEvaluationOptions(memory="map")
+    with pytest.raises(UsageError, match=r"^--memory: .* leave it out or give --task spn or td3$"):
+        refuse_options("offroad", [(given, RoomEvaluationOptions)])

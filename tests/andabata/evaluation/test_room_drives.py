@@ -1,5 +1,6 @@
 """Drives in rooms: known ways, what robots observe, files, and policies of another kind."""
 
+import io
 from itertools import pairwise
 
 import numpy as np
@@ -10,14 +11,17 @@ from andabata.evaluation.room_drives import (
     drive_tour,
     drives_from_bytes,
     drives_to_bytes,
-    fitted,
 )
+from andabata.evaluation.room_policies import fitted
 from andabata.models import shipped_policy
+from andabata.tasks.movers import Contact
 from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.terminations import Outcome
 from rl.goal_laws import ProportionalPolicy
+from tests.room_policies import window_policy
 from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask
+from worlds.rooms import RoomTask, random_task
 from worlds.world import Start
 
 TASK = SpnConfig(rooms=("spn-env0",))
@@ -40,6 +44,7 @@ def test_a_straight_way_takes_the_steps_of_its_length():
     assert hit.outcome is Outcome.COLLISION
     assert -1.3 <= hit.path[-1, 1] <= -1.2 + 1e-9
     assert hit.task == INTO_THE_BOX
+    assert (reached.contact, hit.contact) == (Contact.NONE, Contact.OBSTACLE)
 
 
 def test_each_drive_is_the_same_alone_and_beside_others(monkeypatch):
@@ -82,11 +87,39 @@ def test_drives_go_through_a_file():
     """Drives of a file are those that were written, but for rounded paths."""
     drives = drive_tasks(proportional(), TASK, [AHEAD, INTO_THE_BOX])
     found = drives_from_bytes(drives_to_bytes(drives), "x.npz")
-    assert [(d.task, d.outcome, d.steps) for d in found] == [
-        (d.task, d.outcome, d.steps) for d in drives
+    assert [(d.task, d.outcome, d.steps, d.contact) for d in found] == [
+        (d.task, d.outcome, d.steps, d.contact) for d in drives
     ]
     for one, other in zip(found, drives, strict=True):
         np.testing.assert_allclose(one.path, other.path, atol=1e-6)
+
+
+def test_a_file_without_contacts_is_read():
+    """Drives from before there were movers come without contacts."""
+    data = drives_to_bytes(drive_tasks(proportional(), TASK, [INTO_THE_BOX]))
+    with np.load(io.BytesIO(data)) as file:
+        parts = {name: file[name] for name in file if name != "contacts"}
+    stream = io.BytesIO()
+    np.savez(stream, **parts)
+    (found,) = drives_from_bytes(stream.getvalue(), "x.npz")
+    assert (found.outcome, found.contact) == (Outcome.COLLISION, Contact.NONE)
+
+
+def test_a_mover_that_drives_into_a_robot_is_told_apart():
+    """A robot told to stand is hit at rest at some time; none of its crashes is its own fault."""
+    movers = Td3Config(rooms=("clutter-movers-7300",), random_rooms=0)
+    standing = window_policy()
+    weights = {name: np.zeros_like(value) for name, value in standing.tensors().items()}
+    last = max(name for name in weights if name.endswith("bias"))
+    weights[last] = np.array([-20.0, 0.0], dtype=weights[last].dtype)
+    robot = type(standing)(weights, standing.observations, standing.actions, standing.info)
+    room = make_room("clutter-movers-7300")
+    rng = np.random.default_rng(0)
+    tasks = [random_task(room, rng, 0.2, 0.4, 2.0) for _ in range(12)]
+    drives = drive_tasks(robot, movers, tasks)
+    contacts = {drive.contact for drive in drives if drive.outcome is Outcome.COLLISION}
+    assert contacts == {Contact.HIT_AT_REST}
+    assert all(d.contact is Contact.NONE for d in drives if d.outcome is Outcome.TIMEOUT)
 
 
 @pytest.mark.parametrize("cut", [0, 10, 300])

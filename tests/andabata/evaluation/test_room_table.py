@@ -13,14 +13,22 @@ from andabata.evaluation.room_table import (
     task_score,
 )
 from andabata.evaluation.statistics import wilson_interval
+from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 
 GOAL, HIT, LATE = Outcome.GOAL, Outcome.COLLISION, Outcome.TIMEOUT
 ORACLE = [(40, 4.0), (50, 3.0), (30, 2.0), (0, 0.0)]
 
 
-def result(policy="a", outcomes=(GOAL, HIT, LATE, GOAL), steps=(50, 20, 400, 0)):
-    return CellResult(Cell(policy, "ten-beams", "r", "map"), outcomes, steps, (5.0, 1.0, 9.0, 0.0))
+def result(
+    policy="a",
+    outcomes=(GOAL, HIT, LATE, GOAL),
+    steps=(50, 20, 400, 0),
+    contacts=(Contact.NONE,) * 4,
+):
+    return CellResult(
+        Cell(policy, "ten-beams", "r", "map"), outcomes, steps, (5.0, 1.0, 9.0, 0.0), contacts
+    )
 
 
 def test_a_row_counts_ends_and_compares_with_the_oracle():
@@ -34,6 +42,16 @@ def test_a_row_counts_ends_and_compares_with_the_oracle():
     assert row["mean_steps"] == pytest.approx(470 / 4)
     cell = [row[name] for name in ("policy", "lidar", "room", "memory")]
     assert cell == ["a", "ten-beams", "r", "map"]
+
+
+def test_collisions_that_movers_caused_are_counted_apart():
+    """Hits while driving and while standing are among the collisions; no way, no ratio."""
+    contacts = (Contact.HIT, Contact.HIT_AT_REST, Contact.OBSTACLE, Contact.NONE)
+    mine = result(outcomes=(HIT, HIT, HIT, GOAL), contacts=contacts)
+    row = cell_row(mine, [*ORACLE[:3], None])
+    assert (row["collisions"], row["hit_by_mover"], row["hit_at_rest"]) == (3, 1, 1)
+    assert (row["successes"], row["steps_to_oracle"], row["spl"]) == (1, None, 0.0)
+    assert CellResult.from_json(json.loads(json.dumps(mine.to_json()))) == mine
 
 
 def test_the_score_of_a_task_is_the_papers():

@@ -6,17 +6,21 @@ import pytest
 from andabata.evaluation import rooms as evaluation
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
+    OracleQuery,
     RoomEvaluationConfig,
     alike,
     cell_task,
     drive_cells,
     evaluate_rooms,
+    judged_task,
+    oracle_of,
     tasks_of,
 )
 from andabata.models import shipped_policy
 from andabata.tasks.spn_config import SpnConfig
 from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
+from tests.room_policies import window_policy
 from worlds.room_catalogue import make_room
 
 TASK = SpnConfig()
@@ -57,10 +61,12 @@ def test_no_pairs_take_the_fixed_tasks():
 def test_a_cell_has_its_room_laser_and_memory():
     """All beams become points; training's randomised lasers and other rooms are left out."""
     config = small(task=SpnConfig(random_rooms=1, randomization={}))
-    task = cell_task(Cell("p", "180|20|10|0.05", "spn-env1", "map"), config)
+    task = cell_task(Cell("p", "180|20|10|0.05", "spn-env1", "map"), config, POLICIES["p"])
     assert (task.all_rooms, task.lidar.x, task.capacity) == (("spn-env1",), 0.05, 10)
     assert (task.map, task.randomization) == (config.map, None)
-    assert cell_task(Cell("p", "ten-beams", "spn-env1", "reactive"), config).map is None
+    assert (
+        cell_task(Cell("p", "ten-beams", "spn-env1", "reactive"), config, POLICIES["p"]).map is None
+    )
 
 
 def test_rows_do_not_depend_on_what_is_driven_beside():
@@ -153,6 +159,23 @@ def test_a_cell_counts_once_its_drives_are_kept(tmp_path):
     with pytest.raises(OSError, match="disk full"):
         drive_cells(small(), POLICIES, journal=path, on_cell=fail)
     assert len(path.read_text().splitlines()) == 1
+
+
+def test_each_policy_is_compared_with_an_oracle_of_its_robot():
+    """GDAE's wide robot has a longer way of its own on the same tasks, and its own laser."""
+    policies = {"td3": window_policy("td3"), "gdae": window_policy("gdae")}
+    config = RoomEvaluationConfig(task=judged_task("td3"), rooms=("clutter-7300",), pairs=2)
+    cells = {name: Cell(name, "trained", "clutter-7300", "reactive") for name in policies}
+    tasks = {name: cell_task(cells[name], config, policies[name]) for name in policies}
+    assert {name: task.lidar.count for name, task in tasks.items()} == {"td3": 360, "gdae": 181}
+    narrow, wide = (
+        oracle_of(config, OracleQuery("clutter-7300", task.robot)) for task in tasks.values()
+    )
+    for (steps, way), (other_steps, other_way) in zip(narrow, wide, strict=True):
+        assert other_way >= way
+        assert steps < other_steps * 1.05
+    monster = tasks["td3"].robot.model_copy(update={"radius": 2.0})
+    assert oracle_of(config, OracleQuery("clutter-7300", monster)) == [None, None]
 
 
 @pytest.mark.parametrize("part", ["policies", "config", "commit"])

@@ -4,8 +4,15 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.tasks.offroad import stage_config
-from andabata.tasks.rewards import RewardConfig
+from andabata.tasks.rewards import (
+    GdaeRewardConfig,
+    ImprovedRewardConfig,
+    RewardConfig,
+    RoomRewardConfig,
+)
+from andabata.tasks.td3_config import GDAE_RADIUS, td3_config
 from andabata.training.plans import algorithms, load_plan
+from worlds.room_catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
 
@@ -94,3 +101,99 @@ def test_a_plan_changes_its_environments_only_where_it_says():
         assert environment.heading == "subgoal"
         changes = {"reward": RewardConfig(), "perception_decimation": 1}
         assert environment.model_copy(update=changes) == stage_config(name)
+
+
+def test_td3_drives_in_rooms_beside_the_conventional_input():
+    """The plans of TD3 and of SAC on 36 ranges differ in the learner and the progress alone."""
+    td3, sac = load_plan("td3", task="spn"), load_plan("sac-1d", task="spn")
+    assert "td3" in algorithms("spn")
+    assert (td3.learner.algorithm, td3.learner.hidden) == ("td3", sac.learner.hidden)
+    assert td3.learner.actor_terms == td3.learner.critic_terms == sac.learner.actor_terms
+    rooms = td3.stages["Rooms"]
+    environment = rooms.environment.model_copy(update={"reward": RoomRewardConfig()})
+    assert rooms.environment.reward == RoomRewardConfig(progress=2.0)
+    assert rooms.model_copy(update={"environment": environment}) == sac.stages["Rooms"]
+
+
+def variant(name):
+    """Return the learner and the environment of a variant of TD3."""
+    plan = load_plan(name, task="td3")
+    return plan.learner, plan.stages["Rooms"].environment
+
+
+def test_td3_comes_first_of_five_variants():
+    """The task's default is `td3`; the option's error names all five."""
+    names = ("td3", "gdae", "gdae-trainable", "td3-improved", "td3-improved-scaled")
+    assert algorithms("td3") == names
+    assert load_plan(task="td3") == load_plan("td3", task="td3")
+    with pytest.raises(ValueError, match=r"--algorithm: expected td3, gdae, .* got 'sac'"):
+        load_plan("sac", task="td3")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "radius"),
+    [
+        ("td3", 45, 0.2),
+        ("td3-improved", 44, 0.2),
+        ("td3-improved-scaled", 44, 0.2),
+        ("gdae", 24, GDAE_RADIUS),
+        ("gdae-trainable", 24, GDAE_RADIUS),
+    ],
+)
+def test_variants_have_the_states_and_budgets_of_the_papers(name, values, radius):
+    """24 values of GDAE and 44 of the improved TD3, 500 steps; one room of a pool an episode."""
+    (stage,) = load_plan(name, task="td3").stages.values()
+    environment = stage.environment
+    assert environment.observations.size == values
+    robot = environment.robot
+    assert (robot.radius, robot.max_speed, robot.max_yaw_rate) == (radius, 1.0, 1.0)
+    assert environment.terminations.time_limit / robot.period == pytest.approx(500)
+    assert not any(make_room(room).judges for room in environment.unseen.rooms)
+    assert environment.rooms == ()
+    assert (stage.episodes, stage.steps) == ((10_000, None) if values < 45 else (100_000, 600_000))
+    form = {24: "gdae", 44: "printed", 45: "scaled"}[values]
+    expected = td3_config(state=form)
+    assert (environment.terms, environment.lidar) == (expected.terms, expected.lidar)
+
+
+def test_gdae_is_as_shipped():
+    """Widths, batch, rates, discount, noise, delay, turns and the frozen fusion are GDAE's."""
+    learner, environment = variant("gdae")
+    assert (learner.hidden, learner.critic_hidden, learner.normalised) == ((800, 600), None, False)
+    assert learner.fusion.model_dump() == {"kind": "sum", "layer": 1, "frozen": True}
+    assert (learner.gamma, learner.tau, learner.learning_rate) == (0.99999, 0.005, 1e-3)
+    assert (learner.batch_size, learner.updates_per_step, learner.actor_every) == (40, 1.0, 2)
+    assert (learner.target_noise, learner.target_noise_clip) == (0.2, 0.5)
+    assert (learner.action_repeat, learner.episodes_per_iteration) == (1, 1)
+    assert (learner.buffer_size, learner.reward_scale, learner.loss) == (10**6, 1.0, "squared")
+    assert [learner.noise.sigma(n) for n in (0, 500_000)] == pytest.approx([1.0, 0.1])
+    assert learner.noise.sigma(250_000) == pytest.approx(0.55)
+    turns = learner.turns
+    assert (turns.near, turns.probability, turns.steps) == (0.6, 0.15, (8, 14))
+    assert environment.reward == GdaeRewardConfig()
+
+
+def test_variants_differ_from_gdae_where_they_say():
+    """The trainable one in its fusion; the improved one in fusion, noise, turns and reward."""
+    (gdae, at_gdae), (trainable, at_trainable) = variant("gdae"), variant("gdae-trainable")
+    changed = gdae.fusion.model_copy(update={"frozen": False})
+    assert trainable == gdae.model_copy(update={"fusion": changed})
+    assert at_trainable == at_gdae
+    improved, environment = variant("td3-improved")
+    assert improved.fusion.model_dump() == {"kind": "sum", "layer": 0, "frozen": False}
+    others = {name: getattr(improved, name) for name in ("fusion", "noise", "turns")}
+    assert improved == gdae.model_copy(update=others)
+    assert improved.noise.sigma(100_000) == pytest.approx(0.1)
+    assert environment.reward == ImprovedRewardConfig()
+    scaled, at_scaled = variant("td3-improved-scaled")
+    assert scaled == improved.model_copy(update={"reward_scale": 0.05, "gamma": 0.99})
+    reward = ImprovedRewardConfig(proportional=True)
+    assert at_scaled == environment.model_copy(update={"reward": reward})
+
+
+def test_td3_is_paid_for_progress():
+    """Ours pays 2 (d - d') - 0.02 and 5 at the end, with the learner's own defaults."""
+    learner, environment = variant("td3")
+    expected = RoomRewardConfig(goal=5.0, collision=-5.0, progress=2.0, step=-0.02)
+    assert environment.reward == expected
+    assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 32, 60_000, 0.99)

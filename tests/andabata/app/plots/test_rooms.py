@@ -1,5 +1,7 @@
 """Pictures of drives in rooms: where things are drawn, and what markers and bars say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -7,9 +9,10 @@ from matplotlib.colors import to_hex
 from andabata.app.plots import rooms
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.support_points import SupportPoints
+from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask
+from worlds.rooms import Room, RoomPlan, RoomTask
 from worlds.world import Start
 
 ROOM = make_room("spn-env0")
@@ -51,6 +54,21 @@ def test_paths_end_with_the_markers_of_the_paper(drawn):
     assert legend == ["success", "crash", "time-out"]
 
 
+def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own(drawn):
+    """What a mover caused is no crash of the robot's; the legend tells it where there is some."""
+    hit = replace(drive(Outcome.COLLISION, y=1.0), contact=Contact.HIT_AT_REST)
+    rooms.trajectories_picture({("trained", ROOM.name): [drive(), hit]}, [ROOM], "title")
+    purple = rooms._HIT_STYLE["color"]
+    np.testing.assert_allclose(markers(drawn[0].axes[0], purple), [[0.0, 1.0]], atol=1e-12)
+    cell = {"room": "r", "lidar": "trained", "memory": "map", "trials": 10, "successes": 4}
+    row = cell | {"collisions": 5, "timeouts": 1, "hit_by_mover": 1, "hit_at_rest": 2}
+    rooms.ends_picture([row], "title")
+    bars = {to_hex(bar.get_facecolor()): bar.get_height() for bar in drawn[1].axes[0].patches}
+    assert bars == pytest.approx({GREEN: 0.4, RED: 0.2, purple: 0.3, ORANGE: 0.1})
+    for figure in drawn:
+        assert "hit by a mover" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
 def test_rooms_are_drawn_in_metres(drawn):
     """Each box and circle is where it stands; the room is in view with equal scales."""
     rooms.trajectories_picture({("a", ROOM.name): [drive()]}, [ROOM], "title")
@@ -61,6 +79,21 @@ def test_rooms_are_drawn_in_metres(drawn):
     np.testing.assert_allclose(circles, ROOM.circles)
     assert axes.get_aspect() == 1
     assert axes.get_xlim()[0] <= -4 < 4 <= axes.get_xlim()[1]
+
+
+def test_outlines_are_drawn_solid_but_for_their_holes(drawn):
+    """What is solid is filled, by any winding; a wall of two corners is a line."""
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    hole = ((0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4))
+    outlines = (square, hole, ((-1.0, -1.0), (-0.5, -0.5)))
+    made = Room.of("r", RoomPlan(about="", half=(2.0, 2.0), outlines=outlines))
+    rooms.trajectories_picture({("a", "r"): [drive()]}, [made], "title")
+    (patch,) = drawn[0].axes[0].patches[len(made.boxes) :]
+    path = patch.get_path()
+    starts = path.vertices[path.codes == path.MOVETO]
+    np.testing.assert_allclose(starts, [each[0] for each in outlines])
+    assert len(path.vertices) == 5 + 5 + 3
+    assert path.contains_points([(0.2, 0.2), (1.2, 0.2)]).tolist() == [True, False]
 
 
 def row(room, lidar, memory, ends, trials=10):

@@ -14,6 +14,7 @@ from andabata.records import topics
 from andabata.records.bags import open_writer
 from andabata.records.messages import MessageBuilder
 from tests.documents import verbs
+from tests.sdf_worlds import PLANE, POST, document, solid
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 
@@ -26,6 +27,7 @@ FAST = (
     "world show hill",
     "world show maze",
     "world render hill",
+    "world import",
     "policy",
     "classifier export",
     "clouds convert",
@@ -107,6 +109,8 @@ def folder(tmp_path_factory):
             writer.write(topics.CLOUD, compose.stamp_ns(second), message)
         writer.close()
     models = Path(andabata.models.__file__).parent
+    for name in ("depot.world", "depot.sdf", "course.sdf"):
+        (folder / name).write_text(document(solid("post", POST), solid("ground", PLANE)))
     for path, shipped in INPUTS.items():
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_bytes((models / shipped).read_bytes())

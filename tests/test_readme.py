@@ -21,6 +21,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
+from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.documents import (
@@ -304,6 +305,7 @@ def test_settings_in_the_text_exist(document):
     bases = [
         SimulatedRobotConfig(),
         EvaluationConfig(),
+        BarnEvaluationConfig(),
         CloudsConfig(),
         ForestConfig(),
         GroundClassifierConfig(),

@@ -185,12 +185,12 @@ class RoomVectorEnv(PlanarVectorEnv):
         going: NDArray[np.bool_],
     ) -> dict[str, NDArray[np.float64]]:
         """Return the terms of the task's reward; the goal itself counts, with a map too."""
-        config, batch = self.config, self._in_rooms
-        reward = config.reward
+        reward, batch = self.config.reward, self._in_rooms
         if isinstance(reward, GdaeRewardConfig):
-            # Robots that were never put down have no scan, only zeros.
-            largest = np.maximum(batch.reciprocals.max(axis=1), 1 / config.lidar.max_range)
-            nearest = 1.0 / largest.astype(np.float64)
+            # The beams of a robot that was never put down are 0.
+            largest = batch.reciprocals.max(axis=1).astype(np.float64)
+            far = np.full_like(largest, np.inf)
+            nearest = np.divide(1.0, largest, out=far, where=largest > 0)
             return gdae_reward(reward, batch.motions[:, V:], nearest, endings)
         if isinstance(reward, ImprovedRewardConfig):
             bearings = self._goal_bearings.copy()

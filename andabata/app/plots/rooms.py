@@ -350,7 +350,9 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
         sum(row[name] for row in rows) for name in ("successes", "collisions", "timeouts")
     )
     success, crash, timeout = _END_STYLES.values()
-    parts = (reached, success), (crashed - hits, crash), (hits, _HIT_STYLE), (late, timeout)
+    parts = [(reached, success), (crashed - hits, crash), (late, timeout)]
+    if hits:
+        parts.insert(2, (hits, _HIT_STYLE))
     for count, style in parts if trials else ():
         share = count / trials
         axes.bar(place, share, bottom=bottom, width=0.8, color=style["color"])

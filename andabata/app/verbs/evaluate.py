@@ -57,9 +57,7 @@ def evaluate(
 
     Examples:
         andabata evaluate --trials 100 --workers 4
-        andabata evaluate --controllers planner,oracle --world hill --goals 1
         andabata evaluate --suite generalisation --out data/runs/generalisation
-        andabata evaluate --robot jackal --set terminations.time_limit=120
         andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams
         andabata evaluate --task barn --controllers arcs,gap --trials 1
         andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300

@@ -66,7 +66,6 @@ def train(
     Examples:
         andabata train --stages 1 --out data/runs/maze
         andabata train --resume
-        andabata train --seeds 3 --out data/runs/three
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
         andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae

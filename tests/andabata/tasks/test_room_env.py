@@ -8,6 +8,7 @@ from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.tasks.room_env import RoomEnv, RoomVectorEnv
 from andabata.tasks.spn_config import TRAINING_ROOMS, SpnConfig
+from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
 from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
@@ -256,3 +257,12 @@ def test_a_task_that_is_not_there_is_named():
         robots(1, rooms=("spn-env0",)).reset(seed=0, options={"task": 4})
     with pytest.raises(ValueError, match="expected fixed tasks"):
         robots(1, rooms=("spn-env5",), tasks="fixed").reset(seed=0)
+
+
+def test_gdaes_reward_leaves_out_robots_that_were_never_put_down():
+    """Of two robots one begins: the other has no beams, and no warning comes of it."""
+    config = Td3Config(rooms=("clutter-7300",), random_rooms=0, reward={"kind": "gdae"})
+    env = RoomVectorEnv(config, 2, autoreset=False)
+    env.reset(seed=[0, 1], options={"reset_mask": np.array([True, False])})
+    _, rewards, *_ = env.step(np.zeros((2, 2), dtype=np.float32))
+    assert np.isfinite(rewards[0])

@@ -46,8 +46,8 @@ _FIRST = (-2.175, -1.825)
 _CORRIDOR = 34
 """Number of cells of the side walls before the field."""
 
-_ATTEMPTS = 1000
-"""Number of grids that are tried until one can be passed."""
+_ATTEMPTS = 100_000
+"""Number of grids that are tried until one can be passed: of the densest, one in thousands can."""
 
 Cells = NDArray[np.bool_]
 
@@ -139,8 +139,10 @@ def _kind(config: BarnFieldConfig) -> str:
 def _field(seed: int, config: BarnFieldConfig) -> tuple[Cells, Cells]:
     """Return the filled cells of a field, and those that a square's middle can pass, (30, 30)."""
     rng = np.random.default_rng(seed)
+    # Drawn once: taken anew with each try, dense fields, which are harder to pass, would be rare.
+    fill, smoothings = rng.choice(config.fills), int(rng.choice(config.smoothings))
     for _ in range(_ATTEMPTS):
-        cells = _grid(rng, config)
+        cells = _grid(rng, config, fill, smoothings)
         ways = _ways(cells, config.passage)
         if _is_passed(ways) and not (
             config.is_widest and _is_passed(_ways(cells, config.passage + 1))
@@ -152,10 +154,10 @@ def _field(seed: int, config: BarnFieldConfig) -> tuple[Cells, Cells]:
     )
 
 
-def _grid(rng: np.random.Generator, config: BarnFieldConfig) -> Cells:
-    """Return one random grid."""
-    cells = rng.random((_CELLS, _CELLS)) < rng.choice(config.fills)
-    for _ in range(int(rng.choice(config.smoothings))):
+def _grid(rng: np.random.Generator, config: BarnFieldConfig, fill: float, smoothings: int) -> Cells:
+    """Return one random grid with a share of filled cells, smoothed some times."""
+    cells = rng.random((_CELLS, _CELLS)) < fill
+    for _ in range(smoothings):
         cells[[0, -1]] = True
         # Beyond the first and the last column the corridor and the goal area are free.
         around = convolve(cells.astype(np.int64), np.ones((3, 3), int), mode="constant") - cells

@@ -67,4 +67,4 @@ def _spread(row: Data, name: str, sign: str = "") -> str:
     """Return a figure with its interval, where there is one."""
     low, high = row[f"{name}_low"], row[f"{name}_high"]
     text = f"{row[name]:{sign}.3f}"
-    return text if low is None else f"{text} ({low:{sign}.3f} to {high:{sign}.3f})"
+    return text if low is None else f"{text} [{low:{sign}.2f}, {high:{sign}.2f}]"

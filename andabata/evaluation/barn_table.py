@@ -19,6 +19,9 @@ Row = dict[str, Any]
 _SLOWEST = 8.0
 """Multiple of the optimal time from which on a run's score falls no more."""
 
+_MOST = {"score": 0.5, "uncapped": 1.0}
+"""Largest value of each score."""
+
 
 @dataclass(frozen=True)
 class BarnRun:
@@ -168,8 +171,13 @@ def _row(name: str, runs: Sequence[BarnRun]) -> Row:
         else None,
     }
     for kind, values in _scores(runs).items():
-        found = clustered_mean(values)
-        row |= {kind: found.mean, f"{kind}_low": found.low, f"{kind}_high": found.high}
+        found, most = clustered_mean(values), _MOST[kind]
+        # Student's interval knows no bounds; scores have some.
+        row |= {
+            kind: found.mean,
+            f"{kind}_low": None if found.low is None else max(found.low, 0.0),
+            f"{kind}_high": None if found.high is None else min(found.high, most),
+        }
     return row
 
 

@@ -80,10 +80,10 @@ class ConstantArcsConfig(BaseModel):
     max_speed: float = Field(default=2.0, gt=0)
     max_yaw_rate: float = Field(default=3.0, gt=0)
     reverse: float = Field(default=0.3, ge=0)
-    margin: float = Field(default=0.03, ge=0)
-    margin_time: float = Field(default=0.03, ge=0)
-    soft: float = Field(default=0.25, gt=0)
-    closeness: float = Field(default=1.0, ge=0)
+    margin: float = Field(default=0.04, ge=0)
+    margin_time: float = Field(default=0.05, ge=0)
+    soft: float = Field(default=0.30, gt=0)
+    closeness: float = Field(default=2.0, ge=0)
     heading: float = Field(default=0.3, ge=0)
 
 

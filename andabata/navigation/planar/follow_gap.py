@@ -40,8 +40,8 @@ class FollowGapConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    alpha: float = Field(default=1.5, ge=0)
-    look: float = Field(default=2.0, gt=0)
+    alpha: float = Field(default=3.0, ge=0)
+    look: float = Field(default=1.5, gt=0)
     radius: float = Field(default=0.30, gt=0)
     field: float = Field(default=math.pi / 2, gt=0, le=math.pi)
     to_goal: float = Field(default=1.0, ge=0)

@@ -9,6 +9,7 @@ from andabata.evaluation.barn_table import (
     barn_failures,
     barn_rows,
 )
+from andabata.evaluation.statistics import clustered_mean
 from andabata.tasks.terminations import Outcome
 
 
@@ -66,7 +67,13 @@ def test_rows_count_by_controller_and_spread_by_world():
     assert first["score"] == pytest.approx((0.5 + 0.25 + 0.25 + 0.25) / 6)
     means = np.array([0.375, 0.0, 0.25])
     reach = 4.302653 * means.std(ddof=1) / np.sqrt(3)
-    assert first["score_high"] - first["score"] == pytest.approx(reach, rel=1e-5)
+    assert reach > 0.4
+    # As wide as the scores themselves: three worlds say little.
+    assert (first["score_low"], first["score_high"]) == (0.0, 0.5)
+    narrow = np.array([means, means + 0.01, means + 0.02]).ravel()[None] / 2 + 0.1
+    found = clustered_mean(narrow)
+    reach = 2.306004 * narrow.std(ddof=1) / 3
+    assert found.high - found.mean == found.mean - found.low == pytest.approx(reach, rel=1e-5)
     assert first["mean_time_s"] == pytest.approx(17.5)
     assert (second["score"], second["score_low"], second["score_high"]) == (0.5, 0.5, 0.5)
 

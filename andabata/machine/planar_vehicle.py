@@ -1,0 +1,340 @@
+"""Dynamics of a differential robot on flat ground: delay, acceleration, lag, slip, odometry.
+
+A command is limited to what the wheels can do and acts after a delay. The speed that the robot's
+own controller asks for follows it with limited accelerations, and the body follows that as a
+first-order lag (assumption: the order of both). Slip turns speed into other motion than the wheels
+measure.
+"""
+
+import math
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from andabata.machine.footprint import (
+    Corners,
+    Obstacles,
+    box_footprint,
+    check_convex,
+    reach_of,
+    touches,
+)
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar_readings import PlanarPose
+from terrain.kernel import kernel
+
+X, Y, YAW, V, W, SET_V, SET_W, ODOM_X, ODOM_Y, ODOM_YAW = range(10)
+"""Parts of a state: pose, body's speed and yaw rate, those asked for, and pose by odometry."""
+
+_TURN = 2 * np.pi
+
+Interval = tuple[float, float]
+"""Least and largest value."""
+
+
+class DynamicsRanges(BaseModel):
+    """Ranges that dynamics are drawn from for each drive, uniformly.
+
+    Attributes:
+        delay: Delay of a command [s].
+        lag: Time constant of the body's lag [s].
+        acceleration: Largest acceleration [m/s2].
+        yaw_acceleration: Largest yaw acceleration [rad/s2].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    delay: Interval
+    lag: Interval
+    acceleration: Interval
+    yaw_acceleration: Interval
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        """Refuse ranges that end before they begin, or begin below zero."""
+        for name in type(self).model_fields:
+            low, high = getattr(self, name)
+            if not 0 <= low <= high:
+                raise ValueError(f"{name}: expected 0 <= least <= largest, got {low}, {high}")
+        return self
+
+
+class PlanarVehicleConfig(BaseModel):
+    """A differential robot on flat ground.
+
+    Attributes:
+        footprint: Corners of its convex outline around its centre, counter-clockwise [m].
+        period: Control period [s].
+        substeps: Number of steps of integration, and checks for contact, in a period.
+        delay: Time from a command to its effect [s]; it ends with the next step of integration.
+        lag: Time constant with which the body follows its controller [s]; 0 for none.
+        acceleration: Largest acceleration and deceleration [m/s2].
+        yaw_acceleration: Largest yaw acceleration [rad/s2].
+        max_speed: Largest speed, forwards and backwards [m/s].
+        max_wheel_speed: Largest |v| + ``half_track`` |w| [m/s].
+        half_track: Half of the effective track [m].
+        gain_spread: Largest deviation of the gains of speed and yaw rate from 1; both are drawn for
+            each drive.
+        slip: Standard deviation of the ratio of motion to the wheels' motion, drawn for each period
+            (assumption: for speed and yaw rate alike).
+        odometry_scale: Standard deviation of the ratio of distances by odometry to true ones, drawn
+            for each drive.
+        odometry_turn: Standard deviation of the heading by odometry after a metre [rad]; it grows
+            with the root of the way.
+        range_noise: Standard deviation of the laser's ranges [m].
+        ranges: Ranges that the dynamics are drawn from for each drive; None takes those above.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    footprint: Corners = box_footprint(0.508, 0.430)
+    period: float = Field(default=0.05, gt=0, le=1)
+    substeps: int = Field(default=5, ge=1, le=100)
+    delay: float = Field(default=0.05, ge=0, le=2)
+    lag: float = Field(default=0.10, ge=0, le=2)
+    acceleration: float = Field(default=3.0, gt=0, le=100)
+    yaw_acceleration: float = Field(default=8.0, gt=0, le=1000)
+    max_speed: float = Field(default=2.0, gt=0, le=20)
+    max_wheel_speed: float = Field(default=2.0, gt=0, le=20)
+    half_track: float = Field(default=0.28, gt=0, le=5)
+    gain_spread: float = Field(default=0.03, ge=0, lt=1)
+    slip: float = Field(default=0.03, ge=0, lt=1)
+    odometry_scale: float = Field(default=0.01, ge=0, lt=1)
+    odometry_turn: float = Field(default=0.005, ge=0, lt=1)
+    range_noise: float = Field(default=0.01, ge=0, lt=1)
+    ranges: DynamicsRanges | None = None
+
+    @field_validator("footprint")
+    @classmethod
+    def _check_footprint(cls, corners: Corners) -> Corners:
+        """Refuse outlines that are not convex."""
+        return check_convex(corners)
+
+    @property
+    def delay_steps(self) -> int:
+        """Delay in steps of integration."""
+        return math.ceil(self.delay / self.period * self.substeps - 1e-9)
+
+    def drawn(self, rng: np.random.Generator) -> "PlanarVehicleConfig":
+        """Return the vehicle of one drive: dynamics drawn from the ranges, if there are any."""
+        if self.ranges is None:
+            return self
+        update: dict[str, object] = {
+            name: float(rng.uniform(*getattr(self.ranges, name)))
+            for name in DynamicsRanges.model_fields
+        }
+        return self.model_copy(update=update | {"ranges": None})
+
+    def limited(self, command: Twist) -> Twist:
+        """Return a command within the limits of speed; the wheels' limit keeps its curvature.
+
+        Raises:
+            ValueError: If the command is not finite.
+        """
+        if not (math.isfinite(command.linear) and math.isfinite(command.angular)):
+            raise ValueError(f"command: expected a finite twist [m/s, rad/s], got {command}")
+        speed = min(max(command.linear, -self.max_speed), self.max_speed)
+        wheels = abs(speed) + self.half_track * abs(command.angular)
+        scale = min(1.0, self.max_wheel_speed / max(wheels, 1e-12))
+        return Twist(speed * scale, command.angular * scale)
+
+
+_PLAIN = PlanarVehicleConfig()
+
+PLANAR_VEHICLES = {
+    "barn": _PLAIN,
+    # Wheels of 0.098 m, 0.262 m apart along the heading and 0.376 m across it, 0.04 m wide: the
+    # box around them without bumpers (assumption).
+    "barn-hull": _PLAIN.model_copy(update={"footprint": box_footprint(0.458, 0.416)}),
+    "barn-slow": _PLAIN.model_copy(update={"acceleration": 1.5, "lag": 0.25, "delay": 0.15}),
+    # Yaw accelerations are not stated where the ranges come from (assumption).
+    "barn-drawn": _PLAIN.model_copy(
+        update={
+            "ranges": DynamicsRanges(
+                delay=(0.0, 0.2),
+                lag=(0.05, 0.3),
+                acceleration=(1.5, 4.0),
+                yaw_acceleration=(4.0, 10.0),
+            )
+        }
+    ),
+}
+"""Vehicles by name: the benchmark's with a box around all of it, with the wheels' outline, with
+slow dynamics, and with dynamics drawn for each drive."""
+
+
+class _Motion(NamedTuple):
+    """Numbers of a drive that the compiled motion depends on.
+
+    Attributes:
+        dt: Step of integration [s].
+        substeps: Number of steps in a period.
+        delay_steps: Delay of a command in steps.
+        follow: Share of the difference that the lag takes in a step.
+        acceleration: Largest change of speed in a step [m/s].
+        yaw_acceleration: Largest change of yaw rate in a step [rad/s].
+        gain: Ratio of speed to the commanded one.
+        yaw_gain: Ratio of yaw rate to the commanded one.
+        odometry_scale: Ratio of distances by odometry to those of the wheels.
+        odometry_turn: Standard deviation of the heading by odometry after a metre [rad].
+        reach: Distance of the farthest corner of the footprint from the centre [m].
+    """
+
+    dt: float
+    substeps: int
+    delay_steps: int
+    follow: float
+    acceleration: float
+    yaw_acceleration: float
+    gain: float
+    yaw_gain: float
+    odometry_scale: float
+    odometry_turn: float
+    reach: float
+
+
+class PlanarVehicle:
+    """One robot on flat ground.
+
+    Attributes:
+        config: Settings of this drive, drawn ones included.
+        state: Parts as named above, float64, shape (10,).
+        has_contact: True once it has touched something, where it stays.
+    """
+
+    def __init__(
+        self,
+        config: PlanarVehicleConfig,
+        start: PlanarPose,
+        around: Obstacles,
+        rng: np.random.Generator,
+    ) -> None:
+        """Put a robot down at rest; its odometry begins at zero.
+
+        Args:
+            config: Settings.
+            start: True pose.
+            around: Obstacles.
+            rng: Source of randomness of the drive; each period takes as many numbers.
+        """
+        self.config = config = config.drawn(rng)
+        self._rng, self._around = rng, around
+        self._corners = np.array(config.footprint, dtype=np.float64)
+        gains = 1.0 + config.gain_spread * rng.uniform(-1.0, 1.0, 2)
+        dt = config.period / config.substeps
+        self._motion = _Motion(
+            dt=dt,
+            substeps=config.substeps,
+            delay_steps=config.delay_steps,
+            follow=-math.expm1(-dt / config.lag) if config.lag > 0 else 1.0,
+            acceleration=config.acceleration * dt,
+            yaw_acceleration=config.yaw_acceleration * dt,
+            gain=float(gains[0]),
+            yaw_gain=float(gains[1]),
+            odometry_scale=1.0 + config.odometry_scale * float(rng.standard_normal()),
+            odometry_turn=config.odometry_turn,
+            reach=reach_of(config.footprint),
+        )
+        self.state = np.zeros(10)
+        self.state[:V] = start
+        waiting = math.ceil(config.delay_steps / config.substeps) + 1
+        self._commands = np.zeros((waiting, 2))
+        self.has_contact = bool(touches(*start, self._corners, self._motion.reach, around))
+
+    @property
+    def pose(self) -> PlanarPose:
+        """True pose."""
+        return PlanarPose(*self.state[:V].tolist())
+
+    @property
+    def odometry(self) -> PlanarPose:
+        """Pose by odometry, from the start."""
+        return PlanarPose(*self.state[ODOM_X:].tolist())
+
+    @property
+    def velocity(self) -> Twist:
+        """Speed and yaw rate that the wheels measure."""
+        return Twist(float(self.state[V]), float(self.state[W]))
+
+    def step(self, command: Twist) -> None:
+        """Drive for one control period.
+
+        Args:
+            command: Wanted twist; it is limited, and acts after the delay.
+
+        Raises:
+            ValueError: If the command is not finite.
+        """
+        limited = self.config.limited(command)
+        self._commands[1:] = self._commands[:-1].copy()
+        self._commands[0] = limited.linear, limited.angular
+        draws = self._rng.standard_normal(3)
+        draws[:2] = 1.0 + self.config.slip * draws[:2]
+        if not self.has_contact:
+            self.has_contact = _drive(
+                self.state, self._commands, draws, self._motion, self._corners, self._around
+            )
+
+
+@kernel
+def _drive(
+    state: NDArray[np.float64],
+    commands: NDArray[np.float64],
+    draws: NDArray[np.float64],
+    motion: _Motion,
+    corners: NDArray[np.float64],
+    around: Obstacles,
+) -> bool:
+    """Drive for one period, to the first contact at most.
+
+    Args:
+        state: State, changed in place, shape (10,).
+        commands: Speed and yaw rate of this period and those before, the newest first, (c, 2).
+        draws: Slip of speed and of yaw rate, and the draw of the odometry's heading, shape (3,).
+        motion: Numbers of the drive.
+        corners: Corners of the footprint [m], shape (c, 2).
+        around: Obstacles.
+
+    Returns:
+        True if it touches something.
+    """
+    way = 0.0
+    contact = False
+    for step in range(motion.substeps):
+        # The newest command that is old enough: row k is k periods and this step old.
+        missing = motion.delay_steps - step
+        row = 0 if missing <= 0 else (missing + motion.substeps - 1) // motion.substeps
+        state[SET_V] = _towards(state[SET_V], motion.gain * commands[row, 0], motion.acceleration)
+        wanted = motion.yaw_gain * commands[row, 1]
+        state[SET_W] = _towards(state[SET_W], wanted, motion.yaw_acceleration)
+        state[V] += motion.follow * (state[SET_V] - state[V])
+        state[W] += motion.follow * (state[SET_W] - state[W])
+        _move(state, X, state[V] * draws[0] * motion.dt, state[W] * draws[1] * motion.dt)
+        seen = state[V] * motion.dt * motion.odometry_scale
+        _move(state, ODOM_X, seen, state[W] * motion.dt)
+        way += abs(seen)
+        if touches(state[X], state[Y], state[YAW], corners, motion.reach, around):
+            contact = True
+            break
+    # Variances add along the way: one draw for the period is as good as one a step.
+    _move(state, ODOM_X, 0.0, motion.odometry_turn * np.sqrt(way) * draws[2])
+    return contact
+
+
+@kernel
+def _towards(value: float, target: float, most: float) -> float:
+    """Return a value moved towards its target by a step of limited size."""
+    return value + min(max(target - value, -most), most)
+
+
+@kernel
+def _move(state: NDArray[np.float64], first: int, way: float, turn: float) -> None:
+    """Move the pose that begins at a part of the state along an exact arc."""
+    half = 0.5 * turn
+    # An arc's chord leaves at half the turn; its length is the arc's times sinc.
+    chord = way * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    state[first] += chord * np.cos(state[first + 2] + half)
+    state[first + 1] += chord * np.sin(state[first + 2] + half)
+    state[first + 2] = np.pi - (np.pi - state[first + 2] - turn) % _TURN

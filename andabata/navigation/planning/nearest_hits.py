@@ -1,0 +1,134 @@
+"""Nearest hits: for each cell around the robot, the place of the nearest obstacle.
+
+Places, not distances of cells, are kept, so that a distance is exact to what the laser measured
+wherever it is asked for. They spread from cell to cell in two sweeps (Danielsson 1980).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.navigation.planning.hit_layer import HitLayer
+from terrain.kernel import kernel
+
+NOWHERE = 1e6
+"""Coordinate of the nearest hit where none is within reach [m]."""
+
+
+class NearestHits(NamedTuple):
+    """Nearest hits of a square, in the order of its cells.
+
+    Attributes:
+        places: Place of the hit nearest to the middle of each cell, ``NOWHERE`` if none is within
+            reach [m], float32, shape (n, n, 2).
+        corner: Place of the first cell's corner [m], shape (2,).
+        cell: Edge of a cell [m].
+        reach: Distance from which on a hit does not count [m].
+    """
+
+    places: NDArray[np.float32]
+    corner: NDArray[np.float64]
+    cell: float
+    reach: float
+
+
+def empty_hits(cells: int, cell: float, reach: float) -> NearestHits:
+    """Return a square without hits.
+
+    Args:
+        cells: Number of cells along its edge.
+        cell: Edge of a cell [m].
+        reach: Distance from which on a hit does not count [m].
+    """
+    places = np.full((cells, cells, 2), NOWHERE, dtype=np.float32)
+    return NearestHits(places, np.zeros(2), cell, reach)
+
+
+def find_nearest(hits: HitLayer, found: NearestHits) -> None:
+    """Write the nearest obstacles of a hit layer into a square of as many cells.
+
+    Args:
+        hits: Hit layer.
+        found: Result, changed in place.
+    """
+    found.corner[:] = (hits.centre - hits.config.cells // 2) * hits.config.cell
+    _seed(hits.log_odds, hits.places, hits.centre, hits.config.lethal_log_odds, found)
+    _sweep(found)
+
+
+@kernel
+def distance_to_hit(found: NearestHits, x: float, y: float) -> float:
+    """Return the distance of a place from the hit nearest to its cell [m]."""
+    px, py = nearest_hit(found, x, y)
+    return float(np.sqrt((px - x) ** 2 + (py - y) ** 2))
+
+
+@kernel
+def nearest_hit(found: NearestHits, x: float, y: float) -> tuple[float, float]:
+    """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
+    i, j = int((x - found.corner[0]) / found.cell), int((y - found.corner[1]) / found.cell)
+    n = len(found.places)
+    if not (0 <= i < n and 0 <= j < n):
+        return NOWHERE, NOWHERE
+    return found.places[i, j, 0], found.places[i, j, 1]
+
+
+@kernel
+def _seed(
+    log_odds: NDArray[np.float32],
+    within: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    lethal: float,
+    found: NearestHits,
+) -> None:
+    """Write the own hit of each obstacle's cell, and nothing into the others."""
+    n, cell = len(log_odds), found.cell
+    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    for i in range(n):
+        row = (low0 + i) & (n - 1)
+        for j in range(n):
+            column = (low1 + j) & (n - 1)
+            if log_odds[row, column] > lethal:
+                found.places[i, j, 0] = (low0 + i + within[row, column, 0]) * cell
+                found.places[i, j, 1] = (low1 + j + within[row, column, 1]) * cell
+            else:
+                found.places[i, j, 0] = found.places[i, j, 1] = NOWHERE
+
+
+@kernel
+def _sweep(found: NearestHits) -> None:
+    """Spread places to the neighbours that they are nearest to, down the rows and up again."""
+    n = len(found.places)
+    for sweep in range(2):
+        step = 1 - 2 * sweep
+        for a in range(n):
+            i = a if sweep == 0 else n - 1 - a
+            before = i - step
+            for b in range(n):
+                j = b if sweep == 0 else n - 1 - b
+                if 0 <= before < n:
+                    for q in range(max(j - 1, 0), min(j + 2, n)):
+                        _take(found, i, j, before, q)
+                if 0 <= j - step < n:
+                    _take(found, i, j, i, j - step)
+            # Back along the row: the other neighbour of the same row.
+            for b in range(n - 1, -1, -1):
+                j = b if sweep == 0 else n - 1 - b
+                if 0 <= j + step < n:
+                    _take(found, i, j, i, j + step)
+
+
+@kernel
+def _take(found: NearestHits, i: int, j: int, p: int, q: int) -> None:
+    """Take a neighbour's place if it is nearer than the own one and within reach."""
+    x, y = found.places[p, q, 0], found.places[p, q, 1]
+    # Most cells are far from everything: nothing to compute.
+    if x == NOWHERE:
+        return
+    u = found.corner[0] + (i + 0.5) * found.cell
+    v = found.corner[1] + (j + 0.5) * found.cell
+    there = (x - u) ** 2 + (y - v) ** 2
+    own = (found.places[i, j, 0] - u) ** 2 + (found.places[i, j, 1] - v) ** 2
+    if there < own and there < found.reach**2:
+        found.places[i, j, 0], found.places[i, j, 1] = x, y

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from andabata.machine.footprint import outline_distance
 from andabata.navigation.planning.nearest_hits import NearestHits, distance_to_hit, nearest_hit
 from andabata.navigation.planning.planar_dynamics import (
+    MotionState,
     PlanarDynamics,
     WheelLimits,
     advance_axis,
@@ -23,42 +24,18 @@ from andabata.navigation.planning.time_to_go import TimeField, time_at
 from terrain.kernel import kernel
 
 
-class Start(NamedTuple):
-    """Motion from which sequences are driven; see ``MotionState``.
-
-    Attributes:
-        x: Position [m].
-        y: Position [m].
-        yaw: Heading [rad].
-        v: Speed [m/s].
-        w: Yaw rate [rad/s].
-        controller_v: Speed that the robot's own controller asks for [m/s].
-        controller_w: Yaw rate that it asks for [rad/s].
-    """
-
-    x: float
-    y: float
-    yaw: float
-    v: float
-    w: float
-    controller_v: float
-    controller_w: float
-
-
 class Delayed(NamedTuple):
     """Dynamics, and the commands that have no effect yet.
 
     Attributes:
-        past: Commands given before, the oldest first, shape (p, 2).
+        past: Commands given before, the oldest first, one or more, shape (p, 2).
         dynamics: Delay, lag and accelerations.
         period: Control period [s].
-        waiting: Number of periods until a command given now has its full effect.
     """
 
     past: NDArray[np.float64]
     dynamics: PlanarDynamics
     period: float
-    waiting: int
 
 
 class Body(NamedTuple):
@@ -166,7 +143,7 @@ def mean_commands(
 
 
 @kernel
-def before_effect(start: Start, late: Delayed) -> Start:
+def before_effect(start: MotionState, late: Delayed) -> MotionState:
     """Return the motion when the first new command begins to have its full effect."""
     dynamics, period = late.dynamics, late.period
     step_v = axis_step(dynamics.acceleration, dynamics.lag, period)
@@ -183,13 +160,13 @@ def before_effect(start: Start, late: Delayed) -> Start:
         x, y = x + way * np.cos(middle), y + way * np.sin(middle)
         yaw += 0.5 * (w + new_w) * period
         v, w = new_v, new_w
-    return Start(x, y, yaw, v, w, set_v, set_w)
+    return MotionState(x, y, yaw, v, w, set_v, set_w)
 
 
 @kernel
 def price_all(
     commands: NDArray[np.float64],
-    start: Start,
+    start: MotionState,
     late: Delayed,
     around: Surroundings,
     body: Body,
@@ -214,7 +191,7 @@ def price_all(
 @kernel
 def _price(
     commands: NDArray[np.float64],
-    start: Start,
+    start: MotionState,
     late: Delayed,
     around: Surroundings,
     body: Body,
@@ -227,11 +204,8 @@ def _price(
     x, y, yaw, v, w, set_v, set_w = start
     # In each period a part of the command before is still in effect.
     old = dynamics.delay / period - int(dynamics.delay / period)
-    waiting = int(dynamics.delay / period)
-    last_v, last_w = late.past[-1] if len(late.past) else commands[0]
+    last_v, last_w = late.past[-1]
     steps, cost = len(commands), 0.0
-    if waiting > len(late.past):
-        last_v, last_w = commands[0]
     for t in range(steps):
         now_v, now_w = commands[t]
         set_v, new_v = advance_axis(set_v, v, now_v + old * (last_v - now_v), step_v)

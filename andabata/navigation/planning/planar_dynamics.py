@@ -28,6 +28,28 @@ class PlanarDynamics(NamedTuple):
     yaw_acceleration: float
 
 
+class MotionState(NamedTuple):
+    """Motion at the begin of a control period.
+
+    Attributes:
+        x: Position [m].
+        y: Position [m].
+        yaw: Heading [rad].
+        v: Speed [m/s].
+        w: Yaw rate [rad/s].
+        controller_v: Speed that the robot's own controller asks for [m/s].
+        controller_w: Yaw rate that it asks for [rad/s].
+    """
+
+    x: float
+    y: float
+    yaw: float
+    v: float
+    w: float
+    controller_v: float
+    controller_w: float
+
+
 class WheelLimits(NamedTuple):
     """Limits of commands.
 
@@ -106,3 +128,39 @@ def limited(v: float, w: float, limits: WheelLimits) -> tuple[float, float]:
     wheels = abs(v) + limits.half_track * abs(w)
     scale = min(1.0, limits.max_wheel_speed / max(wheels, 1e-12))
     return v * scale, w * scale
+
+
+@kernel
+def observed(
+    x: float,
+    y: float,
+    yaw: float,
+    past: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    dynamics: PlanarDynamics,
+    period: float,
+) -> MotionState:
+    """Return the motion now, with the speeds that the robot's own controller asks for.
+
+    Those are not measured: they are the model's, driven from the oldest measured speeds on.
+
+    Args:
+        x: Position [m].
+        y: Position [m].
+        yaw: Heading [rad].
+        past: Commands of the periods before, the oldest first, shape (p, 2).
+        speeds: Measured speed and yaw rate at the begin of each of these periods and now, shape
+            (p + 1, 2).
+        dynamics: Delay, lag and accelerations.
+        period: Control period [s].
+    """
+    delay = dynamics.delay / period
+    step_v = axis_step(dynamics.acceleration, dynamics.lag, period)
+    step_w = axis_step(dynamics.yaw_acceleration, dynamics.lag, period)
+    set_v, set_w = v, w = speeds[0, 0], speeds[0, 1]
+    for k in range(len(past)):
+        set_v, v = advance_axis(set_v, v, delayed(past, k, 0, delay), step_v)
+        set_w, w = advance_axis(set_w, w, delayed(past, k, 1, delay), step_w)
+    # The measured speeds correct the gains that the model does not know.
+    now_v, now_w = speeds[-1, 0], speeds[-1, 1]
+    return MotionState(x, y, yaw, now_v, now_w, set_v + now_v - v, set_w + now_w - w)

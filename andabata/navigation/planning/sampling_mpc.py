@@ -6,9 +6,6 @@ cost, is the new plan. A mean of ways left and right of a post leads into it, so
 counts only if it costs no more than the best of its sequences.
 """
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
@@ -19,7 +16,6 @@ from andabata.navigation.planning.mpc_rollouts import (
     Body,
     Delayed,
     Prices,
-    Start,
     Surroundings,
     before_effect,
     draw_commands,
@@ -27,7 +23,12 @@ from andabata.navigation.planning.mpc_rollouts import (
     price_all,
 )
 from andabata.navigation.planning.nearest_hits import NearestHits
-from andabata.navigation.planning.planar_dynamics import PlanarDynamics, WheelLimits, limited
+from andabata.navigation.planning.planar_dynamics import (
+    MotionState,
+    PlanarDynamics,
+    WheelLimits,
+    limited,
+)
 from andabata.navigation.planning.time_to_go import MarginConfig, TimeField
 
 
@@ -67,28 +68,6 @@ class SamplingMpcConfig(BaseModel):
     contact_cost: float = Field(default=100.0, gt=0)
     turn_cost: float = Field(default=0.002, ge=0)
     arrival_radius: float = Field(default=0.3, gt=0)
-
-
-class MotionState(NamedTuple):
-    """Motion at the begin of a control period.
-
-    Attributes:
-        x: Position [m].
-        y: Position [m].
-        yaw: Heading [rad].
-        v: Speed [m/s].
-        w: Yaw rate [rad/s].
-        controller_v: Speed that the robot's own controller asks for [m/s].
-        controller_w: Yaw rate that it asks for [rad/s].
-    """
-
-    x: float
-    y: float
-    yaw: float
-    v: float
-    w: float
-    controller_v: float
-    controller_w: float
 
 
 class SamplingMpc:
@@ -171,8 +150,8 @@ class SamplingMpc:
         noise[..., 1] *= config.yaw_noise * (1.0 + daring)
         draw_commands(self.plan, self._arcs, noise, self._limits, self._commands)
         # What was commanded before and has no effect yet is driven in any case.
-        late = Delayed(past, dynamics, self._period, math.ceil(dynamics.delay / self._period))
-        start = before_effect(Start(*state), late)
+        late = Delayed(past, dynamics, self._period)
+        start = before_effect(state, late)
         prices = Prices(
             margin=config.margin.standing * (1.0 - daring),
             margin_per_speed=config.margin.per_speed * (1.0 - daring),
@@ -189,14 +168,16 @@ class SamplingMpc:
         return Twist(float(self.plan[0, 0]), float(self.plan[0, 1]))
 
     def _best(
-        self, start: Start, late: Delayed, around: Surroundings, prices: Prices
+        self, start: MotionState, late: Delayed, around: Surroundings, prices: Prices
     ) -> NDArray[np.float64]:
         """Return the weighted mean of the sequences, or the best of them if it is cheaper."""
         best = int(np.argmin(self.costs))
         mean = mean_commands(self._commands, self.costs, self.config.temperature)
         own = np.zeros(1)
         price_all(mean[None], start, late, around, self._body, prices, own)
-        return mean if own[0] <= self.costs[best] + self.config.temperature else self._commands[best]
+        return (
+            mean if own[0] <= self.costs[best] + self.config.temperature else self._commands[best]
+        )
 
 
 _INNER = 0.55

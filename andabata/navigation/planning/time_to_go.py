@@ -105,7 +105,9 @@ class TimeToGo:
             (n, n).
     """
 
-    def __init__(self, cells: int, cell: float, limits: SpeedLimits, config: TimeToGoConfig):
+    def __init__(
+        self, cells: int, cell: float, limits: SpeedLimits, config: TimeToGoConfig
+    ) -> None:
         """Prepare for a square.
 
         Args:
@@ -167,9 +169,7 @@ def allowed_speed(clearance: float, limits: SpeedLimits) -> float:
 
 
 @kernel
-def _price(
-    hits: NearestHits, stride: int, limits: SpeedLimits, costs: NDArray[np.float32]
-) -> None:
+def _price(hits: NearestHits, stride: int, limits: SpeedLimits, costs: NDArray[np.float32]) -> None:
     """Write the time of a cell's length, as a multiple of that at the largest speed."""
     for i in range(len(costs)):
         for j in range(len(costs)):

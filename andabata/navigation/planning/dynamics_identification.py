@@ -145,24 +145,13 @@ class DynamicsIdentification:
     def estimate(self) -> DynamicsEstimate:
         """Return what is known about the dynamics so far."""
         config = self.config
-        speed, yaw = (
-            _likelihood(bank, noise, config.gain_spread)
-            for bank, noise in zip(self._banks, (config.speed_noise, config.yaw_noise), strict=True)
-        )
-        # Of each delay and lag, over all accelerations of both axes.
-        by_lag = np.log(speed.mean(axis=2)) + np.log(yaw.mean(axis=2))
-        common = np.exp(by_lag - by_lag.max())
-        common /= common.sum()
-        weights = [
-            common.sum(axis=1),
-            common.sum(axis=0),
-            *(
-                (common[..., None] * own / own.sum(axis=2, keepdims=True)).sum(axis=(0, 1))
-                for own in (speed, yaw)
-            ),
-        ]
+        speed = _likelihood(self._banks[0], config.speed_noise, config.gain_spread)
+        yaw = _likelihood(self._banks[1], config.yaw_noise, config.gain_spread)
         values = (config.delays, config.lags, config.accelerations, config.yaw_accelerations)
-        moments = [_moments(np.array(v), w) for v, w in zip(values, weights, strict=True)]
+        moments = [
+            _moments(np.array(candidates), weights)
+            for candidates, weights in zip(values, _marginals(speed, yaw), strict=True)
+        ]
         return DynamicsEstimate(
             PlanarDynamics(*(mean for mean, _ in moments)),
             PlanarDynamics(*(deviation for _, deviation in moments)),
@@ -235,3 +224,27 @@ def _likelihood(bank: _Bank, noise: float, spread: float) -> NDArray[np.float64]
                 least = min(least, errors[d, k, a])
     # No candidate is excluded for ever: what is known may change.
     return np.exp(-np.minimum((errors - least) / (2.0 * noise**2), 200.0))
+
+
+@kernel
+def _marginals(
+    speed: NDArray[np.float64], yaw: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the probabilities of delays, lags, accelerations and yaw accelerations.
+
+    Args:
+        speed: Likelihoods by delay, lag and acceleration, shape (d, l, a).
+        yaw: Likelihoods by delay, lag and yaw acceleration, shape (d, l, b).
+    """
+    delays, lags = np.zeros(speed.shape[0]), np.zeros(speed.shape[1])
+    accelerations, yaw_accelerations = np.zeros(speed.shape[2]), np.zeros(yaw.shape[2])
+    for d in range(len(delays)):
+        for k in range(len(lags)):
+            # Both axes share a delay and a lag, and have an acceleration each.
+            one, other = np.sum(speed[d, k]), np.sum(yaw[d, k])
+            delays[d] += one * other
+            lags[k] += one * other
+            accelerations += speed[d, k] * other
+            yaw_accelerations += yaw[d, k] * one
+    total = np.sum(delays)
+    return delays / total, lags / total, accelerations / total, yaw_accelerations / total

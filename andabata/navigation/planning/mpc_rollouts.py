@@ -202,6 +202,7 @@ def _price(
     step_v = axis_step(dynamics.acceleration, dynamics.lag, period)
     step_w = axis_step(dynamics.yaw_acceleration, dynamics.lag, period)
     x, y, yaw, v, w, set_v, set_w = start
+    cosine, sine = np.cos(yaw), np.sin(yaw)
     # In each period a part of the command before is still in effect.
     old = dynamics.delay / period - int(dynamics.delay / period)
     last_v, last_w = late.past[-1]
@@ -210,14 +211,16 @@ def _price(
         now_v, now_w = commands[t]
         set_v, new_v = advance_axis(set_v, v, now_v + old * (last_v - now_v), step_v)
         set_w, new_w = advance_axis(set_w, w, now_w + old * (last_w - now_w), step_w)
-        cost += prices.turn_cost * ((now_w - last_w) / period) ** 2 * period
+        cost += prices.turn_cost * (now_w - last_w) ** 2 / period
         last_v, last_w = now_v, now_w
-        middle, way = yaw + 0.25 * (w + new_w) * period, 0.5 * (v + new_v) * period
-        x, y = x + way * np.cos(middle), y + way * np.sin(middle)
-        yaw += 0.5 * (w + new_w) * period
+        # The way of a period leads along the mean of the headings at its ends.
+        way, turn = 0.25 * (v + new_v) * period, 0.5 * (w + new_w) * period
+        x, y = x + way * cosine, y + way * sine
+        cosine, sine = _turned(cosine, sine, turn)
+        x, y = x + way * cosine, y + way * sine
         v, w = new_v, new_w
         margin = prices.margin + prices.margin_per_speed * abs(v)
-        free = _free_distance(x, y, yaw, around.hits, body, margin)
+        free = _free_distance(x, y, cosine, sine, around.hits, body, margin)
         if free < prices.contact_distance:
             # The later the contact, the more time to find another way.
             return cost + prices.contact_cost * (2.0 - t / steps)
@@ -230,8 +233,26 @@ def _price(
 
 
 @kernel
+def _turned(cosine: float, sine: float, turn: float) -> tuple[float, float]:
+    """Return cosine and sine of a heading after a small turn, whose own are series (1e-6 at 0.4).
+
+    Rollouts turn by little in a period: this is several times faster than the library's functions.
+    """
+    squared = turn * turn
+    c = 1.0 - squared * (0.5 - squared * (1.0 / 24.0 - squared / 720.0))
+    s = turn * (1.0 - squared * (1.0 / 6.0 - squared * (1.0 / 120.0 - squared / 5040.0)))
+    return cosine * c - sine * s, sine * c + cosine * s
+
+
+@kernel
 def _free_distance(
-    x: float, y: float, yaw: float, hits: NearestHits, body: Body, margin: float
+    x: float,
+    y: float,
+    cosine: float,
+    sine: float,
+    hits: NearestHits,
+    body: Body,
+    margin: float,
 ) -> float:
     """Return the distance of the footprint from the nearest hit [m], or anything above a margin.
 
@@ -240,11 +261,14 @@ def _free_distance(
     """
     if distance_to_hit(hits, x, y) > body.reach + margin:
         return margin + 1.0
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    nearest = margin + 1.0
+    nearest, last_x, last_y = margin + 1.0, np.inf, np.inf
     for k in range(len(body.inner)):
         a, b = body.inner[k]
         px, py = nearest_hit(hits, x + cosine * a - sine * b, y + sine * a + cosine * b)
+        # Neighbouring places often share their hit.
+        if px == last_x and py == last_y:
+            continue
+        last_x, last_y = px, py
         dx, dy = px - x, py - y
         if dx * dx + dy * dy < (body.reach + margin) ** 2:
             ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx

@@ -23,12 +23,15 @@ class NearestHits(NamedTuple):
         places: Place of the hit nearest to the middle of each cell, ``NOWHERE`` if none is within
             reach [m], float32, shape (n, n, 2).
         corner: Place of the first cell's corner [m], shape (2,).
+        box: First row, first column, and those behind the last, of the cells that can have a hit,
+            shape (4,).
         cell: Edge of a cell [m].
         reach: Distance from which on a hit does not count [m].
     """
 
     places: NDArray[np.float32]
     corner: NDArray[np.float64]
+    box: NDArray[np.int64]
     cell: float
     reach: float
 
@@ -42,7 +45,7 @@ def empty_hits(cells: int, cell: float, reach: float) -> NearestHits:
         reach: Distance from which on a hit does not count [m].
     """
     places = np.full((cells, cells, 2), NOWHERE, dtype=np.float32)
-    return NearestHits(places, np.zeros(2), cell, reach)
+    return NearestHits(places, np.zeros(2), np.zeros(4, dtype=np.int64), cell, reach)
 
 
 def find_nearest(hits: HitLayer, found: NearestHits) -> None:
@@ -82,9 +85,12 @@ def _seed(
     lethal: float,
     found: NearestHits,
 ) -> None:
-    """Write the own hit of each obstacle's cell, and nothing into the others."""
+    """Write the own hit of each obstacle's cell, nothing into the others, and their box."""
     n, cell = len(log_odds), found.cell
     low0, low1 = centre[0] - n // 2, centre[1] - n // 2
+    top, left, bottom, right = found.box
+    found.places[top:bottom, left:right] = NOWHERE
+    top, left, bottom, right = n, n, -1, -1
     for i in range(n):
         row = (low0 + i) & (n - 1)
         for j in range(n):
@@ -92,30 +98,36 @@ def _seed(
             if log_odds[row, column] > lethal:
                 found.places[i, j, 0] = (low0 + i + within[row, column, 0]) * cell
                 found.places[i, j, 1] = (low1 + j + within[row, column, 1]) * cell
-            else:
-                found.places[i, j, 0] = found.places[i, j, 1] = NOWHERE
+                top, left = min(top, i), min(left, j)
+                bottom, right = max(bottom, i), max(right, j)
+    # Most of the square is often far from all obstacles: it needs no sweep.
+    far = int(found.reach / cell) + 1
+    found.box[0], found.box[1] = max(top - far, 0), max(left - far, 0)
+    found.box[2], found.box[3] = min(bottom + far + 1, n), min(right + far + 1, n)
+    if bottom < 0:
+        found.box[:] = 0
 
 
 @kernel
 def _sweep(found: NearestHits) -> None:
     """Spread places to the neighbours that they are nearest to, down the rows and up again."""
-    n = len(found.places)
+    top, left, bottom, right = found.box
     for sweep in range(2):
         step = 1 - 2 * sweep
-        for a in range(n):
-            i = a if sweep == 0 else n - 1 - a
+        for a in range(bottom - top):
+            i = top + a if sweep == 0 else bottom - 1 - a
             before = i - step
-            for b in range(n):
-                j = b if sweep == 0 else n - 1 - b
-                if 0 <= before < n:
-                    for q in range(max(j - 1, 0), min(j + 2, n)):
+            for b in range(right - left):
+                j = left + b if sweep == 0 else right - 1 - b
+                if top <= before < bottom:
+                    for q in range(max(j - 1, left), min(j + 2, right)):
                         _take(found, i, j, before, q)
-                if 0 <= j - step < n:
+                if left <= j - step < right:
                     _take(found, i, j, i, j - step)
             # Back along the row: the other neighbour of the same row.
-            for b in range(n - 1, -1, -1):
-                j = b if sweep == 0 else n - 1 - b
-                if 0 <= j + step < n:
+            for b in range(right - left - 1, -1, -1):
+                j = left + b if sweep == 0 else right - 1 - b
+                if left <= j + step < right:
                     _take(found, i, j, i, j + step)
 
 

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
 
@@ -15,6 +16,7 @@ from worlds.hollow import HollowConfig, make_hollow
 from worlds.maze import MazeConfig, make_maze
 from worlds.natural import NaturalConfig, make_natural
 from worlds.world import World
+from worlds.world_files import SUFFIX, is_world_file, load_world
 
 PresetConfig = MazeConfig | NaturalConfig | HollowConfig
 """Configuration of any kind of world."""
@@ -86,7 +88,8 @@ def make_world(
     """Return a world; the same arguments give the same bytes.
 
     Args:
-        name: Name of the preset.
+        name: Name of the preset, or of a world's file, which ends in ``.safetensors``; a file holds
+            one world, whatever seed and difficulty are.
         seed: Seed within the preset's own family; the same seed of another preset is independent.
         difficulty: Difficulty from 0 to 1; None for the preset's own.
         config: Densities and sizes that replace the preset's own; None for those.
@@ -94,12 +97,18 @@ def make_world(
     Raises:
         UnknownWorldError: If there is no such preset.
         UnsolvableWorldError: If no world with safe paths is found in a few attempts.
+        WorldFileError: If a file is no world.
+        OSError: If it cannot be read.
         ValueError: If seed or difficulty are out of bounds.
     """
+    if is_world_file(name):
+        return load_world(Path(name))
     if config is None:
         if name not in presets():
             known = ", ".join(preset_names())
-            raise UnknownWorldError(f"world: expected one of {known}, got {name!r}")
+            raise UnknownWorldError(
+                f"world: expected one of {known} or a {SUFFIX} file, got {name!r}"
+            )
         config = presets()[name]
     if seed < 0:
         raise ValueError(f"seed: expected 0 or more, got {seed}")

@@ -8,17 +8,22 @@ pictures too; ``gdae`` is in the spirit of the world that GDAE trains in.
 
 Random rooms of seed K are for training and to develop in: ``random-K`` has thin walls,
 ``clutter-K`` pieces of all kinds that cover 8 to 27 %, ``clutter-movers-K`` the same with one to
-four movers.
+four movers, ``barn-K`` and ``barn-narrow-K`` cylinders after the rules of BARN.
+
+A name that ends in ``.toml`` is that of a file.
 """
 
 import tomllib
 from collections.abc import Callable
 from functools import cache, partial
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
+from worlds.barn import NARROW, barn_room
 from worlds.clutter import random_cluttered_room
 from worlds.random_rooms import random_walled_room
+from worlds.room_files import is_room_file, load_room
 from worlds.rooms import Room, RoomPlan
 
 _PLANS = "room_plans"
@@ -27,6 +32,8 @@ _RANDOM: dict[str, Callable[[int], Room]] = {
     "random": random_walled_room,
     "clutter": random_cluttered_room,
     "clutter-movers": partial(random_cluttered_room, movers=(1, 4)),
+    "barn": barn_room,
+    "barn-narrow": partial(barn_room, config=NARROW),
 }
 """What makes the random room of a seed, by kind."""
 
@@ -60,19 +67,30 @@ def _data(name: str) -> dict[str, Any]:
     """
     if name not in room_names():
         known = ", ".join((*room_names(), *(f"{kind}-K" for kind in _RANDOM)))
-        raise UnknownRoomError(f"room: expected one of {known}, got {name!r}")
+        raise UnknownRoomError(f"room: expected one of {known} or a .toml file, got {name!r}")
     text = files("worlds").joinpath(_PLANS, f"{name}.toml").read_text(encoding="utf-8")
     data = tomllib.loads(text)
     return _data(data.pop("like")) | data if "like" in data else data
 
 
-@cache
 def make_room(name: str) -> Room:
-    """Return a room by its name: that of a plan, or a kind of random room and its seed.
+    """Return a room by its name: that of a plan, a kind of random room and its seed, or a file's.
 
     Raises:
-        UnknownRoomError: If there is no room of that name.
+        UnknownRoomError: If there is no room of that name, or no such file.
+        RoomFileError: If the file is no room.
     """
+    if not is_room_file(name):
+        return _made(name)
+    try:
+        return load_room(Path(name))
+    except OSError as error:
+        raise UnknownRoomError(f"room: expected the file {name}, got {error.strerror}") from error
+
+
+@cache
+def _made(name: str) -> Room:
+    """Return a room that is in no file."""
     kind, _, number = name.rpartition("-")
     if kind in _RANDOM and number.isdecimal():
         return _RANDOM[kind](int(number))

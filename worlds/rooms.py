@@ -1,16 +1,17 @@
 """Rooms: walls, boxes and posts in the plane, for robots that drive by a planar laser."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 from scipy.ndimage import label
 
 from terrain.kernel import kernel
 from worlds.movers import MoverPlan
+from worlds.room_edges import edge_clearances, outline_edges
 from worlds.world import Start
 
 _BORDER = 0.2
@@ -41,6 +42,8 @@ class RoomPlan(BaseModel):
         circles: Circles: x, y, radius [m].
         posts: Centres of posts [m].
         post_radius: Radius of posts [m] (assumption).
+        outlines: Obstacles with slanted edges: corners of each, counter-clockwise [m]. What runs
+            clockwise inside of another is a hole, what has two corners a wall without thickness.
         start: Start of the fixed tasks: x, y [m], yaw [rad].
         goals: Goals of the fixed tasks [m].
         tour: True if each goal starts where the last one was, False if all start at ``start``.
@@ -48,6 +51,7 @@ class RoomPlan(BaseModel):
             [rad]: random tasks are the fixed ones with such starts. None draws them anywhere.
         movers: Obstacles that move, or come and go.
         judges: True if the room is for judging alone: nothing is trained, chosen or tuned in it.
+        origin: Place of the room's middle in the world that the room was made from [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -60,12 +64,14 @@ class RoomPlan(BaseModel):
     circles: tuple[tuple[float, float, float], ...] = ()
     posts: tuple[tuple[float, float], ...] = ()
     post_radius: float = Field(default=0.1, gt=0)
+    outlines: tuple[tuple[tuple[FiniteFloat, FiniteFloat], ...], ...] = ()
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)
     goals: tuple[tuple[float, float], ...] = ()
     tour: bool = False
     scatter: tuple[float, float, float] | None = None
     movers: tuple[MoverPlan, ...] = ()
     judges: bool = False
+    origin: tuple[float, float] = (0.0, 0.0)
 
     @model_validator(mode="after")
     def _check_scatter(self) -> Self:
@@ -102,6 +108,8 @@ class Room:
         scatter: Largest deviation of random starts from those of the fixed tasks, or None.
         movers: Obstacles that move, or come and go.
         judges: True if the room is for judging alone.
+        edges: Slanted edges of closed outlines: x, y at the begin and at the end, what is solid to
+            the left [m], float64, shape (e, 4).
     """
 
     name: str
@@ -112,6 +120,7 @@ class Room:
     scatter: tuple[float, float, float] | None = None
     movers: tuple[MoverPlan, ...] = ()
     judges: bool = False
+    edges: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
 
     @property
     def appearances(self) -> tuple[MoverPlan, ...]:
@@ -123,7 +132,7 @@ class Room:
         """Return the room of a plan.
 
         Raises:
-            ValueError: If a thin wall runs neither along x nor along y.
+            ValueError: If a thin wall runs neither along x nor along y, or an outline is none.
         """
         boxes = [*_boundary(plan.half), *plan.boxes, *_thin_walls(name, plan)]
         posts = [(x, y, plan.post_radius) for x, y in plan.posts]
@@ -137,6 +146,7 @@ class Room:
             scatter=plan.scatter,
             movers=plan.movers,
             judges=plan.judges,
+            edges=outline_edges(plan.outlines),
         )
 
     def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -145,7 +155,11 @@ class Room:
         Args:
             points: Points in the room [m], shape (k, 2).
         """
-        return _clearances(np.ascontiguousarray(points), self.boxes, self.circles)
+        places = np.ascontiguousarray(points, dtype=np.float64)
+        found = _clearances(places, self.boxes, self.circles)
+        if len(self.edges):
+            edge_clearances(places, self.edges, found)
+        return found
 
 
 @kernel

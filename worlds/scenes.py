@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from worlds.catalogue import make_world
 from worlds.rays import RayScene
 from worlds.world import Geofence, World
+from worlds.world_files import is_world_file
 
 _MARGIN = 1.0
 """Distance of the geofence from the world's border [m] (assumption)."""
@@ -47,7 +48,7 @@ class SceneCache:
         """Return the scene of a preset and a seed, from the cache or newly made.
 
         Args:
-            preset: Name of the preset.
+            preset: Name of the preset, or of a world's file.
             seed: Seed of the world.
             difficulty: Difficulty from 0 to 1; None for the preset's own.
 
@@ -55,7 +56,8 @@ class SceneCache:
             UnknownWorldError: If there is no such preset.
             UnsolvableWorldError: If no world with safe paths is found in a few attempts.
         """
-        key = (preset, seed, difficulty)
+        # A file holds one world.
+        key = (preset, 0, None) if is_world_file(preset) else (preset, seed, difficulty)
         if key not in self._scenes:
             world = make_world(preset, seed, difficulty)
             self._scenes[key] = Scene(world, RayScene(world))

@@ -12,6 +12,7 @@ from worlds.splits import EVALUATIONS
 
 if TYPE_CHECKING:
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.evaluation.barn import BarnEvaluationConfig
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.models import Models
@@ -19,12 +20,17 @@ if TYPE_CHECKING:
 
 _OFFROAD = "Off-road (--task offroad)"
 _ROOMS = "Rooms (--task spn)"
+_BARN = "Fields of cylinders (--task barn)"
+_BOTH = "Off-road and fields of cylinders"
+
+_OFFROAD_CONTROLLERS, _OFFROAD_TRIALS = "policy+planner,reactive", 20
+"""Defaults of ``--controllers`` and ``--trials`` off-road."""
 
 Rooms = Annotated[
     str,
     typer.Option(
         metavar="NAMES",
-        help="Rooms, comma-separated: env0 to env7, crowded, sudden, random-K.",
+        help="Rooms, comma-separated: env0 to env7, crowded, sudden, random-K, or .toml files.",
         rich_help_panel=_ROOMS,
     ),
 ]
@@ -49,33 +55,40 @@ Policies = Annotated[
 
 
 @dataclass(frozen=True)
-class OffroadEvaluationOptions:
-    """Off-road evaluation.
+class TrialOptions:
+    """What drives, and how often: ``--controllers``, ``--trials``."""
 
-    Options: ``--world``, ``--controllers``, ``--trials``, ``--goals``, ``--suite``.
-    """
+    controllers: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
+            "without a map; policy+planner, reactive+planner, planner, with the local planner; "
+            "oracle; random+planner, away+planner, null controllers. With --task barn some of "
+            "arcs, dwa, dwa-goal, gap, straight, random. The default is policy+planner,reactive "
+            "off-road, and all with --task barn.",
+            rich_help_panel=_BOTH,
+        ),
+    ] = None
+    trials: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=EVALUATIONS,
+            help="Number of trials of each controller, with --task barn in each world; 20, and 10 "
+            "with --task barn.",
+            rich_help_panel=_BOTH,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class OffroadEvaluationOptions:
+    """Off-road evaluation: ``--world``, ``--goals``, ``--suite``."""
 
     world: Annotated[str, typer.Option(help="World preset.", rich_help_panel=_OFFROAD)] = (
         "natural-test"
     )
-    controllers: Annotated[
-        str,
-        typer.Option(
-            help="Some of policy, actor-critic, reactive, straight, without a map; "
-            "policy+planner, reactive+planner, planner, with the local planner; oracle; "
-            "random+planner, away+planner, null controllers; comma-separated.",
-            rich_help_panel=_OFFROAD,
-        ),
-    ] = "policy+planner,reactive"
-    trials: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            max=EVALUATIONS,
-            help="Number of trials of each controller.",
-            rich_help_panel=_OFFROAD,
-        ),
-    ] = 20
     goals: Annotated[
         int,
         typer.Option(min=1, max=10, help="Number of goals in a row.", rich_help_panel=_OFFROAD),
@@ -88,7 +101,9 @@ class OffroadEvaluationOptions:
         ),
     ] = None
 
-    def base(self, robot: "SimulatedRobotConfig", seed: int) -> "EvaluationConfig":
+    def base(
+        self, robot: "SimulatedRobotConfig", seed: int, driven: TrialOptions
+    ) -> "EvaluationConfig":
         """Return the evaluation of a robot.
 
         Raises:
@@ -99,15 +114,23 @@ class OffroadEvaluationOptions:
         from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
         from andabata.evaluation.evaluate import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
+        from worlds.world_files import SUFFIX, is_world_file
 
-        if self.world not in preset_names():
+        if self.world not in preset_names() and not is_world_file(self.world):
             known = ", ".join(preset_names())
-            raise UnknownWorldError(f"--world: expected one of {known}, got {self.world!r}")
+            raise UnknownWorldError(
+                f"--world: expected one of {known} or a {SUFFIX} file, got {self.world!r}"
+            )
         return EvaluationConfig(
             suite=self.suite,
             world=self.world,
-            controllers=words(self.controllers, CONTROLLERS, "--controllers", RENAMED_CONTROLLERS),
-            trials=self.trials,
+            controllers=words(
+                _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers,
+                CONTROLLERS,
+                "--controllers",
+                RENAMED_CONTROLLERS,
+            ),
+            trials=_OFFROAD_TRIALS if driven.trials is None else driven.trials,
             goals=self.goals,
             seed=seed,
             simulated_robot=robot,
@@ -153,6 +176,89 @@ class RoomEvaluationOptions:
             memories=memory_words(self.memory),
             pairs=self.pairs,
             seed=seed,
+        )
+
+
+@dataclass(frozen=True)
+class BarnEvaluationOptions:
+    """Evaluation in fields of cylinders.
+
+    Options: ``--worlds``, ``--official``, ``--fields``, ``--vehicle``, ``--told``.
+    """
+
+    worlds: Annotated[
+        str,
+        typer.Option(
+            metavar="DIR",
+            help="Folder with world_N.world, packed by gzip or not, and path_N.npy; or generated.",
+            rich_help_panel=_BARN,
+        ),
+    ] = "generated"
+    official: Annotated[
+        bool,
+        typer.Option(
+            "--official",
+            help="The benchmark's own runs: ten in each world, every sixth of all 300, its robot.",
+            rich_help_panel=_BARN,
+        ),
+    ] = False
+    fields: Annotated[
+        str,
+        typer.Option(
+            help="Rules of generated worlds: published, or narrow, whose widest way is 0.60 m.",
+            rich_help_panel=_BARN,
+        ),
+    ] = "published"
+    vehicle: Annotated[
+        str,
+        typer.Option(
+            help="barn, barn-hull with the wheels' outline, barn-slow, or barn-drawn with dynamics "
+            "drawn for each run.",
+            rich_help_panel=_BARN,
+        ),
+    ] = "barn"
+    told: Annotated[
+        bool,
+        typer.Option(
+            "--told",
+            help="Tell controllers the dynamics of --vehicle; without, they take it for barn.",
+            rich_help_panel=_BARN,
+        ),
+    ] = False
+
+    def base(self, seed: int, driven: TrialOptions) -> "BarnEvaluationConfig":
+        """Return the evaluation.
+
+        Raises:
+            UsageError: If there is no such controller, vehicle or kind of fields, or an option
+                contradicts ``--official``.
+        """
+        from andabata.app.usage import one_word, words
+        from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
+        from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+        from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
+
+        names, every = driven.controllers, tuple(PLANAR_NAVIGATORS)
+        trials = OFFICIAL_TRIALS if driven.trials is None else driven.trials
+        vehicle = one_word(self.vehicle, tuple(PLANAR_VEHICLES), "--vehicle")
+        fields = one_word(self.fields, ("published", "narrow"), "--fields")
+        own = self.worlds != GENERATED and vehicle == "barn" and trials == OFFICIAL_TRIALS
+        if self.official and not own:
+            raise UsageError(
+                "--official: expected a folder of worlds, the robot barn and ten trials, got other "
+                "options; leave out --official, or --vehicle and --trials"
+            )
+        return BarnEvaluationConfig.model_validate(
+            {
+                "worlds": self.worlds,
+                "fields": fields,
+                "controllers": every if names is None else words(names, every, "--controllers"),
+                "trials": trials,
+                "official": self.official,
+                "vehicle": PLANAR_VEHICLES[vehicle],
+                "believed": None if self.told else PLANAR_VEHICLES["barn"],
+                "seed": seed,
+            }
         )
 
 

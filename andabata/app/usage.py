@@ -33,6 +33,17 @@ def words(
     return found
 
 
+def one_word(text: str, known: Sequence[str], option: str) -> str:
+    """Return the value of an option that takes one of some words.
+
+    Raises:
+        UsageError: If it is none of them.
+    """
+    if text not in known:
+        raise UsageError(f"{option}: expected one of {', '.join(known)}, got {text!r}")
+    return text
+
+
 def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
     """Return the comma-separated numbers of an option.
 

@@ -24,7 +24,7 @@ def world_summary(world: World) -> dict[str, Any]:
             reason.name.lower(): float((world.truth.reason == reason).mean()) for reason in Reason
         },
         "tasks": len(world.tasks),
-        "goals_per_task": len(world.tasks[0].goals),
+        "goals_per_task": len(world.tasks[0].goals) if world.tasks else 0,
     }
 
 

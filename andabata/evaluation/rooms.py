@@ -36,6 +36,7 @@ from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
 from andabata.tasks.spn_config import SpnConfig
 from rl.policy import Policy, policy_from_bytes
 from worlds.room_catalogue import make_room
+from worlds.room_files import is_room_file, plan_digest
 from worlds.rooms import Room, RoomTask, random_task
 
 REACTIVE, WITH_MAP = "reactive", "map"
@@ -170,6 +171,8 @@ def drive_cells(
     files = {name: policy.to_bytes() for name, policy in policies.items()}
     hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
     about = {"config": config.model_dump(mode="json"), "policies": hashes, "commit": commit()}
+    if own := {name: plan_digest(Path(name)) for name in config.rooms if is_room_file(name)}:
+        about["rooms"] = own  # A file may have changed since.
     kept = Journal(journal, about)
     done = {result.cell: result for result in map(CellResult.from_json, kept.entries)}
     cells = cells_of(config, tuple(policies))

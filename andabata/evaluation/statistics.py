@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 Z95 = 1.959964
 """Quantile of the normal distribution that bounds 95 % on both sides."""
@@ -70,6 +71,43 @@ class Difference(NamedTuple):
     mean: float
     low: float
     high: float
+
+
+class Mean(NamedTuple):
+    """Mean with its interval.
+
+    Attributes:
+        mean: Mean.
+        low: Lower end of the interval, None if one task says nothing of the spread.
+        high: Upper end of the interval, or None.
+    """
+
+    mean: float
+    low: float | None
+    high: float | None
+
+
+def clustered_mean(values: NDArray[np.float64], level: float = 0.95) -> Mean:
+    """Return the mean of a measure of repeated trials with the interval of other tasks of the kind.
+
+    Trials of a task are alike, so it is the means of the tasks that spread; the interval is
+    Student's over them.
+
+    Args:
+        values: Measure of each trial, shape (trials, tasks).
+        level: Probability of the interval.
+
+    Raises:
+        ValueError: If there is no trial or no task.
+    """
+    if values.ndim != 2 or not values.size:
+        raise ValueError(f"values: expected trials x tasks, got shape {values.shape}")
+    by_task = values.mean(axis=0)
+    mean, count = float(by_task.mean()), len(by_task)
+    if count < 2:
+        return Mean(mean, None, None)
+    reach = float(student.ppf((1 + level) / 2, count - 1) * by_task.std(ddof=1)) / math.sqrt(count)
+    return Mean(mean, mean - reach, mean + reach)
 
 
 def paired_difference(

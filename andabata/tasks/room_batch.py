@@ -201,14 +201,18 @@ def room_arrays(rooms: Sequence[Room]) -> Rooms:
     """Return rooms padded to the obstacles of the fullest."""
     boxes = np.zeros((len(rooms), max(len(room.boxes) for room in rooms), 4))
     circles = np.zeros((len(rooms), max(len(room.circles) for room in rooms), 3))
+    edges = np.zeros((len(rooms), max(len(room.edges) for room in rooms), 4))
     for k, room in enumerate(rooms):
         boxes[k, : len(room.boxes)] = room.boxes
         circles[k, : len(room.circles)] = room.circles
+        edges[k, : len(room.edges)] = room.edges
     return Rooms(
         boxes,
         np.array([len(room.boxes) for room in rooms]),
         circles,
         np.array([len(room.circles) for room in rooms]),
+        edges,
+        np.array([len(room.edges) for room in rooms]),
     )
 
 

@@ -1,9 +1,9 @@
 """Compiled pass of disc robots in rooms: motion, contact, rays.
 
 Rays are cast by angular spans. Along a straight face the reciprocal of the distance is linear in
-the cosine and the sine of a beam's bearing, so that each visible face of a box is one multiply and
-maximum over the beams of its angular interval; nothing is walked, and the result is exact. The
-reciprocals are what networks take, too.
+the cosine and the sine of a beam's bearing, so that each visible face of a box, and each slanted
+edge of another obstacle, is one multiply and maximum over the beams of its angular interval;
+nothing is walked, and the result is exact. The reciprocals are what networks take, too.
 """
 
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from andabata.tasks.mover_kernel import advance, contact_with_mover
 from andabata.tasks.movers import Contact, Movers
 from terrain.kernel import inlined_kernel, kernel
+from worlds.room_edges import edge_clearance
 
 MIN_RANGE = 0.02
 """Smallest distance that a beam or a point can have [m]: reciprocals stay finite at contact."""
@@ -23,6 +24,9 @@ X, Y, YAW, V, W = range(5)
 
 _EDGE = 1e-9
 """Widening of an interval [beams]: what is at an edge must not be lost to rounding."""
+
+_END_ON = 1e-9
+"""Distance from an edge's line up to which the edge is seen end on [m]."""
 
 _TURN = 2 * np.pi
 
@@ -37,12 +41,16 @@ class Rooms(NamedTuple):
         box_counts: Number of boxes of each room, shape (r,).
         circles: x, y, radius [m], shape (r, most, 3).
         circle_counts: Number of circles of each room, shape (r,).
+        edges: Slanted edges: x, y at the begin and at the end [m], shape (r, most, 4).
+        edge_counts: Number of edges of each room, shape (r,).
     """
 
     boxes: NDArray[np.float64]
     box_counts: NDArray[np.int64]
     circles: NDArray[np.float64]
     circle_counts: NDArray[np.int64]
+    edges: NDArray[np.float64]
+    edge_counts: NDArray[np.int64]
 
 
 class Lasers(NamedTuple):
@@ -170,6 +178,9 @@ def standing_clearance(x: float, y: float, room: int, rooms: Rooms) -> float:
     for c in range(rooms.circle_counts[room]):
         circle = rooms.circles[room, c]
         nearest = min(nearest, np.hypot(circle[0] - x, circle[1] - y) - circle[2])
+    if rooms.edge_counts[room]:
+        aside = edge_clearance(x, y, rooms.edges[room], rooms.edge_counts[room])
+        nearest = min(nearest, aside)
     return nearest
 
 
@@ -220,6 +231,8 @@ def cast(
         for o in range(rooms.circle_counts[room]):
             circle = rooms.circles[room, o]
             _circle(row, directions, view, circle[0], circle[1], circle[2])
+        for e in range(rooms.edge_counts[room]):
+            _edge(row, directions, view, rooms.edges[room, e])
         for m in range(movers.radii.shape[1]):
             if movers.radii[k, m] > 0.0:
                 x, y = movers.places[k, m]
@@ -267,6 +280,37 @@ def _box(
     else:
         one, other = np.arctan2(along, west), np.arctan2(along, east)
         _face(row, directions, view, one, other, view.s / along, view.c / along)
+
+
+@kernel
+def _edge(
+    row: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    view: View,
+    edge: NDArray[np.float64],
+) -> None:
+    """Take the larger reciprocals of a slanted edge, seen from either side, into a row of beams.
+
+    Args:
+        row: Reciprocals, changed in place.
+        directions: Cosine and sine of each beam's bearing from the heading, shape (2, b).
+        view: Laser in the room.
+        edge: x, y at the begin and at the end [m].
+    """
+    ax, ay = edge[0] - view.x, edge[1] - view.y
+    bx, by = edge[2] - view.x, edge[3] - view.y
+    dx, dy = bx - ax, by - ay
+    length = dx * dx + dy * dy
+    share = min(max(-(ax * dx + ay * dy) / length, 0.0), 1.0)
+    nearest_x, nearest_y = ax + share * dx, ay + share * dy
+    if nearest_x * nearest_x + nearest_y * nearest_y > view.max_range * view.max_range:
+        return
+    # The line is (dy, -dx) (p - a) = 0. Seen end on, its edges' neighbours are what beams meet.
+    away = dy * ax - dx * ay
+    if abs(away) < _END_ON * np.sqrt(length):
+        return
+    u, v = (dy * view.c - dx * view.s) / away, -(dx * view.c + dy * view.s) / away
+    _face(row, directions, view, np.arctan2(ay, ax), np.arctan2(by, bx), u, v)
 
 
 @inlined_kernel

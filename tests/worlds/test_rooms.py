@@ -33,6 +33,26 @@ def test_clearance_of_boxes_and_circles_is_exact():
     np.testing.assert_allclose(made.clearance(points), [0.3, 0.25, -0.1, 0.2, -0.2])
 
 
+def test_clearance_of_outlines_is_that_of_their_edges_beside_all_else():
+    """The nearest of boxes, circles and outlines counts, inside of an outline less than nothing."""
+    made = room(outlines=[((0.0, -0.3), (0.3, 0.0), (0.0, 0.3))], circles=[(-1.0, 0.0, 0.3)])
+    points = np.array([[0.3, 0.3], [-0.2, 0.1], [-0.5, 0.0], [0.1, 0.0], [0.0, 0.9]])
+    expected = [0.3 * np.sqrt(0.5), 0.2, 0.2, -0.1, 0.1]
+    np.testing.assert_allclose(made.clearance(points), expected)
+
+
+def test_clearance_of_many_points_is_that_of_each():
+    """What is found in parts is what each point has alone; no points are none."""
+    circles = [(0.01 * k, 0.5, 0.001) for k in range(-200, 200)]
+    made = room(boxes=[(0.0, -0.2, 0.4, 0.2)], circles=circles)
+    points = np.random.default_rng(2).uniform((-2.0, -1.0), (2.0, 1.0), (6000, 2))
+    found = made.clearance(points)
+    assert found.shape == (6000,)
+    for k in (0, 2499, 2500, 4999, 5999):
+        assert found[k] == made.clearance(points[k : k + 1])[0]
+    assert made.clearance(points[:0]).shape == (0,)
+
+
 def test_thin_walls_and_posts_have_their_thickness():
     """A wall along an axis is a box half its thickness around it; a post is a circle."""
     made = room(walls=[(1.0, 0.5, 0.0, 0.5), (-1.0, -1.0, -1.0, 0.0)], posts=[(0.0, -0.5)])
@@ -89,16 +109,6 @@ def test_coverage_is_the_share_of_boxes_and_circles():
     assert coverage(room(boxes=[(0.0, -0.5, 1.0, 0.5)] * 2)) == pytest.approx(1 / 8)
     made = room(boxes=[(1.0, 0.0, 9.0, 1.0)], circles=[(-1.0, 0.0, 0.5)])
     assert coverage(made) == pytest.approx((1.0 + np.pi / 4) / 8, abs=2e-3)
-
-
-def test_clearance_of_many_points_is_that_of_each():
-    """Points beyond one chunk are not lost or mixed, and none have none."""
-    made = make_room("spn-crowded")
-    points = np.random.default_rng(0).uniform(-3.0, 3.0, (9000, 2))
-    together = made.clearance(points)
-    for k in (0, 4095, 4096, 8191, 8192, 8999):
-        assert together[k] == made.clearance(points[k : k + 1])[0]
-    assert made.clearance(np.zeros((0, 2))).shape == (0,)
 
 
 def test_a_random_place_is_one_of_the_free_ones():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -240,6 +241,8 @@ def _draw_room(axes: Axes, room: Room) -> None:
         axes.add_patch(box)
     for x, y, radius in room.circles.tolist():
         axes.add_patch(Circle((x, y), radius, color=_SOLID, linewidth=0.8))
+    edges = [[(a, b), (c, d)] for a, b, c, d in room.edges.tolist()]
+    axes.add_collection(LineCollection(edges, colors=_SOLID, linewidths=1.2))
     axes.set_aspect("equal")
     axes.set_xlim(-room.half[0] - 0.2, room.half[0] + 0.2)
     axes.set_ylim(-room.half[1] - 0.2, room.half[1] + 0.2)

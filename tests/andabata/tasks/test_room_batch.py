@@ -93,13 +93,16 @@ def test_a_step_by_the_batch_is_a_step_alone():
 
 def test_rooms_are_padded_to_the_fullest():
     """Counts say what of the padded arrays is a room's."""
-    rooms = [EMPTY, WALL, make_room("spn-env7")]
+    wall = RoomPlan(about="", half=(1.0, 1.0), outlines=(((0.0, 0.0), (0.3, 0.4)),))
+    rooms = [EMPTY, WALL, make_room("spn-env7"), Room.of("slanted", wall)]
     arrays = room_arrays(rooms)
-    assert arrays.box_counts.tolist() == [4, 5, len(rooms[2].boxes)]
-    assert arrays.circle_counts.tolist() == [0, 0, 3]
+    assert arrays.box_counts.tolist() == [4, 5, len(rooms[2].boxes), 4]
+    assert arrays.circle_counts.tolist() == [0, 0, 3, 0]
+    assert arrays.edge_counts.tolist() == [0, 0, 0, 2]
     for k, room in enumerate(rooms):
         np.testing.assert_array_equal(arrays.boxes[k, : len(room.boxes)], room.boxes)
         np.testing.assert_array_equal(arrays.circles[k, : len(room.circles)], room.circles)
+        np.testing.assert_array_equal(arrays.edges[k, : len(room.edges)], room.edges)
 
 
 def mover(x, y, velocity=(0.0, 0.0), **plan):

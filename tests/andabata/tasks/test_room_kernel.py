@@ -41,6 +41,29 @@ def random_room(rng):
     return Room.of("test", plan)
 
 
+def slanted_room(rng):
+    """Return a room of turned boxes, triangles and walls without thickness."""
+    outlines = []
+    for middle in rng.uniform((-3.5, -2.5), (3.5, 2.5), (14, 2)):
+        count = int(rng.integers(2, 6))
+        angles = np.sort(rng.uniform(-np.pi, np.pi, count))
+        corners = np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.1, 0.6)
+        outlines.append(tuple(map(tuple, (middle + corners).tolist())))
+    return Room.of("slanted", RoomPlan(about="test", half=(4.0, 3.0), outlines=tuple(outlines)))
+
+
+def segment_ranges(edges, origin, bearings, reach):
+    """Return the distance along each beam to the nearest of all edges, all against all [m]."""
+    start, along = edges[:, :2] - origin, edges[:, 2:] - edges[:, :2]
+    beams = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = beams[..., 0] * along[:, 1] - beams[..., 1] * along[:, 0]
+        away = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / determinant
+        share = (start[:, 0] * beams[..., 1] - start[:, 1] * beams[..., 0]) / determinant
+    met = (away > 0) & (share >= 0) & (share <= 1)
+    return np.where(met, away, reach).min(axis=1, initial=reach)
+
+
 def free_motions(made, rng, count, least=0.2):
     """Return robots at rest, with clearance and any heading."""
     places = rng.uniform((-4.0, -3.0), (4.0, 3.0), (200 * count, 2))
@@ -66,16 +89,18 @@ def reference(made, motion, lidar):
     c, s = np.cos(motion[2]), np.sin(motion[2])
     origin = motion[:2] + lidar.x * np.array([c, s]) + lidar.y * np.array([-s, c])
     bearings = motion[2] + np.radians(lidar.yaw_deg) + lidar.bearings
-    return slab_ranges(made.boxes, made.circles, origin, bearings, lidar.max_range)
+    level = slab_ranges(made.boxes, made.circles, origin, bearings, lidar.max_range)
+    return np.minimum(level, segment_ranges(made.edges, origin, bearings, lidar.max_range))
 
 
+@pytest.mark.parametrize("kind", [random_room, slanted_room])
 @pytest.mark.parametrize("lidar", LIDARS, ids=lambda lidar: lidar.label)
-def test_rays_are_exact(lidar):
+def test_rays_are_exact(lidar, kind):
     """Ranges in random rooms are those of the reference within 1e-5 m, but at grazed edges."""
     rng = np.random.default_rng(7)
     beams = grazed = 0
     for _ in range(12):
-        made = random_room(rng)
+        made = kind(rng)
         motions = free_motions(made, rng, 8)
         for motion, row in zip(motions, scan(made, motions, lidar), strict=True):
             expected = reference(made, motion, lidar)
@@ -96,6 +121,29 @@ def test_beams_along_the_axes_meet_what_is_there(turn):
         # The beams start behind the robot: west at yaw 0.
         expected = np.roll([3.0, 2.0 + y, ahead, 2.0 - y], -int(2 * turn))
         np.testing.assert_allclose(1.0 / row, expected, rtol=1e-6)
+
+
+def test_a_turned_room_is_seen_as_the_room_itself():
+    """Boxes as outlines, turned with the robot about the middle, give the same beams."""
+    rng = np.random.default_rng(13)
+    made = random_room(rng)
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s], [s, c]])
+    corners = made.boxes[:, [0, 1, 2, 1, 2, 3, 0, 3]].reshape(-1, 4, 2) @ turn.T
+    centres = made.circles[:, :2] @ turn.T
+    plan = RoomPlan(
+        about="turned",
+        half=(40.0, 40.0),
+        outlines=tuple(tuple(map(tuple, each)) for each in corners.tolist()),
+        circles=tuple(map(tuple, np.column_stack([centres, made.circles[:, 2]]).tolist())),
+    )
+    motions = free_motions(made, rng, 10)
+    turned = motions.copy()
+    turned[:, :2], turned[:, 2] = motions[:, :2] @ turn.T, motions[:, 2] + 0.7
+    lidar = LIDARS[1]
+    seen = scan(Room.of("turned", plan), turned, lidar)
+    # A beam in 10,000 may pass a corner on the other side.
+    assert (abs(1 / seen - 1 / scan(made, motions, lidar)) > 2e-5).mean() < 1e-4
 
 
 def test_the_order_of_obstacles_does_not_matter():
@@ -153,10 +201,23 @@ def test_a_laser_at_or_inside_an_obstacle_stays_finite(gap):
         assert (found.max(axis=1) == np.float32(1.0 / MIN_RANGE)).all()
 
 
-def test_clearance_is_that_of_the_room():
+@pytest.mark.parametrize("gap", [1e-3, 1e-9, 0.0, -1e-9, -0.1])
+def test_a_laser_at_a_slanted_edge_stays_finite(gap):
+    """Beams from the edge, from before it and from behind it end between the least and the most."""
+    corners = ((0.0, 0.0), (1.0, 1.0), (-1.0, 1.0))
+    made = Room.of("test", RoomPlan(about="test", half=(4.0, 3.0), outlines=(corners,)))
+    x, y = np.array([0.5, 0.5]) + gap * np.array([1.0, -1.0])
+    lidar = PlanarLidarConfig(fov_deg=360, resolution_deg=1)
+    found = scan(made, np.array([[x, y, 0.3, 0.0, 0.0], [0.0, -gap, 0.0, 0.0, 0.0]]), lidar)
+    assert found.min() >= np.float32(1.0 / lidar.max_range)
+    assert found.max() <= np.float32(1.0 / MIN_RANGE)
+
+
+@pytest.mark.parametrize("kind", [random_room, slanted_room])
+def test_clearance_is_that_of_the_room(kind):
     """Outside of obstacles it is the room's own; a mover counts, and one of radius 0 does not."""
     rng = np.random.default_rng(11)
-    made = random_room(rng)
+    made = kind(rng)
     rooms, movers = room_arrays([make_room("spn-env0"), made]), Movers.none(1, 2)
     points = rng.uniform((-4.0, -3.0), (4.0, 3.0), (500, 2))
     points = points[made.clearance(points) > 0.0]

@@ -1,0 +1,213 @@
+"""The BARN benchmark: navigators on the same worlds with the same noise, scored by its rules.
+
+A run starts at rest with its goal 10 m ahead. The clock runs from 0.1 m of motion; a run succeeds
+within 1 m of the goal, and fails with any contact or after 100 s. Its score is success x OT /
+clip(t, 2 OT, 8 OT), at most 0.5, where OT is the time of the world's path at 2 m/s. Since half of
+the largest speed earns the full score, ``uncapped`` stands beside it: success x OT / clip(t, OT,
+8 OT). Worlds here are public or generated and the simulator is light: no place in a competition.
+"""
+
+import hashlib
+import zlib
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.engine import run_tasks
+from andabata.evaluation.barn_table import BarnRun
+from andabata.evaluation.journal import Journal
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
+from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
+from andabata.records.runs import commit
+from andabata.tasks.planar_drive import (
+    BARN_LIDAR,
+    DriveRules,
+    SimulatedPlanarRobot,
+    drive_to_goal,
+)
+from worlds.barn import NARROW, PUBLISHED, BarnWorld, barn_world
+from worlds.barn_files import BarnFile, barn_files, read_barn_world
+
+GENERATED = "generated"
+"""Worlds of the project's own generator, in the place of a folder."""
+
+OFFICIAL_TRIALS = 10
+"""Number of runs of each world that the benchmark takes."""
+
+ALL_WORLDS, EVERY = 300, 6
+"""Number of the benchmark's worlds, and which of them it scores: every sixth from 0."""
+
+FIRST_JUDGING = 100_000
+"""Seed of the first generated world that judges; smaller ones are for tuning."""
+
+OnWorld = Callable[[str, list[BarnRun] | None], None]
+"""Function that takes a world and its runs, None for a world that stood in the journal."""
+
+
+class BarnEvaluationConfig(BaseModel):
+    """Settings of an evaluation.
+
+    Attributes:
+        worlds: Folder of the benchmark's worlds, or ``generated``.
+        fields: Rules of generated worlds: as published, or harder ones.
+        count: Number of generated worlds.
+        first_seed: Seed of the first generated world; each has the next one.
+        controllers: Names of the navigators.
+        trials: Number of runs of each world.
+        official: True if these are the benchmark's own worlds, trials, robot and rules.
+        vehicle: Robot that is driven.
+        believed: Robot that the navigators take it for; None tells them the true dynamics, those
+            before any draws.
+        lidar: Laser.
+        rules: Rules of a run.
+        seed: Seed of all noise.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    worlds: str = GENERATED
+    fields: Literal["published", "narrow"] = "published"
+    count: int = Field(default=50, ge=1, le=100_000)
+    first_seed: int = Field(default=FIRST_JUDGING, ge=0)
+    controllers: tuple[str, ...] = tuple(PLANAR_NAVIGATORS)
+    trials: int = Field(default=OFFICIAL_TRIALS, ge=1, le=10_000)
+    official: bool = False
+    vehicle: PlanarVehicleConfig = PLANAR_VEHICLES["barn"]
+    believed: PlanarVehicleConfig | None = PLANAR_VEHICLES["barn"]
+    lidar: PlanarLidarConfig = BARN_LIDAR
+    rules: DriveRules = DriveRules()
+    seed: int = Field(default=0, ge=0)
+
+
+def world_names(config: BarnEvaluationConfig) -> tuple[str, ...]:
+    """Return the names of an evaluation's worlds.
+
+    Raises:
+        BarnFileError: If a folder is not as the benchmark has it.
+    """
+    if config.worlds == GENERATED:
+        kind = "barn" if config.fields == "published" else "barn-narrow"
+        return tuple(f"{kind}-{config.first_seed + k}" for k in range(config.count))
+    return tuple(file.name for file in _files(config))
+
+
+def _files(config: BarnEvaluationConfig) -> tuple[BarnFile, ...]:
+    """Return the files of an evaluation's worlds: the public ones alone of a full official set."""
+    files = barn_files(Path(config.worlds))
+    if config.official and len(files) >= ALL_WORLDS:
+        return tuple(file for file in files if file.number % EVERY == 0)
+    return files
+
+
+def load_world(config: BarnEvaluationConfig, name: str) -> BarnWorld:
+    """Return a world of an evaluation by its name.
+
+    Raises:
+        SdfError: If a world file is none.
+        BarnFileError: If a path file is none.
+    """
+    if config.worlds == GENERATED:
+        seed = int(name.rpartition("-")[2])
+        return barn_world(seed, PUBLISHED if config.fields == "published" else NARROW)
+    (file,) = (file for file in _files(config) if file.name == name)
+    return read_barn_world(file)
+
+
+def drive_world(config: BarnEvaluationConfig, name: str) -> list[BarnRun]:
+    """Return the runs of all controllers in one world; a trial has the same noise for all.
+
+    Raises:
+        SdfError: If a world file is none.
+        BarnFileError: If a path file is none.
+    """
+    world = load_world(config, name)
+    return [
+        drive_once(config, world, name, controller, trial)
+        for controller in config.controllers
+        for trial in range(config.trials)
+    ]
+
+
+def drive_once(
+    config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
+) -> BarnRun:
+    """Return one run.
+
+    Args:
+        config: Settings.
+        world: World.
+        name: Name of the world, from which the noise is drawn.
+        controller: Name of the navigator.
+        trial: Number of the run in its world.
+    """
+    key = [config.seed, zlib.crc32(name.encode()), trial]
+    (task,) = world.room.tasks
+    robot = SimulatedPlanarRobot(
+        world.room, task, config.vehicle, config.lidar, np.random.default_rng([*key, 0])
+    )
+    # The outline is in the robot's papers; its dynamics need not be.
+    believed = (config.believed or config.vehicle).model_copy(
+        update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
+    )
+    navigator = PLANAR_NAVIGATORS[controller](believed, np.random.default_rng([*key, 1]))
+    result = drive_to_goal(navigator, robot, task, config.rules)
+    return BarnRun(
+        controller=controller,
+        world=name,
+        trial=trial,
+        outcome=result.outcome,
+        time=round(result.time, 6),
+        optimal_time=world.optimal_time,
+        left=result.left,
+        speed=result.speed,
+    )
+
+
+def evaluate_barn(
+    config: BarnEvaluationConfig,
+    workers: int = 1,
+    journal: Path | None = None,
+    on_world: OnWorld | None = None,
+) -> list[BarnRun]:
+    """Drive all worlds and return the runs, by world, controller and trial.
+
+    Args:
+        config: Settings.
+        workers: Number of processes; the result does not depend on it.
+        journal: JSON-lines file to which the runs of finished worlds are appended; worlds that
+            stand in it are not driven again, so that a killed evaluation goes on where it was, by
+            the same code.
+        on_world: Function that is called with each world and its runs, before it counts as
+            finished; at once for each world of the journal.
+
+    Raises:
+        ValueError: If the journal belongs to another evaluation, or a folder or file is not as the
+            benchmark has it.
+    """
+    names = world_names(config)
+    about: dict[str, Any] = {"config": config.model_dump(mode="json"), "commit": commit()}
+    if config.worlds != GENERATED:
+        about["files"] = {file.name: _digest(file) for file in _files(config)}
+    kept = Journal(journal, about)
+    done = {entry["world"]: entry["runs"] for entry in kept.entries}
+    found = {name: [BarnRun.from_json(run) for run in runs] for name, runs in done.items()}
+    if on_world is not None:
+        for name in found:
+            on_world(name, None)
+    missing = [name for name in names if name not in found]
+    for name, runs in run_tasks(partial(drive_world, config), missing, workers):
+        found[name] = runs
+        if on_world is not None:
+            on_world(name, runs)
+        kept.append({"world": name, "runs": [run.to_json() for run in runs]})
+    return [run for name in names for run in found[name]]
+
+
+def _digest(file: BarnFile) -> str:
+    """Return the SHA-256 of a world's files: they may have changed since."""
+    return hashlib.sha256(file.world.read_bytes() + file.path.read_bytes()).hexdigest()

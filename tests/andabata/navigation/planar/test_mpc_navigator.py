@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from andabata.machine.footprint import Obstacles, box_footprint
+from andabata.machine.footprint import Obstacles
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_readings import PlanarPose, PlanarReadings
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicle
-from andabata.navigation.planar_mpc import PlanarMpc, PlanarMpcConfig, PlanarRobotConfig
+from andabata.navigation.planar.mpc_navigator import MpcNavigator, MpcNavigatorConfig
 from andabata.navigation.planning.planar_dynamics import PlanarDynamics
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=0.75, max_range=10.0)
@@ -37,6 +37,12 @@ def readings(pose=START, velocity=REST, ranges=None):
     return PlanarReadings(0.0, pose, velocity, ranges_from(pose) if ranges is None else ranges)
 
 
+def made(config=None, is_told=False, vehicle="barn"):
+    """Return a navigator."""
+    rng = np.random.default_rng(0)
+    return MpcNavigator(PLANAR_VEHICLES[vehicle], rng, config, is_told)
+
+
 def driven(navigator, vehicle, seconds=8.0):
     """Drive to the goal; return the time it took [s], infinite for contact, and the robot."""
     circles = np.column_stack([POSTS, np.full(len(POSTS), RADIUS)])
@@ -61,7 +67,7 @@ def driven(navigator, vehicle, seconds=8.0):
 @pytest.mark.parametrize("vehicle", ["barn", "barn-slow"])
 def test_it_arrives_among_posts_without_contact_and_knows_the_dynamics(vehicle):
     """Nobody told it the delay, lag and acceleration, and it is fast all the same."""
-    navigator, config = PlanarMpc(), PLANAR_VEHICLES[vehicle]
+    navigator, config = made(), PLANAR_VEHICLES[vehicle]
     time, robot = driven(navigator, vehicle)
     assert not robot.has_contact
     assert time < 6.0
@@ -72,17 +78,16 @@ def test_it_arrives_among_posts_without_contact_and_knows_the_dynamics(vehicle):
 
 def test_told_dynamics_are_kept():
     """Nothing is identified then."""
-    told = PlanarDynamics(0.1, 0.1, 2.0, 6.0)
-    navigator = PlanarMpc(told=told)
+    navigator = made(is_told=True, vehicle="barn-slow")
     navigator.reset(LIDAR, GOAL)
     for _ in range(5):
         navigator.act(readings(velocity=Twist(0.5, 0.0)))
-    assert navigator.dynamics == told
+    assert navigator.dynamics == PlanarDynamics(0.15, 0.25, 1.5, 8.0)
 
 
 def test_after_a_reset_it_commands_the_same_again():
     """Map, plan, dynamics and random numbers begin anew."""
-    navigator, twists = PlanarMpc(), []
+    navigator, twists = made(), []
     for _ in range(2):
         navigator.reset(LIDAR, GOAL)
         poses = [PlanarPose(0.02 * k, 0.0, 0.0) for k in range(6)]
@@ -92,7 +97,7 @@ def test_after_a_reset_it_commands_the_same_again():
 
 def test_a_robot_that_does_not_move_gives_up_a_part_of_its_margin():
     """Only after the time without displacement, and not once it moves again."""
-    navigator = PlanarMpc(PlanarMpcConfig(stuck_time=0.5))
+    navigator = made(MpcNavigatorConfig(stuck_time=0.5))
     navigator.reset(LIDAR, GOAL)
     here = np.zeros(2)
     shares = []
@@ -102,11 +107,6 @@ def test_a_robot_that_does_not_move_gives_up_a_part_of_its_margin():
     assert shares[:9] == [0.0] * 9
     assert shares[-1] == navigator.config.daring
     assert navigator._daring(np.array([1.0, 0.0])) == 0.0
-
-
-def test_half_the_width_of_a_footprint_is_its_least_distance_from_the_centre():
-    """The sides of a box are nearer than its front."""
-    assert PlanarRobotConfig(footprint=box_footprint(0.5, 0.4)).half_width == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_half_the_width_of_a_footprint_is_its_least_distance_from_the_centre():
 )
 def test_readings_that_cannot_be_used_are_refused(bad, message):
     """The message names what is wrong."""
-    navigator = PlanarMpc()
+    navigator = made()
     navigator.reset(LIDAR, GOAL)
     with pytest.raises(ValueError, match=message):
         navigator.act(readings(**bad))

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.footprint import Corners, box_footprint, reach_of
+from andabata.machine.footprint import inner_radius_of, reach_of
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar_vehicle import PlanarVehicleConfig
 from andabata.navigation.planning.dynamics_identification import (
     DynamicsIdentification,
     DynamicsIdentificationConfig,
@@ -30,81 +31,37 @@ from andabata.navigation.planning.sampling_mpc import SamplingMpc, SamplingMpcCo
 from andabata.navigation.planning.time_to_go import TimeToGo, TimeToGoConfig, limits_of
 
 
-class PlanarRobotConfig(BaseModel):
-    """What a robot is known to be: outline and limits, not how it follows commands.
-
-    Attributes:
-        footprint: Corners of its convex outline around its centre, counter-clockwise [m].
-        period: Control period [s].
-        min_speed: Least speed, negative backwards [m/s].
-        max_speed: Largest speed [m/s].
-        max_wheel_speed: Largest |v| + ``half_track`` |w| [m/s].
-        half_track: Half of the effective track [m].
-        max_yaw_rate: Largest yaw rate [rad/s].
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    footprint: Corners = box_footprint(0.508, 0.430)
-    period: float = Field(default=0.05, gt=0)
-    min_speed: float = Field(default=-0.5, le=0)
-    max_speed: float = Field(default=2.0, gt=0)
-    max_wheel_speed: float = Field(default=2.0, gt=0)
-    half_track: float = Field(default=0.28, gt=0)
-    max_yaw_rate: float = Field(default=4.0, gt=0)
-
-    @property
-    def limits(self) -> WheelLimits:
-        """Limits of commands."""
-        return WheelLimits(
-            self.min_speed,
-            self.max_speed,
-            self.max_wheel_speed,
-            self.half_track,
-            self.max_yaw_rate,
-        )
-
-    @property
-    def half_width(self) -> float:
-        """Least distance of the outline from the centre [m]."""
-        corners = np.array(self.footprint)
-        after = np.roll(corners, -1, axis=0)
-        sides = after - corners
-        areas = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
-        return float((areas / np.hypot(*sides.T)).min())
-
-
-class PlanarMpcConfig(BaseModel):
+class MpcNavigatorConfig(BaseModel):
     """Settings of the navigator.
 
     Attributes:
-        robot: Outline and limits of the robot.
         hits: Settings of the hit layer.
         time_to_go: Settings of the field.
         mpc: Settings of the controller.
         identification: Settings of the identification.
+        min_speed: Least speed, negative backwards [m/s].
+        max_yaw_rate: Largest yaw rate [rad/s].
         replan_every: Number of periods between two fields.
         stuck_time: Time without displacement after which the robot is stuck [s].
         stuck_radius: Displacement that is one [m].
         daring: Share of the margin that a stuck robot gives up.
-        seed: Seed of the samples.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    robot: PlanarRobotConfig = PlanarRobotConfig()
     hits: HitLayerConfig = HitLayerConfig(cell=0.05, cells=256)
     time_to_go: TimeToGoConfig = TimeToGoConfig()
     mpc: SamplingMpcConfig = SamplingMpcConfig()
     identification: DynamicsIdentificationConfig = DynamicsIdentificationConfig()
+    min_speed: float = Field(default=-0.5, le=0)
+    max_yaw_rate: float = Field(default=4.0, gt=0)
     replan_every: int = Field(default=2, ge=1)
     stuck_time: float = Field(default=2.5, gt=0)
     stuck_radius: float = Field(default=0.25, gt=0)
     daring: float = Field(default=0.6, ge=0, le=1)
-    seed: int = Field(default=0, ge=0)
 
 
-class PlanarMpc:
+class MpcNavigator:
     """Drives to a goal on flat ground by laser and odometry, without a map.
 
     Attributes:
@@ -117,27 +74,42 @@ class PlanarMpc:
     """
 
     def __init__(
-        self, config: PlanarMpcConfig | None = None, told: PlanarDynamics | None = None
+        self,
+        vehicle: PlanarVehicleConfig,
+        rng: np.random.Generator,
+        config: MpcNavigatorConfig | None = None,
+        is_told: bool = False,
     ) -> None:
         """Prepare for a robot.
 
         Args:
+            vehicle: Outline, limits and period of the robot; its dynamics count if they are told.
+            rng: Source of randomness; each drive takes the same draws.
             config: Settings.
-            told: Dynamics of the robot, if they are known; None identifies them.
+            is_told: True to take the dynamics of ``vehicle``, False to identify them.
         """
-        self.config = config = config or PlanarMpcConfig()
-        robot, hits = config.robot, config.hits
-        self._told, self._limits = told, robot.limits
+        self.config = config = config or MpcNavigatorConfig()
+        hits, footprint, max_speed = config.hits, vehicle.footprint, vehicle.max_speed
+        self._period, self._half_width = vehicle.period, inner_radius_of(footprint)
+        self._told = _dynamics_of(vehicle) if is_told else None
         self.hits = HitLayer(hits)
-        limits = limits_of(robot.half_width, robot.max_speed, config.mpc.margin, config.time_to_go)
-        self.time_to_go = TimeToGo(hits.cells, hits.cell, limits, config.time_to_go)
-        reach = reach_of(robot.footprint) + config.mpc.margin.at(robot.max_speed) + 2 * hits.cell
+        speeds = limits_of(self._half_width, max_speed, config.mpc.margin, config.time_to_go)
+        self.time_to_go = TimeToGo(hits.cells, hits.cell, speeds, config.time_to_go)
+        reach = reach_of(footprint) + config.mpc.margin.at(max_speed) + 2 * hits.cell
         self._nearest = empty_hits(hits.cells, hits.cell, reach)
-        self.mpc = SamplingMpc(config.mpc, self._limits, robot.footprint, robot.period)
-        self.identification = DynamicsIdentification(config.identification, robot.period)
-        self._past = np.zeros((round(_MEMORY / robot.period), 2))
+        limits = WheelLimits(
+            config.min_speed,
+            max_speed,
+            vehicle.max_wheel_speed,
+            vehicle.half_track,
+            config.max_yaw_rate,
+        )
+        self.mpc = SamplingMpc(config.mpc, limits, footprint, vehicle.period)
+        self.identification = DynamicsIdentification(config.identification, vehicle.period)
+        self._past = np.zeros((round(_MEMORY / vehicle.period), 2))
         self._speeds = np.zeros((len(self._past) + 1, 2))
-        self._places = np.zeros((round(config.stuck_time / robot.period), 2))
+        self._places = np.zeros((round(config.stuck_time / vehicle.period), 2))
+        self._seed = int(rng.integers(1 << 62))
         self.reset(PlanarLidarConfig(), (0.0, 0.0))
 
     def reset(self, lidar: PlanarLidarConfig, goal: tuple[float, float]) -> None:
@@ -155,7 +127,7 @@ class PlanarMpc:
         self._goal = np.array(goal, dtype=np.float64)
         self._past[:], self._speeds[:], self._places[:] = 0.0, 0.0, np.inf
         self._periods = 0
-        self._rng = np.random.default_rng(self.config.seed)
+        self._rng = np.random.default_rng(self._seed)
         self.dynamics = self._told or self.identification.estimate().mean
 
     def act(self, readings: PlanarReadings) -> Twist:
@@ -182,7 +154,7 @@ class PlanarMpc:
         if self._periods % self.config.replan_every == 0:
             self.time_to_go.update(self._nearest, position, self._goal)
         # What to do next.
-        state = observed(*pose, self._past, self._speeds, self.dynamics, self.config.robot.period)
+        state = observed(*pose, self._past, self._speeds, self.dynamics, self._period)
         command = self.mpc.command(
             state,
             self._past,
@@ -214,7 +186,7 @@ class PlanarMpc:
         robot, position = LaserPose(*pose), np.array([pose.x, pose.y])
         self.hits.follow(position)
         self.hits.update(self._laser.on(robot), self._bearings, ranges, self._max_range)
-        self.hits.clear(position, self.config.robot.half_width - _RIM)
+        self.hits.clear(position, self._half_width - _RIM)
         find_nearest(self.hits, self._nearest)
 
     def _daring(self, position: NDArray[np.float64]) -> float:
@@ -222,6 +194,13 @@ class PlanarMpc:
         self._places[self._periods % len(self._places)] = position
         moved = np.hypot(*(self._places - position).T).max()
         return self.config.daring if moved < self.config.stuck_radius else 0.0
+
+
+def _dynamics_of(vehicle: PlanarVehicleConfig) -> PlanarDynamics:
+    """Return the dynamics of a vehicle as the model has them."""
+    return PlanarDynamics(
+        vehicle.delay, vehicle.lag, vehicle.acceleration, vehicle.yaw_acceleration
+    )
 
 
 _MEMORY = 1.0

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.footprint import outline_distance
+from andabata.machine.footprint import Corners, outline_distance, reach_of
 from andabata.navigation.planning.nearest_hits import NearestHits, distance_to_hit, nearest_hit
 from andabata.navigation.planning.planar_dynamics import (
     MotionState,
@@ -44,12 +44,29 @@ class Body(NamedTuple):
     Attributes:
         corners: Corners of its convex outline, counter-clockwise [m], shape (c, 2).
         inner: Places in it at which nearest hits are looked up [m], shape (c, 2).
+        sides: Outward normal of each side, and its distance from the middle [m], shape (c, 3).
         reach: Distance of the farthest corner from the middle [m].
     """
 
     corners: NDArray[np.float64]
     inner: NDArray[np.float64]
+    sides: NDArray[np.float64]
     reach: float
+
+
+_INNER = 0.55
+"""Share of the way from the middle to each corner of the footprint, at which the nearest hit is
+looked up: near enough to corner and sides that no other hit is nearer to them."""
+
+
+def body_of(footprint: Corners) -> Body:
+    """Return a footprint as kernels read it."""
+    corners = np.array(footprint, dtype=np.float64)
+    along = np.roll(corners, -1, axis=0) - corners
+    normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+    distances = (normals * corners).sum(axis=1)
+    sides = np.column_stack([normals, distances])
+    return Body(corners, _INNER * corners, sides, reach_of(footprint))
 
 
 class Prices(NamedTuple):
@@ -270,7 +287,14 @@ def _free_distance(
             continue
         last_x, last_y = px, py
         dx, dy = px - x, py - y
-        if dx * dx + dy * dy < (body.reach + margin) ** 2:
-            ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
+        if dx * dx + dy * dy > (body.reach + margin) ** 2:
+            continue
+        ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
+        # Most hits are farther than the margin from one side's line alone, without a root.
+        beyond = -np.inf
+        for c in range(len(body.sides)):
+            side = body.sides[c, 0] * ahead + body.sides[c, 1] * left - body.sides[c, 2]
+            beyond = max(beyond, side)
+        if beyond < margin:
             nearest = min(nearest, outline_distance(ahead, left, body.corners))
     return nearest

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.footprint import Corners, reach_of
+from andabata.machine.footprint import Corners
 from andabata.machine.kinematics import Twist
 from andabata.navigation.planning.mpc_rollouts import (
-    Body,
     Delayed,
     Prices,
     Surroundings,
     before_effect,
+    body_of,
     draw_commands,
     mean_commands,
     price_all,
@@ -106,8 +106,7 @@ class SamplingMpc:
                 f"samples: expected at least 50 more than the {len(self._arcs)} constant "
                 f"sequences, got {config.samples}; raise samples or take fewer arcs"
             )
-        corners = np.array(footprint, dtype=np.float64)
-        self._body = Body(corners, _INNER * corners, reach_of(footprint))
+        self._body = body_of(footprint)
         steps = round(config.horizon / period)
         self.plan = np.zeros((steps, 2))
         self.costs = np.zeros(config.samples)
@@ -178,11 +177,6 @@ class SamplingMpc:
         return (
             mean if own[0] <= self.costs[best] + self.config.temperature else self._commands[best]
         )
-
-
-_INNER = 0.55
-"""Share of the way from the middle to each corner of the footprint, at which the nearest hit is
-looked up: near enough to corner and sides that no other hit is nearer to them."""
 
 
 def _arcs(config: SamplingMpcConfig, limits: WheelLimits) -> NDArray[np.float64]:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from andabata.machine.footprint import box_footprint, outline_distance, reach_of
+from andabata.machine.footprint import box_footprint, outline_distance
 from andabata.navigation.planning.mpc_rollouts import (
-    Body,
     Delayed,
     Prices,
     Surroundings,
     before_effect,
+    body_of,
     draw_commands,
     mean_commands,
     price_all,
@@ -21,7 +21,7 @@ from tests.square_of_hits import hits_at
 PERIOD, STEPS, CELLS = 0.05, 40, 64
 LIMITS = WheelLimits(-0.5, 2.0, 2.0, 0.28, 4.0)
 CORNERS = np.array(box_footprint(0.508, 0.430))
-BODY = Body(CORNERS, 0.55 * CORNERS, reach_of(box_footprint(0.508, 0.430)))
+BODY = body_of(box_footprint(0.508, 0.430))
 AT_ONCE = PlanarDynamics(0.0, 1e-3, 1e3, 1e3)
 PRICES = Prices(0.05, 0.10, 6.0, 0.02, 100.0, 0.0, 0.3, 2.0)
 

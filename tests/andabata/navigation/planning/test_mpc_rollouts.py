@@ -14,6 +14,7 @@ from andabata.navigation.planning.mpc_rollouts import (
     mean_commands,
     price_all,
 )
+from andabata.navigation.planning.nearest_hits import NearestHits
 from andabata.navigation.planning.planar_dynamics import MotionState, PlanarDynamics, WheelLimits
 from andabata.navigation.planning.time_to_go import TimeField
 from tests.square_of_hits import hits_at
@@ -42,7 +43,8 @@ def priced(command, hits=(), state=None, goal=(50.0, 0.0), **options):
     """Return the cost of a constant command."""
     commands = np.tile(np.array(command, dtype=float), (1, STEPS, 1))
     costs = np.zeros(1)
-    around = Surroundings(hits_at(hits), straight_field(), *goal)
+    found = hits if isinstance(hits, NearestHits) else hits_at(hits)
+    around = Surroundings(found, straight_field(), *goal)
     start = state or MotionState(-2.0, 0.0, 0.0, command[0], command[1], *command)
     behind = late(past=(command,))
     price_all(commands, start, behind, around, BODY, PRICES._replace(**options), costs)
@@ -81,6 +83,7 @@ def test_distances_are_those_of_the_outline_from_the_hits():
     """From random poses among random posts, contact is told as brute force tells it."""
     rng = np.random.default_rng(1)
     hits = rng.uniform(-2.0, 2.0, (60, 2))
+    nearest = hits_at(hits)
     wrong, contacts, poses = 0, 0, 300
     for x, y, yaw in rng.uniform((-1.5, -1.5, -3.0), (1.5, 1.5, 3.0), (poses, 3)):
         c, s = np.cos(yaw), np.sin(yaw)
@@ -89,7 +92,8 @@ def test_distances_are_those_of_the_outline_from_the_hits():
             outline_distance(a, b, CORNERS)
             for a, b in zip(c * dx + s * dy, c * dy - s * dx, strict=True)
         )
-        found = priced((0.0, 0.0), hits, MotionState(x, y, yaw, 0.0, 0.0, 0.0, 0.0)) > 100.0
+        at_rest = MotionState(x, y, yaw, 0.0, 0.0, 0.0, 0.0)
+        found = priced((0.0, 0.0), nearest, at_rest) > 100.0
         contacts += true < 0.02
         wrong += found != (true < 0.02)
     assert 0.2 < contacts / poses < 0.9

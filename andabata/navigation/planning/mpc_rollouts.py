@@ -80,7 +80,6 @@ class Prices(NamedTuple):
         contact_cost: Cost of a contact [s].
         turn_cost: Cost of changes of the yaw rate [s3/rad2].
         arrival_radius: Distance from the goal at which the robot has arrived [m].
-        max_speed: Largest speed [m/s].
     """
 
     margin: float
@@ -90,7 +89,6 @@ class Prices(NamedTuple):
     contact_cost: float
     turn_cost: float
     arrival_radius: float
-    max_speed: float
 
 
 class Surroundings(NamedTuple):

@@ -159,7 +159,6 @@ class SamplingMpc:
             contact_cost=config.contact_cost,
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
-            max_speed=self._limits.max_speed,
         )
         around = Surroundings(hits, field, float(goal[0]), float(goal[1]))
         price_all(self._commands, start, late, around, self._body, prices, self.costs)
@@ -174,9 +173,8 @@ class SamplingMpc:
         mean = mean_commands(self._commands, self.costs, self.config.temperature)
         own = np.zeros(1)
         price_all(mean[None], start, late, around, self._body, prices, own)
-        return (
-            mean if own[0] <= self.costs[best] + self.config.temperature else self._commands[best]
-        )
+        is_good = own[0] <= self.costs[best] + self.config.temperature
+        return mean if is_good else self._commands[best]
 
 
 def _arcs(config: SamplingMpcConfig, limits: WheelLimits) -> NDArray[np.float64]:

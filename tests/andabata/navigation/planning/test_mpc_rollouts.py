@@ -24,7 +24,7 @@ LIMITS = WheelLimits(-0.5, 2.0, 2.0, 0.28, 4.0)
 CORNERS = np.array(box_footprint(0.508, 0.430))
 BODY = body_of(box_footprint(0.508, 0.430))
 AT_ONCE = PlanarDynamics(0.0, 1e-3, 1e3, 1e3)
-PRICES = Prices(0.05, 0.10, 6.0, 0.02, 100.0, 0.0, 0.3, 2.0)
+PRICES = Prices(0.05, 0.10, 6.0, 0.02, 100.0, 0.0, 0.3)
 
 
 def late(dynamics=AT_ONCE, past=((0.0, 0.0),)):

@@ -60,6 +60,7 @@ REDUCED = {
     # A failure is drawn only after the first cloud, which takes 3.4 s.
     "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
     "evaluate --task spn": "--pairs 2 --workers 1",
+    "evaluate --task barn": "--set count=1 --workers 1",
     "lidar-study": "--pairs 2 --workers 1",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",

@@ -8,6 +8,7 @@ y = 0.15 b + 5.075 m. A world's other shapes, such as boxes and meshes, count li
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -115,11 +116,11 @@ def read_barn_path(path: Path) -> NDArray[np.float64]:
         OSError: If it cannot be read.
     """
     try:
-        cells = np.load(path, allow_pickle=False)
+        cells = np.lib.format.read_array(BytesIO(path.read_bytes()), allow_pickle=False)
     except (ValueError, EOFError) as error:
         raise BarnFileError(f"{path}: expected a .npy file of numbers, got {error}") from error
-    if not isinstance(cells, np.ndarray) or cells.dtype.kind not in "iuf":
-        raise BarnFileError(f"{path}: expected an array of numbers, got {type(cells).__name__}")
+    if cells.dtype.kind not in "iuf":
+        raise BarnFileError(f"{path}: expected an array of numbers, got type {cells.dtype}")
     if cells.ndim != 2 or cells.shape[1] != 2 or not len(cells):
         raise BarnFileError(f"{path}: expected rows of two cells, (k, 2), got shape {cells.shape}")
     cells = cells.astype(np.float64)
@@ -140,8 +141,8 @@ def _path_of(folder: Path, number: int) -> Path:
         if (folder / inner / name).is_file():
             return folder / inner / name
     raise BarnFileError(
-        f"{folder}: expected {name} beside world_{number}, or in path_files, got none; the optimal "
-        "time needs it"
+        f"{folder}: expected {name} for world_{number}, here or in path_files, got none; "
+        "the optimal time needs it"
     )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
+from worlds import barn
 from worlds.barn import (
     MIDDLE,
     NARROW,
@@ -120,8 +121,9 @@ def test_rooms_to_train_in_are_closed_and_have_names():
         assert np.hypot(*(places - place).T).min() < 0.05
 
 
-def test_rules_that_no_field_meets_are_refused():
+def test_rules_that_no_field_meets_are_refused(monkeypatch):
     """More filled than can be passed."""
+    monkeypatch.setattr(barn, "_ATTEMPTS", 5)
     config = PUBLISHED.model_copy(update={"fills": (1.0,)})
     with pytest.raises(ValueError, match="expected a field that 5 free cells can pass"):
         barn_world(0, config)

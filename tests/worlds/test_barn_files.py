@@ -33,13 +33,16 @@ def test_posts_and_path_are_in_the_rooms_frame(tmp_path):
 
 
 def test_other_shapes_count_too(tmp_path):
-    """A box along the axes is a box, one at an angle four edges."""
+    """A box along the axes is a box, one at an angle an outline."""
     extra = solid("a", at=pose(0, 9, 0.5)) + solid("b", at=pose(0, 5, 0.5, 0, 0, 0.5))
     (file,) = barn_files(write_world(tmp_path, extra=extra))
     room = read_barn_world(file).room
     middle = (0 - MIDDLE[0], 9 - MIDDLE[1])
     np.testing.assert_allclose(room.boxes, [[*np.subtract(middle, 0.5), *np.add(middle, 0.5)]])
-    assert len(room.edges) == 4
+    assert len(room.edges) >= 4
+    turned = np.array([(0 - MIDDLE[0], 5 - MIDDLE[1]), (0.8 - MIDDLE[0], 5 - MIDDLE[1])])
+    clear = 0.8 * np.cos(0.5) - 0.5
+    np.testing.assert_allclose(room.clearance(turned), (-0.5, clear), atol=1e-5)
 
 
 def test_worlds_may_be_packed_and_in_folders_of_their_own(tmp_path):
@@ -70,7 +73,7 @@ def test_folders_that_are_none_are_refused(tmp_path):
         barn_files(tmp_path)
     (tmp_path / "world_3.world.gz").unlink()
     (tmp_path / "path_3.npy").unlink()
-    with pytest.raises(BarnFileError, match=r"expected path_3.npy beside world_3.world"):
+    with pytest.raises(BarnFileError, match=r"expected path_3.npy for world_3, here or in"):
         barn_files(tmp_path)
 
 

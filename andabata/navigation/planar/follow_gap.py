@@ -31,7 +31,8 @@ class FollowGapConfig(BaseModel):
         to_goal: Share of a gap's width that an angle to the goal is worth: 0 takes the widest gap,
             as the paper does.
         max_speed: Largest speed [m/s].
-        stop: Free way ahead at which the robot stands [m].
+        creep: Least speed along a heading, however short the free way is [m/s].
+        stop: Free way ahead at which the robot is no faster than that [m].
         slow: Free way ahead from which on it drives at its largest speed [m].
         gain: Yaw rate for a radian of error [1/s].
         max_yaw_rate: Largest yaw rate [rad/s].
@@ -45,6 +46,7 @@ class FollowGapConfig(BaseModel):
     field: float = Field(default=math.pi / 2, gt=0, le=math.pi)
     to_goal: float = Field(default=1.0, ge=0)
     max_speed: float = Field(default=1.0, gt=0)
+    creep: float = Field(default=0.15, ge=0)
     stop: float = Field(default=0.35, ge=0)
     slow: float = Field(default=1.5, gt=0)
     gain: float = Field(default=2.5, gt=0)
@@ -59,11 +61,11 @@ class FollowGapNavigator:
         self.config = config or FollowGapConfig()
         self._half_width = max(y for _, y in vehicle.footprint)
         self._goal = (0.0, 0.0)
-        self._points = ScanPoints(PlanarLidarConfig())
+        self._points, self._turn = ScanPoints(PlanarLidarConfig()), 0.0
 
     def reset(self, lidar: PlanarLidarConfig, goal: tuple[float, float]) -> None:
         """Take laser and goal; see ``PlanarNavigator``."""
-        self._points, self._goal = ScanPoints(lidar), goal
+        self._points, self._goal, self._turn = ScanPoints(lidar), goal, 0.0
 
     def act(self, readings: PlanarReadings) -> Twist:
         """Return the command of this period."""
@@ -77,8 +79,10 @@ class FollowGapNavigator:
         distances = np.hypot(*hits.T)
         gap = self._gap(hits, distances, to_goal)
         if gap is None:
-            # Closed in: turn on the spot until there is a gap.
-            return Twist(0.0, math.copysign(config.max_yaw_rate / 2, to_goal))
+            # Closed in: turn on the spot, one way, until there is a gap.
+            self._turn = self._turn or math.copysign(0.5 * config.max_yaw_rate, to_goal)
+            return Twist(0.0, self._turn)
+        self._turn = 0.0
         weight = config.alpha / max(float(distances.min()), 1e-3)
         heading = (weight * gap + to_goal) / (weight + 1.0)
         return self._steer(heading, self._free_way(hits, heading))
@@ -146,5 +150,5 @@ class FollowGapNavigator:
         config = self.config
         yaw_rate = min(max(config.gain * heading, -config.max_yaw_rate), config.max_yaw_rate)
         share = (free_way - config.stop) / (config.slow - config.stop)
-        speed = config.max_speed * min(max(share, 0.0), 1.0) * max(math.cos(heading), 0.0)
-        return Twist(speed, yaw_rate)
+        speed = max(config.max_speed * min(max(share, 0.0), 1.0), config.creep)
+        return Twist(speed * max(math.cos(heading), 0.0), yaw_rate)

@@ -75,7 +75,7 @@ def test_broken_folders_are_named(capsys, tmp_path):
     folder = write_world(tmp_path / "worlds")
     (folder / "path_1.npy").rename(folder / "path_2.npy")
     assert main([*BLIND, "--worlds", str(folder)]) != 0
-    assert "expected path_1.npy beside world_1.world" in capsys.readouterr().err
+    assert "expected path_1.npy for world_1" in capsys.readouterr().err
     (folder / "path_2.npy").rename(folder / "path_1.npy")
     file = folder / "world_1.world"
     file.write_text(file.read_text().replace("<length>1</length>", "<length>x</length>", 1))

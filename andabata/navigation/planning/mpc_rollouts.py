@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.footprint import Corners, outline_distance, reach_of
-from andabata.navigation.planning.nearest_hits import NearestHits, distance_to_hit, nearest_hit
+from andabata.navigation.planning.nearest_hits import NearestHits, nearest_hit
 from andabata.navigation.planning.planar_dynamics import (
     MotionState,
     PlanarDynamics,
@@ -59,6 +59,10 @@ _INNER = 0.55
 looked up: near enough to corner and sides that no other hit is nearer to them."""
 
 
+_NEARER = 0.005
+"""Distance by which a robot in contact has to come nearer for another contact [m]."""
+
+
 def body_of(footprint: Corners) -> Body:
     """Return a footprint as kernels read it."""
     corners = np.array(footprint, dtype=np.float64)
@@ -78,6 +82,7 @@ class Prices(NamedTuple):
         margin_cost: Cost of a second without any distance.
         contact_distance: Distance to a hit that counts as contact [m].
         contact_cost: Cost of a contact [s].
+        reverse_cost: Cost of a metre backwards [s/m].
         turn_cost: Cost of changes of the yaw rate [s3/rad2].
         arrival_radius: Distance from the goal at which the robot has arrived [m].
     """
@@ -87,6 +92,7 @@ class Prices(NamedTuple):
     margin_cost: float
     contact_distance: float
     contact_cost: float
+    reverse_cost: float
     turn_cost: float
     arrival_radius: float
 
@@ -199,8 +205,13 @@ def price_all(
         prices: Costs.
         costs: Result, shape (samples,).
     """
+    # Noise of ranges brings hits into the robot's own outline. Where it stands is no contact: else
+    # all sequences would end at once and cost the same, those that lead away, too.
+    cosine, sine = np.cos(start.yaw), np.sin(start.yaw)
+    free = _free_distance(start.x, start.y, cosine, sine, around.hits, body, prices.margin)
+    contact = min(prices.contact_distance, free - _NEARER)
     for s in range(len(commands)):
-        costs[s] = _price(commands[s], start, late, around, body, prices)
+        costs[s] = _price(commands[s], start, late, around, body, prices, contact)
 
 
 @kernel
@@ -211,8 +222,9 @@ def _price(
     around: Surroundings,
     body: Body,
     prices: Prices,
+    contact: float,
 ) -> float:
-    """Return the cost of a sequence [s]."""
+    """Return the cost of a sequence [s], which ends below a distance that is contact [m]."""
     dynamics, period = late.dynamics, late.period
     step_v = axis_step(dynamics.acceleration, dynamics.lag, period)
     step_w = axis_step(dynamics.yaw_acceleration, dynamics.lag, period)
@@ -234,15 +246,16 @@ def _price(
         cosine, sine = _turned(cosine, sine, turn)
         x, y = x + way * cosine, y + way * sine
         v, w = new_v, new_w
+        cost += prices.reverse_cost * max(-v, 0.0) * period
         margin = prices.margin + prices.margin_per_speed * abs(v)
         free = _free_distance(x, y, cosine, sine, around.hits, body, margin)
-        if free < prices.contact_distance:
+        if free < contact:
             # The later the contact, the more time to find another way.
             return cost + prices.contact_cost * (2.0 - t / steps)
         if free < margin:
             cost += prices.margin_cost * period * (1.0 - free / margin) ** 2
-        left = np.hypot(x - around.goal_x, y - around.goal_y)
-        if left < prices.arrival_radius:
+        squared = (x - around.goal_x) ** 2 + (y - around.goal_y) ** 2
+        if squared < prices.arrival_radius**2:
             return cost - (steps - 1 - t) * period
     return cost + time_at(around.field, x, y)
 
@@ -274,7 +287,8 @@ def _free_distance(
     The hit nearest to each inner place is the nearest to the outline beside that place, or hardly
     farther; its distance from the outline is exact.
     """
-    if distance_to_hit(hits, x, y) > body.reach + margin:
+    px, py = nearest_hit(hits, x, y)
+    if (px - x) ** 2 + (py - y) ** 2 > (body.reach + margin) ** 2:
         return margin + 1.0
     nearest, last_x, last_y = margin + 1.0, np.inf, np.inf
     for k in range(len(body.inner)):

@@ -26,6 +26,7 @@ class NearestHits(NamedTuple):
         box: First row, first column, and those behind the last, of the cells that can have a hit,
             shape (4,).
         cell: Edge of a cell [m].
+        per_metre: Number of cells in a metre: looking up a place needs no division.
         reach: Distance from which on a hit does not count [m].
     """
 
@@ -33,6 +34,7 @@ class NearestHits(NamedTuple):
     corner: NDArray[np.float64]
     box: NDArray[np.int64]
     cell: float
+    per_metre: float
     reach: float
 
 
@@ -45,7 +47,7 @@ def empty_hits(cells: int, cell: float, reach: float) -> NearestHits:
         reach: Distance from which on a hit does not count [m].
     """
     places = np.full((cells, cells, 2), NOWHERE, dtype=np.float32)
-    return NearestHits(places, np.zeros(2), np.zeros(4, dtype=np.int64), cell, reach)
+    return NearestHits(places, np.zeros(2), np.zeros(4, dtype=np.int64), cell, 1.0 / cell, reach)
 
 
 def find_nearest(hits: HitLayer, found: NearestHits) -> None:
@@ -70,10 +72,11 @@ def distance_to_hit(found: NearestHits, x: float, y: float) -> float:
 @kernel
 def nearest_hit(found: NearestHits, x: float, y: float) -> tuple[float, float]:
     """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
-    i, j = int((x - found.corner[0]) / found.cell), int((y - found.corner[1]) / found.cell)
+    u, v = (x - found.corner[0]) * found.per_metre, (y - found.corner[1]) * found.per_metre
     n = len(found.places)
-    if not (0 <= i < n and 0 <= j < n):
+    if not (0.0 <= u < n and 0.0 <= v < n):
         return NOWHERE, NOWHERE
+    i, j = int(u), int(v)
     return found.places[i, j, 0], found.places[i, j, 1]
 
 

@@ -48,6 +48,8 @@ class SamplingMpcConfig(BaseModel):
         margin_cost: Cost of a second without any distance.
         contact_distance: Distance to a hit that counts as contact [m].
         contact_cost: Cost of a contact [s].
+        reverse_cost: Cost of a metre backwards [s/m]: the laser sees nothing behind, and the time
+            to the goal knows no heading.
         turn_cost: Cost of changes of the yaw rate [s3/rad2].
         arrival_radius: Distance from the goal at which the robot has arrived [m].
     """
@@ -66,6 +68,7 @@ class SamplingMpcConfig(BaseModel):
     margin_cost: float = Field(default=6.0, ge=0)
     contact_distance: float = Field(default=0.02, ge=0)
     contact_cost: float = Field(default=100.0, gt=0)
+    reverse_cost: float = Field(default=3.0, ge=0)
     turn_cost: float = Field(default=0.002, ge=0)
     arrival_radius: float = Field(default=0.3, gt=0)
 
@@ -157,6 +160,7 @@ class SamplingMpc:
             margin_cost=config.margin_cost,
             contact_distance=config.contact_distance,
             contact_cost=config.contact_cost,
+            reverse_cost=config.reverse_cost,
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )

@@ -24,7 +24,7 @@ LIMITS = WheelLimits(-0.5, 2.0, 2.0, 0.28, 4.0)
 CORNERS = np.array(box_footprint(0.508, 0.430))
 BODY = body_of(box_footprint(0.508, 0.430))
 AT_ONCE = PlanarDynamics(0.0, 1e-3, 1e3, 1e3)
-PRICES = Prices(0.05, 0.10, 6.0, 0.02, 100.0, 0.0, 0.3)
+PRICES = Prices(0.05, 0.10, 6.0, 0.02, 100.0, 0.0, 0.0, 0.3)
 
 
 def late(dynamics=AT_ONCE, past=((0.0, 0.0),)):
@@ -70,6 +70,14 @@ def test_contact_costs_more_than_any_way_round_and_more_the_earlier():
     assert priced((1.0, 0.0), [(-0.5, 0.23)]) > 100.0
 
 
+def test_from_a_place_in_contact_the_way_out_is_no_contact():
+    """A hit 1 cm before the front: backwards costs a margin, forwards is contact."""
+    hit, ahead = [(-2.0 + 0.254 + 0.01, 0.0)], 2.0
+    start = MotionState(-2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert priced((-0.3, 0.0), hit, start) < 10.0
+    assert priced((ahead, 0.0), hit, start) > 100.0
+
+
 def test_the_margin_grows_with_speed_and_costs_by_its_missing_share():
     """Beside a wall the cost of a second is that of the share that is missing, squared."""
     wall = [(x, -0.315) for x in np.arange(-3.1, 3.1, 0.02)]
@@ -106,6 +114,12 @@ def test_arrival_ends_a_rollout_and_earlier_is_cheaper():
     slow, fast = (priced((v, 0.0), wall, goal=(-0.8, 0.0)) for v in (1.0, 2.0))
     assert fast < slow < 0.0
     assert fast == pytest.approx(-(39 - 9) * PERIOD, abs=2 * PERIOD)
+
+
+def test_a_way_backwards_costs_by_its_length():
+    """2 s at 0.5 m/s backwards lead 1 m away from the goal, and cost a metre."""
+    for cost in (0.0, 3.0):
+        assert priced((-0.5, 0.0), reverse_cost=cost) == pytest.approx(3.0 + cost, abs=2e-3)
 
 
 def test_changes_of_the_yaw_rate_cost():

@@ -88,12 +88,11 @@ def test_the_margin_grows_with_speed_and_costs_by_its_missing_share():
 
 
 def test_distances_are_those_of_the_outline_from_the_hits():
-    """From random poses among random posts, contact is told as brute force tells it."""
+    """At random poses among posts, the margin that is missing is the one that brute force finds."""
     rng = np.random.default_rng(1)
-    hits = rng.uniform(-2.0, 2.0, (60, 2))
-    nearest = hits_at(hits)
-    wrong, contacts, poses = 0, 0, 300
-    for x, y, yaw in rng.uniform((-1.5, -1.5, -3.0), (1.5, 1.5, 3.0), (poses, 3)):
+    hits = rng.uniform(-2.0, 2.0, (40, 2))
+    nearest, margin, errors = hits_at(hits), 0.2, []
+    for x, y, yaw in rng.uniform((-1.5, -1.5, -3.0), (1.5, 1.5, 3.0), (300, 3)):
         c, s = np.cos(yaw), np.sin(yaw)
         dx, dy = (hits - (x, y)).T
         true = min(
@@ -101,11 +100,17 @@ def test_distances_are_those_of_the_outline_from_the_hits():
             for a, b in zip(c * dx + s * dy, c * dy - s * dx, strict=True)
         )
         at_rest = MotionState(x, y, yaw, 0.0, 0.0, 0.0, 0.0)
-        found = priced((0.0, 0.0), nearest, at_rest) > 100.0
-        contacts += true < 0.02
-        wrong += found != (true < 0.02)
-    assert 0.2 < contacts / poses < 0.9
-    assert wrong / poses < 0.01
+        with_, without = (
+            priced((0.0, 0.0), nearest, at_rest, margin=margin, margin_cost=cost)
+            for cost in (1.0, 0.0)
+        )
+        # 2 s cost the missing share of the margin, squared.
+        found = margin * (1.0 - np.sqrt((with_ - without) / 2.0))
+        errors.append(found - min(true, margin))
+    assert 0.1 < np.mean(np.array(errors) == 0.0) < 1.0
+    assert min(errors) > -1e-4
+    assert np.mean(np.array(errors) > 1e-3) < 0.02
+    assert max(errors) < 0.05
 
 
 def test_arrival_ends_a_rollout_and_earlier_is_cheaper():

@@ -44,7 +44,7 @@ class MpcNavigatorConfig(BaseModel):
         replan_every: Number of periods between two fields.
         stuck_time: Time without displacement after which the robot is stuck [s].
         stuck_radius: Displacement that is one [m].
-        daring: Share of the margin that a stuck robot gives up.
+        daring: Share of its margin, and of the cost of ways backwards, that a stuck robot gives up.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -58,7 +58,7 @@ class MpcNavigatorConfig(BaseModel):
     replan_every: int = Field(default=2, ge=1)
     stuck_time: float = Field(default=2.5, gt=0)
     stuck_radius: float = Field(default=0.25, gt=0)
-    daring: float = Field(default=0.6, ge=0, le=1)
+    daring: float = Field(default=1.0, ge=0, le=1)
 
 
 class MpcNavigator:

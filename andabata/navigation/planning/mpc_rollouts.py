@@ -208,7 +208,8 @@ def price_all(
     # Noise of ranges brings hits into the robot's own outline. Where it stands is no contact: else
     # all sequences would end at once and cost the same, those that lead away, too.
     cosine, sine = np.cos(start.yaw), np.sin(start.yaw)
-    free = _free_distance(start.x, start.y, cosine, sine, around.hits, body, prices.margin)
+    margin = max(prices.margin, prices.contact_distance)
+    free = _free_distance(start.x, start.y, cosine, sine, around.hits, body, margin)
     contact = min(prices.contact_distance, free - _NEARER)
     for s in range(len(commands)):
         costs[s] = _price(commands[s], start, late, around, body, prices, contact)
@@ -247,7 +248,8 @@ def _price(
         x, y = x + way * cosine, y + way * sine
         v, w = new_v, new_w
         cost += prices.reverse_cost * max(-v, 0.0) * period
-        margin = prices.margin + prices.margin_per_speed * abs(v)
+        # Contact counts without any margin, too.
+        margin = max(prices.margin + prices.margin_per_speed * abs(v), prices.contact_distance)
         free = _free_distance(x, y, cosine, sine, around.hits, body, margin)
         if free < contact:
             # The later the contact, the more time to find another way.

@@ -142,7 +142,8 @@ class SamplingMpc:
             field: Time to the goal.
             goal: Goal [m], shape (2,).
             rng: Source of randomness.
-            daring: Share of the margin that is given up, and more noise, for a robot that is stuck.
+            daring: Share of the margin and of the cost of a way backwards that is given up, with as
+                much more noise, for a robot that is stuck.
         """
         config = self.config
         # The last plan, one period later; its end goes on.
@@ -160,7 +161,7 @@ class SamplingMpc:
             margin_cost=config.margin_cost,
             contact_distance=config.contact_distance,
             contact_cost=config.contact_cost,
-            reverse_cost=config.reverse_cost,
+            reverse_cost=config.reverse_cost * (1.0 - daring),
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )

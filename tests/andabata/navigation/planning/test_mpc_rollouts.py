@@ -78,6 +78,12 @@ def test_from_a_place_in_contact_the_way_out_is_no_contact():
     assert priced((ahead, 0.0), hit, start) > 100.0
 
 
+def test_contact_counts_without_any_margin():
+    """A robot that gives up its margin still does not touch."""
+    assert priced((1.0, 0.0), [(-0.5, 0.23)], margin=0.0, margin_per_speed=0.0) > 100.0
+    assert priced((1.0, 0.0), [(-0.5, 0.24)], margin=0.0, margin_per_speed=0.0) < 2.0
+
+
 def test_the_margin_grows_with_speed_and_costs_by_its_missing_share():
     """Beside a wall the cost of a second is that of the share that is missing, squared."""
     wall = [(x, -0.315) for x in np.arange(-3.1, 3.1, 0.02)]

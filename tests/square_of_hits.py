@@ -19,7 +19,7 @@ def hits_at(
     """
     found = empty_hits(cells, cell, reach)
     found.corner[:] = -cells / 2 * cell
-    middles = found.corner + (np.stack(np.mgrid[:cells, :cells], axis=-1) + 0.5) * cell
+    middles = found.corner + (np.moveaxis(np.mgrid[:cells, :cells], 0, -1) + 0.5) * cell
     least = np.full((cells, cells), reach)
     for place in np.asarray(places, dtype=np.float64).reshape(-1, 2):
         away = np.linalg.norm(middles - place, axis=-1)

@@ -66,6 +66,12 @@ def reach_of(corners: Corners) -> float:
     return max(math.hypot(x, y) for x, y in corners)
 
 
+def inner_radius_of(corners: Corners) -> float:
+    """Return the distance of the nearest side's line from the robot's centre [m]."""
+    sides = zip(corners, corners[1:] + corners[:1], strict=True)
+    return min((a[0] * b[1] - a[1] * b[0]) / math.dist(a, b) for a, b in sides)
+
+
 @kernel
 def touches(
     x: float, y: float, yaw: float, corners: NDArray[np.float64], reach: float, around: Obstacles

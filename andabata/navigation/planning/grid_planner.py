@@ -1,8 +1,7 @@
 """Shortest path over the occupancy grid: cost of every cell, cost to go, and a sub-goal on the way.
 
-Costs follow the layered costmaps of mobile robots (inscribed and inflation radius); the search is
-A* from the goal to the robot with a bucket queue (Dial 1969), so that the cost to go is exact
-around the robot and the path is read off from there.
+Costs follow the layered costmaps of mobile robots (inscribed and inflation radius). The cost to go
+is exact around the robot, and the path is read off from there.
 """
 
 import math
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.navigation.planning.cost_to_go import queue_for, search
 from terrain.kernel import kernel
 from worlds.world import Geofence
 
@@ -155,22 +155,6 @@ def geofence_in_odom(
     return GeofenceBounds(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
 
 
-class Queue(NamedTuple):
-    """Bucket queue of cells: a ring of doubly linked lists, a cell's length of cost each.
-
-    Attributes:
-        heads: First cell of each bucket, -1 for none, int32, shape (a power of 2,).
-        before: Cell before each cell in its bucket, int32, shape (n * n,).
-        after: Cell after each cell in its bucket, int32, shape (n * n,).
-        bucket: Bucket of each cell, -1 for none, int32, shape (n * n,).
-    """
-
-    heads: NDArray[np.int32]
-    before: NDArray[np.int32]
-    after: NDArray[np.int32]
-    bucket: NDArray[np.int32]
-
-
 class GridPlanner:
     """Plans the way to the goal over the square of an occupancy grid.
 
@@ -215,12 +199,7 @@ class GridPlanner:
         self.traversed_clearance = np.zeros((cells, cells), dtype=np.float32)
         self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
         self.costs = np.zeros((cells, cells), dtype=np.float32)
-        # A cell waits at most the dearest step behind the one that is taken, one of the square's
-        # edge at most as far as the way along the edge and back to the robot.
-        step = math.sqrt(2.0) * max(weights.highest + 1.0, (2.0 + weights.unknown_cost) * cells)
-        count = 1 << math.ceil(math.log2(step + 2.0))
-        links = np.zeros((3, cells * cells), dtype=np.int32)
-        self._queue = Queue(np.zeros(count, dtype=np.int32), *links)
+        self._queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
         self.reset()
 
     def reset(self) -> None:
@@ -267,7 +246,7 @@ class GridPlanner:
         first = np.clip(start, 0, n - 1).astype(np.int64)
         last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
         unknown = 1.0 + weights.unknown_cost
-        _search(self.costs, self.cost_to_go, self._queue, first, last, unknown, self._margin)
+        search(self.costs, self.cost_to_go, self._queue, first, last, unknown, self._margin)
         # The farthest place of that way that is as good to head for in a straight line.
         place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell
@@ -448,105 +427,6 @@ def _widen_where_driven(
             if np.hypot(i - n // 2, j - n // 2) > passage.behind:
                 off = (2.0 + known / max_log_odds) * passage.driven_radius
                 traversed[i, j] = max(clearance[i, j], np.float32(passage.clearance - off))
-
-
-@kernel
-def _search(
-    costs: NDArray[np.float32],
-    cost_to_go: NDArray[np.float32],
-    queue: Queue,
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    unknown: float,
-    margin: float,
-) -> None:
-    """Write the cost of the way to the last cell into those between it and the first, and around.
-
-    A last cell beyond the square is reached from every cell of its edge, at the cost of unknown
-    ground. A cell that gets cheaper while it waits moves to another bucket, and one that gets
-    cheaper after it was taken is taken again: the costs are exact.
-    """
-    n, ring = len(costs), len(queue.heads) - 1
-    flat, price = cost_to_go.ravel(), costs.ravel()
-    flat[:] = np.inf
-    queue.heads[:] = -1
-    queue.bucket[:] = -1
-    a0, a1 = first
-    inside = 0 <= last[0] < n and 0 <= last[1] < n
-    waiting = 1 if inside else 4 * (n - 1)
-    now = 1 << 30
-    for k in range(waiting):
-        i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
-        cell = i * n + j
-        flat[cell] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
-        # A*: the straight line to the robot, at the least cost of a cell, never overestimates.
-        slot = int(flat[cell] + np.hypot(np.float32(i - a0), np.float32(j - a1)))
-        _push(queue, cell, slot & ring)
-        now = min(now, slot)
-    most = np.float32(np.inf)
-    half_steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
-    while waiting:
-        while queue.heads[now & ring] < 0:
-            now += 1
-        if now > most:
-            break
-        cell = queue.heads[now & ring]
-        _remove(queue, cell)
-        waiting -= 1
-        i, j = cell // n, cell % n
-        here, own = flat[cell], price[cell]
-        if i == a0 and j == a1:
-            # The robot's cost is known: go on for the margin that rollouts look up.
-            most = here + np.float32(margin)
-        for p in range(max(i - 1, 0), min(i + 2, n)):
-            for q in range(max(j - 1, 0), min(j + 2, n)):
-                other = p * n + q
-                length = here + half_steps[int(p != i and q != j)] * (own + price[other])
-                if not length < flat[other]:
-                    continue
-                flat[other] = length
-                if queue.bucket[other] >= 0:
-                    _remove(queue, other)
-                    waiting -= 1
-                rest = np.sqrt(np.float32((p - a0) * (p - a0) + (q - a1) * (q - a1)))
-                _push(queue, other, max(now, int(length + rest)) & ring)
-                waiting += 1
-
-
-@kernel
-def _edge_cell(k: int, n: int) -> tuple[int, int]:
-    """Return the k-th cell of the way around the square."""
-    side, along = k // (n - 1), k % (n - 1)
-    if side == 0:
-        return 0, along
-    if side == 1:
-        return along, n - 1
-    if side == 2:
-        return n - 1, n - 1 - along
-    return n - 1 - along, 0
-
-
-@kernel
-def _push(queue: Queue, cell: int, slot: int) -> None:
-    """Put a cell at the head of a bucket."""
-    head = queue.heads[slot]
-    queue.before[cell], queue.after[cell], queue.bucket[cell] = -1, head, slot
-    if head >= 0:
-        queue.before[head] = cell
-    queue.heads[slot] = cell
-
-
-@kernel
-def _remove(queue: Queue, cell: int) -> None:
-    """Take a cell out of its bucket."""
-    left, right = queue.before[cell], queue.after[cell]
-    if left >= 0:
-        queue.after[left] = right
-    else:
-        queue.heads[queue.bucket[cell]] = right
-    if right >= 0:
-        queue.before[right] = left
-    queue.bucket[cell] = -1
 
 
 @kernel

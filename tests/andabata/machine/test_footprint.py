@@ -7,6 +7,7 @@ from andabata.machine.footprint import (
     Obstacles,
     box_footprint,
     check_convex,
+    inner_radius_of,
     outline_distance,
     reach_of,
     touches,
@@ -129,3 +130,10 @@ def test_other_outlines_are_refused(corners):
     """Clockwise, too few corners, not around the centre, a dent."""
     with pytest.raises(ValueError, match="convex outline, counter-clockwise"):
         check_convex(corners)
+
+
+def test_the_inner_radius_is_the_distance_of_the_nearest_side():
+    """Of a box it is half of its lesser extent, of a regular outline that of all sides."""
+    assert inner_radius_of(box_footprint(0.5, 0.4)) == pytest.approx(0.2)
+    corners = tuple((np.cos(a), np.sin(a)) for a in np.arange(6) * np.pi / 3)
+    assert inner_radius_of(corners) == pytest.approx(np.cos(np.pi / 6))

@@ -13,7 +13,7 @@ from andabata.navigation.planar.null_navigators import RandomNavigator, Straight
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.12)
 BEARINGS = LIDAR.bearings
-SEEING = ["arcs", "dwa", "dwa-goal", "gap"]
+SEEING = ["arcs", "dwa", "dwa-goal", "gap", "mpc"]
 VEHICLE = PLANAR_VEHICLES["barn"]
 
 

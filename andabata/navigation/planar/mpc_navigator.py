@@ -1,0 +1,210 @@
+"""Navigator for flat ground at speed: sampling MPC over remembered hits and a time-to-go field.
+
+The laser's hits are remembered around the robot. Over them stands the field of the time to the
+goal, at the end of which the rollouts of the controller are judged. How the robot follows commands
+is identified from its own commands and odometry while it drives, unless it is told.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.footprint import inner_radius_of, reach_of
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.navigation.planning.dynamics_identification import (
+    DynamicsIdentification,
+    DynamicsIdentificationConfig,
+)
+from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
+from andabata.navigation.planning.nearest_hits import empty_hits, find_nearest
+from andabata.navigation.planning.planar_dynamics import (
+    PlanarDynamics,
+    WheelLimits,
+    observed,
+)
+from andabata.navigation.planning.sampling_mpc import SamplingMpc, SamplingMpcConfig
+from andabata.navigation.planning.time_to_go import TimeToGo, TimeToGoConfig, limits_of
+
+
+class MpcNavigatorConfig(BaseModel):
+    """Settings of the navigator.
+
+    Attributes:
+        hits: Settings of the hit layer.
+        time_to_go: Settings of the field.
+        mpc: Settings of the controller.
+        identification: Settings of the identification.
+        min_speed: Least speed, negative backwards [m/s].
+        max_yaw_rate: Largest yaw rate [rad/s].
+        replan_every: Number of periods between two fields.
+        stuck_time: Time without displacement after which the robot is stuck [s].
+        stuck_radius: Displacement that is one [m].
+        daring: Share of its margin, and of the cost of ways backwards, that a stuck robot gives up.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    hits: HitLayerConfig = HitLayerConfig(cell=0.05, cells=256)
+    time_to_go: TimeToGoConfig = TimeToGoConfig()
+    mpc: SamplingMpcConfig = SamplingMpcConfig()
+    identification: DynamicsIdentificationConfig = DynamicsIdentificationConfig()
+    min_speed: float = Field(default=-0.5, le=0)
+    max_yaw_rate: float = Field(default=4.0, gt=0)
+    replan_every: int = Field(default=2, ge=1)
+    stuck_time: float = Field(default=2.5, gt=0)
+    stuck_radius: float = Field(default=0.25, gt=0)
+    daring: float = Field(default=1.0, ge=0, le=1)
+
+
+class MpcNavigator:
+    """Drives to a goal on flat ground by laser and odometry, without a map.
+
+    Attributes:
+        config: Settings.
+        mpc: Controller.
+        hits: Hit layer.
+        time_to_go: Field of the time to the goal.
+        identification: Identification of the dynamics, used unless they are told.
+        dynamics: Dynamics that the last command was planned with.
+    """
+
+    def __init__(
+        self,
+        vehicle: PlanarVehicleConfig,
+        rng: np.random.Generator,
+        config: MpcNavigatorConfig | None = None,
+        is_told: bool = False,
+    ) -> None:
+        """Prepare for a robot.
+
+        Args:
+            vehicle: Outline, limits and period of the robot; its dynamics count if they are told.
+            rng: Source of randomness; each drive takes the same draws.
+            config: Settings.
+            is_told: True to take the dynamics of ``vehicle``, False to identify them.
+        """
+        self.config = config = config or MpcNavigatorConfig()
+        hits, footprint, max_speed = config.hits, vehicle.footprint, vehicle.max_speed
+        self._period, self._half_width = vehicle.period, inner_radius_of(footprint)
+        self._told = _dynamics_of(vehicle) if is_told else None
+        self.hits = HitLayer(hits)
+        speeds = limits_of(self._half_width, max_speed, config.mpc.margin, config.time_to_go)
+        self.time_to_go = TimeToGo(hits.cells, hits.cell, speeds, config.time_to_go)
+        reach = reach_of(footprint) + config.mpc.margin.at(max_speed) + 2 * hits.cell
+        self._nearest = empty_hits(hits.cells, hits.cell, reach)
+        limits = WheelLimits(
+            config.min_speed,
+            max_speed,
+            vehicle.max_wheel_speed,
+            vehicle.half_track,
+            config.max_yaw_rate,
+        )
+        self.mpc = SamplingMpc(config.mpc, limits, footprint, vehicle.period)
+        self.identification = DynamicsIdentification(config.identification, vehicle.period)
+        self._past = np.zeros((round(_MEMORY / vehicle.period), 2))
+        self._speeds = np.zeros((len(self._past) + 1, 2))
+        self._places = np.zeros((round(config.stuck_time / vehicle.period), 2))
+        self._seed = int(rng.integers(1 << 62))
+        self.reset(PlanarLidarConfig(), (0.0, 0.0))
+
+    def reset(self, lidar: PlanarLidarConfig, goal: tuple[float, float]) -> None:
+        """Forget the last drive, and its dynamics.
+
+        Args:
+            lidar: Laser of the robot.
+            goal: Goal in the frame of the odometry [m].
+        """
+        self.hits.reset()
+        self.mpc.reset()
+        self.identification.reset()
+        self._bearings, self._max_range = lidar.bearings, lidar.max_range
+        self._laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
+        self._goal = np.array(goal, dtype=np.float64)
+        self._past[:], self._speeds[:], self._places[:] = 0.0, 0.0, np.inf
+        self._periods = 0
+        self._rng = np.random.default_rng(self._seed)
+        self.dynamics = self._told or self.identification.estimate().mean
+
+    def act(self, readings: PlanarReadings) -> Twist:
+        """Return the command of this control period.
+
+        Args:
+            readings: Measurements at its begin.
+
+        Raises:
+            ValueError: If the pose or the speeds are not finite, or there is not one range for each
+                beam of the laser.
+        """
+        pose, velocity = readings.odometry, readings.velocity
+        self._check(readings)
+        position = np.array([pose.x, pose.y])
+        # What the last command has done.
+        self._speeds[:-1] = self._speeds[1:].copy()
+        self._speeds[-1] = velocity.linear, velocity.angular
+        if self._told is None and self._periods:
+            self.identification.update(Twist(*self._past[-1].tolist()), velocity)
+            self.dynamics = self.identification.estimate().mean
+        # What stands around, and how long the way takes from where.
+        self._remember(pose, readings.ranges)
+        if self._periods % self.config.replan_every == 0:
+            self.time_to_go.update(self._nearest, position, self._goal)
+        # What to do next.
+        state = observed(*pose, self._past, self._speeds, self.dynamics, self._period)
+        command = self.mpc.command(
+            state,
+            self._past,
+            self.dynamics,
+            self._nearest,
+            self.time_to_go.field,
+            self._goal,
+            self._rng,
+            self._daring(position),
+        )
+        self._past[:-1] = self._past[1:].copy()
+        self._past[-1] = command.linear, command.angular
+        self._periods += 1
+        return command
+
+    def _check(self, readings: PlanarReadings) -> None:
+        """Refuse readings that cannot be used."""
+        numbers = (*readings.odometry, readings.velocity.linear, readings.velocity.angular)
+        if not all(math.isfinite(number) for number in numbers):
+            raise ValueError(f"readings: expected finite pose and speeds, got {numbers}")
+        if readings.ranges.shape != self._bearings.shape:
+            raise ValueError(
+                f"ranges: expected one for each beam of the laser, {self._bearings.shape}, got "
+                f"{readings.ranges.shape}; reset the navigator with the robot's laser"
+            )
+
+    def _remember(self, pose: PlanarPose, ranges: NDArray[np.float32]) -> None:
+        """Take a scan into the hit layer, and find the nearest hits."""
+        robot, position = LaserPose(*pose), np.array([pose.x, pose.y])
+        self.hits.follow(position)
+        self.hits.update(self._laser.on(robot), self._bearings, ranges, self._max_range)
+        self.hits.clear(position, self._half_width - _RIM)
+        find_nearest(self.hits, self._nearest)
+
+    def _daring(self, position: NDArray[np.float64]) -> float:
+        """Return the share of the margin to give up: none unless the robot is stuck."""
+        self._places[self._periods % len(self._places)] = position
+        moved = np.hypot(*(self._places - position).T).max()
+        return self.config.daring if moved < self.config.stuck_radius else 0.0
+
+
+def _dynamics_of(vehicle: PlanarVehicleConfig) -> PlanarDynamics:
+    """Return the dynamics of a vehicle as the model has them."""
+    return PlanarDynamics(
+        vehicle.delay, vehicle.lag, vehicle.acceleration, vehicle.yaw_acceleration
+    )
+
+
+_MEMORY = 1.0
+"""Time over which commands and speeds are kept to find what the robot's controller asks for [s]."""
+
+_RIM = 0.02
+"""Distance from the robot's edge, inwards, from which on the ground under it is free [m]."""

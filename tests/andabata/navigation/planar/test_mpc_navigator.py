@@ -1,0 +1,125 @@
+"""Navigator for flat ground at speed: arrives among posts with dynamics that nobody told it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from andabata.machine.footprint import Obstacles
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicle
+from andabata.navigation.planar.mpc_navigator import MpcNavigator, MpcNavigatorConfig
+from andabata.navigation.planning.planar_dynamics import PlanarDynamics
+
+LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=0.75, max_range=10.0)
+RADIUS = 0.075
+POSTS = np.array([(1.5, 0.1), (2.6, -0.5), (2.6, 0.6), (3.6, 0.0), (4.4, 0.7), (4.5, -0.6)])
+GOAL = (6.0, 0.0)
+NONE = np.zeros((0, 4))
+START, REST = PlanarPose(0.0, 0.0, 0.0), Twist(0.0, 0.0)
+
+
+def ranges_from(pose, posts=POSTS):
+    """Return the ranges of the laser among posts [m]."""
+    angles = pose.yaw + LIDAR.bearings
+    dx, dy = posts[:, 0] - pose.x, posts[:, 1] - pose.y
+    along = np.cos(angles)[:, None] * dx + np.sin(angles)[:, None] * dy
+    aside = np.cos(angles)[:, None] * dy - np.sin(angles)[:, None] * dx
+    depth = np.sqrt(np.maximum(RADIUS**2 - aside**2, 0.0))
+    seen = np.where((np.abs(aside) < RADIUS) & (along > 0), along - depth, np.inf)
+    return seen.min(axis=1).astype(np.float32)
+
+
+def readings(pose=START, velocity=REST, ranges=None):
+    """Return readings at a pose."""
+    return PlanarReadings(0.0, pose, velocity, ranges_from(pose) if ranges is None else ranges)
+
+
+def made(config=None, is_told=False, vehicle="barn"):
+    """Return a navigator."""
+    rng = np.random.default_rng(0)
+    return MpcNavigator(PLANAR_VEHICLES[vehicle], rng, config, is_told)
+
+
+def driven(navigator, vehicle, seconds=8.0):
+    """Drive to the goal; return the time it took [s], infinite for contact, and the robot."""
+    circles = np.column_stack([POSTS, np.full(len(POSTS), RADIUS)])
+    robot = PlanarVehicle(
+        PLANAR_VEHICLES[vehicle],
+        START,
+        Obstacles(NONE, circles, NONE),
+        np.random.default_rng(4),
+    )
+    navigator.reset(LIDAR, GOAL)
+    for k in range(round(seconds / 0.05)):
+        if math.dist(robot.pose[:2], GOAL) < 0.5:
+            return k * 0.05, robot
+        robot.step(
+            navigator.act(
+                PlanarReadings(k * 0.05, robot.odometry, robot.velocity, ranges_from(robot.pose))
+            )
+        )
+    return math.inf, robot
+
+
+@pytest.mark.parametrize("vehicle", ["barn", "barn-slow"])
+def test_it_arrives_among_posts_without_contact_and_knows_the_dynamics(vehicle):
+    """Nobody told it the delay, lag and acceleration, and it is fast all the same."""
+    navigator, config = made(), PLANAR_VEHICLES[vehicle]
+    time, robot = driven(navigator, vehicle)
+    assert not robot.has_contact
+    assert time < 6.0
+    found = navigator.dynamics
+    assert found.delay + found.lag == pytest.approx(config.delay + config.lag, abs=0.05)
+    assert found.acceleration == pytest.approx(config.acceleration, rel=0.2)
+
+
+def test_told_dynamics_are_kept():
+    """Nothing is identified then."""
+    navigator = made(is_told=True, vehicle="barn-slow")
+    navigator.reset(LIDAR, GOAL)
+    for _ in range(5):
+        navigator.act(readings(velocity=Twist(0.5, 0.0)))
+    assert navigator.dynamics == PlanarDynamics(0.15, 0.25, 1.5, 8.0)
+
+
+def test_after_a_reset_it_commands_the_same_again():
+    """Map, plan, dynamics and random numbers begin anew."""
+    navigator, twists = made(), []
+    for _ in range(2):
+        navigator.reset(LIDAR, GOAL)
+        poses = [PlanarPose(0.02 * k, 0.0, 0.0) for k in range(6)]
+        twists.append([navigator.act(readings(pose, Twist(0.4, 0.0))) for pose in poses])
+    assert twists[0] == twists[1]
+
+
+def test_a_robot_that_does_not_move_gives_up_a_part_of_its_margin():
+    """Only after the time without displacement, and not once it moves again."""
+    navigator = made(MpcNavigatorConfig(stuck_time=0.5))
+    navigator.reset(LIDAR, GOAL)
+    here = np.zeros(2)
+    shares = []
+    for _ in range(12):
+        shares.append(navigator._daring(here))
+        navigator._periods += 1
+    assert shares[:9] == [0.0] * 9
+    assert shares[-1] == navigator.config.daring
+    assert navigator._daring(np.array([1.0, 0.0])) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("bad", "message"),
+    [
+        ({"pose": PlanarPose(math.nan, 0.0, 0.0)}, "expected finite pose and speeds"),
+        ({"velocity": Twist(math.inf, 0.0)}, "expected finite pose and speeds"),
+        ({"ranges": np.ones(3, dtype=np.float32)}, "one for each beam of the laser"),
+    ],
+)
+def test_readings_that_cannot_be_used_are_refused(bad, message):
+    """The message names what is wrong."""
+    navigator = made()
+    navigator.reset(LIDAR, GOAL)
+    with pytest.raises(ValueError, match=message):
+        navigator.act(readings(**bad))

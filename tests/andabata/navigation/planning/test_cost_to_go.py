@@ -1,0 +1,49 @@
+"""Search of the cost to go: known costs, in any unit, and only as far as they are asked for.
+
+Random grids against a plain search are among the tests of the grid planner.
+"""
+
+import numpy as np
+import pytest
+
+from andabata.navigation.planning.cost_to_go import queue_for, search
+
+CELLS = 32
+
+
+def searched(costs, first, last, unknown=1.0, margin=1e6):
+    """Return the cost to go over some costs."""
+    found = np.empty_like(costs)
+    queue = queue_for(len(costs), float(costs.max()), unknown)
+    search(costs, found, queue, np.array(first), np.array(last), unknown, margin)
+    return found
+
+
+def octile(last):
+    """Return the length of the way to a cell in steps to eight neighbours."""
+    i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array(last)[:, None, None])
+    return np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)
+
+
+@pytest.mark.parametrize("cost", [1.0, 7.5])
+def test_even_ground_costs_its_length(cost):
+    """Steps are straight or diagonal, and each costs its cells' cost."""
+    costs = np.full((CELLS, CELLS), cost, dtype=np.float32)
+    found = searched(costs, (3, 4), (20, 11))
+    np.testing.assert_allclose(found, cost * octile((20, 11)), rtol=1e-5)
+
+
+def test_a_goal_beyond_the_square_costs_the_straight_way_to_it():
+    """From the nearest cell of the edge it is as far as the goal, over ground of a known cost."""
+    costs = np.ones((CELLS, CELLS), dtype=np.float32)
+    found = searched(costs, (16, 16), (16, CELLS + 9), unknown=1.5)
+    assert found[16, CELLS - 1] == pytest.approx(15.0)
+    assert found[16, 16] == pytest.approx(15.0 + 15.0)
+
+
+def test_the_search_ends_a_margin_behind_the_robot():
+    """What certainly costs more than the robot's way and the margin is not visited."""
+    costs = np.ones((CELLS, CELLS), dtype=np.float32)
+    found = searched(costs, (4, 16), (1, 16), margin=4.0)
+    assert found[4, 16] == pytest.approx(3.0)
+    assert np.isinf(found[28, 16])

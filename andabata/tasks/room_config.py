@@ -101,6 +101,15 @@ class RoomConfig(BaseModel):
         return self.lidar.count if self.points is None else self.points
 
     @property
+    def keeps_situations(self) -> bool:
+        """True if a replay buffer keeps situations, and renders observations from them.
+
+        That takes longer than to keep the observations. It pays where points make these large, and
+        where other lasers are drawn for each sample.
+        """
+        return self.capacity > 0 or self.randomization is not None
+
+    @property
     def unseen(self) -> Self:
         """The same with every room as often as others: random tasks that snapshots compare on.
 

@@ -119,8 +119,10 @@ class RoomVectorEnv(PlanarVectorEnv):
         return self._in_rooms.poses.copy()
 
     @property
-    def _situations(self) -> NDArray[np.float32]:
-        """Situations of all robots; see ``RoomRenderer``."""
+    def _situations(self) -> NDArray[np.float32] | None:
+        """Situations of all robots where a replay keeps them; see ``RoomRenderer``."""
+        if not self.config.keeps_situations:
+            return None
         batch, history = self._in_rooms, self._history
         earlier = None if history is None else history.earlier
         state = batch.places, batch.motions, self._targets, batch.movers

@@ -89,7 +89,9 @@ def make_batch(config: TaskConfig, count: int, scenes: SceneCache | None = None)
 
 def renderer_of(config: TaskConfig) -> RoomRenderer | None:
     """Return what renders a task's observations from situations; None where states are kept."""
-    return room_renderer(config) if isinstance(config, RoomConfig) else None
+    if isinstance(config, RoomConfig) and config.keeps_situations:
+        return room_renderer(config)
+    return None
 
 
 def robots_in_one_process(

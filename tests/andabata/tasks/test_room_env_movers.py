@@ -7,6 +7,7 @@ from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.tasks import room_env
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig
 from andabata.tasks.room_env import RoomVectorEnv
+from andabata.tasks.room_observations import LidarRandomization
 from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.vector import renderer_of
 from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
@@ -15,6 +16,9 @@ from worlds.rooms import Room, RoomPlan
 MOVING = Td3Config(
     rooms=("clutter-movers-5", "clutter-movers-8", "spn-sudden", "spn-env3"), random_rooms=0
 )
+
+NEVER = {"randomization": LidarRandomization(share=0.0)}
+"""Settings that keep situations, and draw no laser."""
 
 
 @pytest.fixture
@@ -82,7 +86,7 @@ def test_a_wall_is_an_obstacle_in_infos(on_a_way):
 )
 def test_situations_with_movers_give_the_same_bits(changes):
     """In every step, among movers that bounce, rendering gives what was observed, to the bit."""
-    config = MOVING.model_copy(update=changes)
+    config = MOVING.model_copy(update=NEVER | changes)
     env = RoomVectorEnv(config, 24)
     render, rng, ends, present = renderer_of(config), np.random.default_rng(5), 0, 0
     states, info = env.reset(seed=4)
@@ -99,6 +103,16 @@ def test_situations_with_movers_give_the_same_bits(changes):
         ends += (terminated | truncated).sum()
     assert ends > 10
     assert present > 500
+
+
+def test_observations_without_points_are_kept_as_they_are():
+    """Where only windows are observed, no situations are given and nothing is rendered again."""
+    for config in (MOVING, MOVING.model_copy(update={"earlier_scan": 4})):
+        assert "situations" not in RoomVectorEnv(config, 2).reset(seed=0)[1]
+        assert renderer_of(config) is None
+    drawn = MOVING.model_copy(update={"randomization": LidarRandomization()})
+    assert renderer_of(drawn) is not None
+    assert "situations" in RoomVectorEnv(drawn, 2).reset(seed=0)[1]
 
 
 def test_an_earlier_scan_shows_what_moves_and_not_what_stands(on_a_way):
@@ -136,7 +150,7 @@ def test_movers_are_those_of_the_seed():
     """The same seed gives the same movers, now and 50 steps later; another gives others."""
     rows = []
     for seed in (3, 3, 4):
-        env = RoomVectorEnv(MOVING, 8, autoreset=False)
+        env = RoomVectorEnv(MOVING.model_copy(update=NEVER), 8, autoreset=False)
         _, info = env.reset(seed=seed)
         first = info["situations"]
         for _ in range(50):

@@ -95,7 +95,7 @@ class RoomRewardConfig(BaseModel):
 
     Attributes:
         goal: Reward of the step that reaches the goal.
-        collision: Reward of the step that ends in a collision.
+        collision: Reward of the step that ends in a collision, or stuck.
         progress: Reward of each metre nearer to the goal, c1.
         step: Reward of every other step, c2: standing still is no way out ([9]: -0.01).
     """
@@ -116,7 +116,8 @@ def room_reward(
 ) -> dict[str, NDArray[np.float64]]:
     """Return the terms of one step's reward for n robots; their sum is the reward.
 
-    Goal and collision stand alone in their step, as printed; a time-out is a step like others.
+    Goal and collision stand alone in their step, as printed; a time-out is a step like others. A
+    robot that is stuck pays as for a collision: what stands and waits earns no way out.
 
     Args:
         config: Constants.
@@ -127,7 +128,8 @@ def room_reward(
     Returns:
         Terms by name, float64, shape (n,) each.
     """
-    reached, collided = endings == Ending.GOAL, endings == Ending.COLLISION
+    reached = endings == Ending.GOAL
+    collided = (endings == Ending.COLLISION) | (endings == Ending.STUCK)
     other = ~(reached | collided)
     return {
         "goal": np.where(reached, config.goal, 0.0),

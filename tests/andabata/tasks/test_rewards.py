@@ -108,12 +108,15 @@ def test_a_robot_among_many_is_paid_as_alone():
 
 
 def test_goal_and_collision_stand_alone_in_their_step():
-    """Equation 3 of SPN: success, crash, or progress and the cost of a step; never two of them."""
-    endings = np.array([Ending.GOAL, Ending.COLLISION, Ending.NONE, Ending.TIMEOUT])
-    before, after = np.array([0.4, 2.0, 3.0, 3.0]), np.array([0.2, 1.9, 2.9, 3.1])
+    """Equation 3 of SPN: success, crash, or progress and the cost of a step; never two of them.
+
+    A robot that is stuck pays as for a crash.
+    """
+    endings = np.array([Ending.GOAL, Ending.COLLISION, Ending.NONE, Ending.TIMEOUT, Ending.STUCK])
+    before, after = np.array([0.4, 2.0, 3.0, 3.0, 3.0]), np.array([0.2, 1.9, 2.9, 3.1, 3.1])
     terms = room_reward(RoomRewardConfig(), before, after, endings)
-    np.testing.assert_allclose(sum(terms.values()), [5.0, -5.0, 0.1 - 0.02, -0.1 - 0.02])
-    np.testing.assert_allclose(terms["progress"], [0.0, 0.0, 0.1, -0.1])
+    np.testing.assert_allclose(sum(terms.values()), [5.0, -5.0, 0.1 - 0.02, -0.1 - 0.02, -5.0])
+    np.testing.assert_allclose(terms["progress"], [0.0, 0.0, 0.1, -0.1, 0.0])
 
 
 def test_arriving_pays_more_than_creeping():

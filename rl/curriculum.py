@@ -10,6 +10,7 @@ import torch
 
 from rl import checkpoint as checkpoints
 from rl.curriculum_config import CurriculumConfig, Stage
+from rl.driving import DRIVING_NOISE
 from rl.fixed_tasks import FixedTaskFigures, fixed_task_figures, fixed_tasks
 from rl.learners import make_learner
 from rl.policy import Policy, policy_from_bytes, with_info
@@ -216,7 +217,7 @@ class Curriculum:
         """Drive in the worlds kept for validation, and keep the policy that does best."""
         config, at = self._config, self._at
         due = config.validate_every and at.iteration % config.validate_every == 0
-        policy = self.learner.policy({})
+        policy = self._driving_policy({})
         if not config.validation or not (due or is_last):
             if is_last:
                 self._best = policy
@@ -251,7 +252,7 @@ class Curriculum:
         if not every or self._at.steps // every == steps_before // every:
             return None
         tasks = fixed_tasks(2 * len(config.stages), config.test_tasks)
-        return fixed_task_figures(self._rollout(self.learner.policy({}), 1, tasks, False))
+        return fixed_task_figures(self._rollout(self._driving_policy({}), 1, tasks, False))
 
     def _figures(
         self,
@@ -288,8 +289,18 @@ class Curriculum:
     def policy(self, info: dict[str, Any]) -> Policy:
         """Return the policy of the run: the best of the stage that ended last, else the present."""
         if self._at.episodes == 0 and self._best is not None:
-            return with_info(self._best, info)
-        return self.learner.policy(info)
+            return with_info(self._best, info | self._driving)
+        return self._driving_policy(info)
+
+    def _driving_policy(self, info: dict[str, Any]) -> Policy:
+        """Return what has been learnt, as a policy that drives."""
+        return self.learner.policy(info | self._driving)
+
+    @property
+    def _driving(self) -> dict[str, Any]:
+        """What policies are told about how they drive."""
+        noise = self._config.learner.driving_noise
+        return {DRIVING_NOISE: noise} if noise else {}
 
     def to_bytes(self) -> bytes:
         """Return a checkpoint."""

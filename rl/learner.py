@@ -27,6 +27,8 @@ class BaseLearnerConfig(BaseModel):
             act at 10 Hz (paper: 1).
         reward_scale: Factor of the rewards.
         episodes_per_iteration: Number of episodes that are played before each update.
+        driving_noise: Standard deviation of the noise on the actions' shares that the policy keeps
+            when it drives; see ``rl.driving`` (assumption; paper: 0).
         device: Device of the gradients; see ``Device``.
     """
 
@@ -36,6 +38,7 @@ class BaseLearnerConfig(BaseModel):
     action_repeat: int = Field(default=5, ge=1)
     reward_scale: float = Field(default=1.0, gt=0)
     episodes_per_iteration: int = Field(default=8, ge=1)
+    driving_noise: float = Field(default=0.0, ge=0, le=1)
     device: Device = "cpu"
 
 

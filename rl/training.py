@@ -6,11 +6,13 @@ processes play the episodes.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rl.driving import driven, driven_many
 from rl.environment import Environment, VectorEnvironment
 from rl.policy import Policy
 
@@ -95,7 +97,8 @@ def play(
     policy.reset()
     over, terminated = False, False
     while not over:
-        shares = policy.explore(state, recorder.rng) if explore else policy.best(state)
+        act = policy.explore if explore else partial(driven, policy)
+        shares = act(state, recorder.rng)
         action = shares.astype(np.float32)
         recorder.decide(info.get(SITUATIONS, state), action)
         for _ in range(action_repeat):
@@ -232,11 +235,9 @@ def _decide(
 ) -> None:
     """Write the actions of the robots that play, and record them with ``kept``, their states."""
     rows = list(playing)
-    if explore:
-        rngs = [recorder.rng for recorder in playing.values()]
-        shares = policy.explore_many(states[rows], rngs)
-    else:
-        shares = policy.best_many(states[rows])
+    rngs = [recorder.rng for recorder in playing.values()]
+    act = policy.explore_many if explore else partial(driven_many, policy)
+    shares = act(states[rows], rngs)
     chosen = shares.astype(np.float32)
     actions[rows] = chosen
     for (k, recorder), action in zip(playing.items(), chosen, strict=True):

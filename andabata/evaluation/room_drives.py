@@ -12,6 +12,7 @@ from andabata.tasks.movers import Contact
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome
+from rl.driving import driven_many
 from rl.policy import Policy
 from worlds.rooms import RoomTask
 from worlds.world import Start
@@ -54,9 +55,10 @@ class RoomDrive:
 def drive_tasks(
     policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
 ) -> list[RoomDrive]:
-    """Drive tasks of a room with a policy at its best, and return the drives in their order.
+    """Drive tasks of a room as a policy drives, and return the drives in their order.
 
-    The robot and what it observes are those that the policy was trained with; see ``fitted``.
+    The robot and what it observes are those that the policy was trained with; see ``fitted``. Noise
+    that the policy keeps is the same in each call.
 
     Args:
         policy: Policy, for any number of points.
@@ -110,17 +112,19 @@ def _driven_together(
     """Drive tasks side by side; the number of the first is ``begin``."""
     count = len(tasks)
     states, _ = robots.reset(seed=0, options={"room": 0, "drive": list(tasks)})
+    rngs = [np.random.default_rng((0, begin + k)) for k in range(count)]
     paths = [[pose] for pose in robots.poses]
     found: dict[int, RoomDrive] = {}
     while len(found) < count:
         going = np.array([k not in found for k in range(count)])
+        left = np.flatnonzero(going)
         if on_states is not None:
-            on_states(begin + np.flatnonzero(going), states[going])
+            on_states(begin + left, states[left])
         actions = np.zeros((count, actor.actions.size), dtype=np.float32)
-        actions[going] = actor.best_many(states[going])
+        actions[left] = driven_many(actor, states[left], [rngs[k] for k in left.tolist()])
         states, _, terminated, truncated, info = robots.step(actions)
         poses = robots.poses
-        for k in np.flatnonzero(going).tolist():
+        for k in left.tolist():
             paths[k].append(poses[k])
         for k in np.flatnonzero(terminated | truncated).tolist():
             end = Outcome(info["outcome"][k]), _CONTACTS[info["contact"][k]]

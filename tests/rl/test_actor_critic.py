@@ -186,6 +186,7 @@ def test_the_settings_of_the_shipped_policy():
         "action_repeat": 5,
         "episodes_per_iteration": 8,
         "device": "cpu",
+        "driving_noise": 0.0,
         "critic": "reward-input",
         "actor_rate": 1e-3,
         "critic_rate": 3e-3,

@@ -8,6 +8,7 @@ import pytest
 from rl.actor_critic import ActorCriticConfig
 from rl.curriculum import Curriculum, validation_score
 from rl.curriculum_config import CurriculumConfig, Difficulty, Stage
+from rl.driving import driving_noise
 from rl.sac import SacConfig
 from rl.spaces import steering_observations
 from rl.training import Episode, serial_rollouts
@@ -258,6 +259,21 @@ def test_the_best_policy_is_kept():
     assert rates[-1] == max(rates)
     kept = {policy.to_bytes() for explores, policy in recorder.policies if not explores}
     assert curriculum.policy({}).to_bytes() in kept
+
+
+def test_a_policy_keeps_the_noise_that_it_is_validated_with():
+    """It is told with the policy, of the best snapshot and of the present one."""
+    recorder = Recorder()
+    plan = config(8, driving_noise=0.25).model_copy(update={"validation": 1})
+    curriculum = Curriculum(plan, recorder)
+    run(curriculum, 1)
+    assert driving_noise(curriculum.policy({"stage": "turn"})) == 0.25
+    run(curriculum)
+    last = curriculum.policy({"stage": "again"})
+    assert (driving_noise(last), last.info["stage"]) == (0.25, "again")
+    assert {driving_noise(policy) for explores, policy in recorder.policies if not explores} == {
+        0.25
+    }
 
 
 def test_the_policy_of_a_better_validation_replaces_the_older():

@@ -18,7 +18,9 @@ from andabata.tasks.movers import Contact
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.terminations import Outcome
+from rl.driving import DRIVING_NOISE
 from rl.goal_laws import ProportionalPolicy
+from rl.policy import with_info
 from tests.room_policies import window_policy
 from worlds.room_catalogue import make_room
 from worlds.rooms import RoomTask, random_task
@@ -144,3 +146,12 @@ def test_a_tour_goes_on_where_the_robot_stands():
     assert outcomes == [Outcome.GOAL, Outcome.GOAL, Outcome.COLLISION]
     for before, leg in pairwise(legs):
         np.testing.assert_array_equal(leg.path[0], before.path[-1])
+
+
+def test_noise_that_a_policy_keeps_is_drawn_for_each_drive():
+    """Two drives of one task differ, in a batch or not; another call gives the same again."""
+    noisy = with_info(proportional(), {DRIVING_NOISE: 0.3})
+    first, second = drive_tasks(noisy, TASK, [AHEAD, AHEAD])
+    assert not np.array_equal(first.path[:5], second.path[:5])
+    (alone,) = drive_tasks(noisy, TASK, [AHEAD])
+    np.testing.assert_array_equal(alone.path, first.path)

@@ -118,24 +118,23 @@ class Surroundings(NamedTuple):
 @kernel
 def draw_commands(
     plan: NDArray[np.float64],
-    arcs: NDArray[np.float64],
+    fixed: NDArray[np.float64],
     noise: NDArray[np.float64],
     limits: WheelLimits,
     commands: NDArray[np.float64],
 ) -> None:
-    """Write the sequences of a tick: the last plan, constant ones, and noise around the plan.
+    """Write the sequences of a tick: the last plan, fixed ones, and noise around the plan.
 
     Args:
         plan: Commands of the last plan, shape (steps, 2).
-        arcs: Constant commands, shape (k, 2).
+        fixed: Sequences that do not depend on the plan, shape (k, steps, 2).
         noise: Deviations at the knots, shape (drawn, knots, 2).
         limits: Limits of commands.
         commands: Result, shape (1 + k + drawn, steps, 2).
     """
-    steps, knots, first = len(plan), noise.shape[1], 1 + len(arcs)
+    steps, knots, first = len(plan), noise.shape[1], 1 + len(fixed)
     commands[0] = plan
-    for k in range(len(arcs)):
-        commands[1 + k, :] = arcs[k]
+    commands[1:first] = fixed
     for s in range(len(noise)):
         # A third varies little around the plan, to refine it.
         scale = 0.3 if s % 3 == 0 else 1.0

@@ -137,6 +137,7 @@ class SamplingMpc:
         goal: NDArray[np.float64],
         rng: np.random.Generator,
         daring: float = 0.0,
+        backing: float = 0.0,
     ) -> Twist:
         """Return the command of this period.
 
@@ -149,8 +150,9 @@ class SamplingMpc:
             field: Time to the goal.
             goal: Goal [m], shape (2,).
             rng: Source of randomness.
-            daring: Share of the margin and of the cost of a way backwards that is given up, with as
-                much more noise, for a robot that is stuck.
+            daring: Share of the margin that is given up, with as much more noise, for a robot that
+                is stuck.
+            backing: Share of the cost of ways backwards that is given up.
         """
         config = self.config
         # The last plan, one period later; its end goes on.
@@ -168,7 +170,7 @@ class SamplingMpc:
             margin_cost=config.margin_cost,
             contact_distance=config.contact_distance,
             contact_cost=config.contact_cost,
-            reverse_cost=config.reverse_cost * (1.0 - daring),
+            reverse_cost=config.reverse_cost * (1.0 - backing),
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )
@@ -206,9 +208,16 @@ def _fixed_sequences(
     constant += [(limits.min_speed, rate) for rate in (-1.0, 0.0, 1.0)]
     arcs = [np.tile(limited(v, w, limits), (steps, 1)) for v, w in constant]
     turns = []
+    times = period * np.arange(1, steps + 1)
     for time in config.turn_times:
+        # The turn begins and ends gradually: sudden changes of the yaw rate cost more than it.
+        share = np.clip(np.minimum(times, time + period - times) / _RAMP, 0.0, 1.0)
         for rate in (-config.turn_rate, config.turn_rate):
-            sequence = np.tile(limited(config.turn_speed, 0.0, limits), (steps, 1))
-            sequence[: round(time / period)] = limited(0.0, rate, limits)
-            turns.append(sequence)
+            speed = np.where(times > time, config.turn_speed, 0.0)
+            pairs = zip(speed.tolist(), (rate * share).tolist(), strict=True)
+            turns.append(np.array([limited(v, w, limits) for v, w in pairs]))
     return np.array(arcs + turns)
+
+
+_RAMP = 0.2
+"""Time in which turns on the spot reach their yaw rate, and end [s]."""

@@ -83,6 +83,8 @@ class PlanarVehicleConfig(BaseModel):
             for each drive.
         odometry_turn: Standard deviation of the heading by odometry after a metre [rad]; it grows
             with the root of the way.
+        speed_noise: Standard deviation of the measured speed [m/s] (assumption, as the next).
+        yaw_rate_noise: Standard deviation of the measured yaw rate [rad/s].
         range_noise: Standard deviation of the laser's ranges [m].
         ranges: Ranges that the dynamics are drawn from for each drive; None takes those above.
     """
@@ -103,6 +105,8 @@ class PlanarVehicleConfig(BaseModel):
     slip: float = Field(default=0.03, ge=0, lt=1)
     odometry_scale: float = Field(default=0.01, ge=0, lt=1)
     odometry_turn: float = Field(default=0.005, ge=0, lt=1)
+    speed_noise: float = Field(default=0.02, ge=0, lt=1)
+    yaw_rate_noise: float = Field(default=0.02, ge=0, lt=1)
     range_noise: float = Field(default=0.01, ge=0, lt=1)
     ranges: DynamicsRanges | None = None
 
@@ -255,7 +259,7 @@ class PlanarVehicle:
 
     @property
     def velocity(self) -> Twist:
-        """Speed and yaw rate that the wheels measure."""
+        """Speed and yaw rate of the wheels, without the noise of their measurement."""
         return Twist(float(self.state[V]), float(self.state[W]))
 
     def step(self, command: Twist) -> None:

@@ -90,6 +90,8 @@ class SimulatedPlanarRobot:
         )
         self.lidar = lidar
         self._rng, self._periods = rng, 0
+        # Its own source: what the laser and the ground draw does not depend on it.
+        (self._speed_rng,) = rng.spawn(1)
         self._rooms, self._lasers = room_arrays([room]), laser_arrays([lidar])
         self._movers = Movers.none(1, 0)
         self._found = np.zeros((1, lidar.count), dtype=np.float32)
@@ -109,9 +111,15 @@ class SimulatedPlanarRobot:
         return PlanarReadings(
             stamp=self._periods * config.period,
             odometry=self.vehicle.odometry,
-            velocity=self.vehicle.velocity,
+            velocity=self._measured_velocity(),
             ranges=np.where(met, noisy, np.float32(np.inf)),
         )
+
+    def _measured_velocity(self) -> Twist:
+        """Return speed and yaw rate of the wheels with the noise of their measurement."""
+        config, true = self.vehicle.config, self.vehicle.velocity
+        noise = self._speed_rng.standard_normal(2) * (config.speed_noise, config.yaw_rate_noise)
+        return Twist(true.linear + float(noise[0]), true.angular + float(noise[1]))
 
     def step(self, command: Twist) -> None:
         """Drive for one control period.

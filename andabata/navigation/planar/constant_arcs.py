@@ -32,6 +32,7 @@ from andabata.navigation.planning.grid_planner import (
     Passage,
 )
 from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
+from andabata.navigation.planning.time_to_go import TimeField, time_at
 from terrain.kernel import kernel
 
 _UNREACHABLE = 1e3
@@ -115,24 +116,6 @@ class _Rollout(NamedTuple):
     heading: float
 
 
-class TimeToGo(NamedTuple):
-    """Time from cells to the goal.
-
-    Attributes:
-        cells: Cost to go, in cells at the largest speed, infinite where unknown, float32, (n, n).
-        x: Corner of the first cell [m].
-        y: Corner of the first cell [m].
-        cell: Edge of a cell [m].
-        seconds: Time of a cell at the largest speed [s].
-    """
-
-    cells: NDArray[np.float32]
-    x: float
-    y: float
-    cell: float
-    seconds: float
-
-
 class ConstantArcsNavigator:
     """Rolls out constant commands and takes the one that leaves the least time to the goal."""
 
@@ -195,8 +178,14 @@ class ConstantArcsNavigator:
                 layer.log_odds, layer.centre, EVERYWHERE, position, self._goal, layer.places
             )
         self._periods += 1
-        cell, (x, y) = config.hits.cell, self._plan.corner.tolist()
-        time_to_go = TimeToGo(self._plan.cost_to_go, x, y, cell, cell / config.max_speed)
+        cell = config.hits.cell
+        time_to_go = TimeField(
+            self._plan.cost_to_go,
+            self._plan.corner,
+            cell,
+            cell / config.max_speed,
+            np.full(1, _UNREACHABLE),
+        )
         reach = config.max_speed * config.horizon + 0.5
         field = clearance_field(obstacles, (pose.x, pose.y), reach, 0.05, 0.5)
         state = np.array([*pose, readings.velocity.linear, readings.velocity.angular])
@@ -238,7 +227,7 @@ def _costs(
     state: NDArray[np.float64],
     discs: NDArray[np.float64],
     field: ClearanceField,
-    time_to_go: TimeToGo,
+    time_to_go: TimeField,
     goal: NDArray[np.float64],
     rollout: _Rollout,
 ) -> NDArray[np.float64]:
@@ -299,33 +288,17 @@ def _step(body: NDArray[np.float64], command: NDArray[np.float64], rollout: _Rol
 
 
 @kernel
-def _time_left(body: NDArray[np.float64], time_to_go: TimeToGo, rollout: _Rollout) -> float:
+def _time_left(body: NDArray[np.float64], time_to_go: TimeField, rollout: _Rollout) -> float:
     """Return the time-to-go of a pose, and what the turn into the way costs [s]."""
-    here = _at(body[0], body[1], time_to_go)
+    here = time_at(time_to_go, body[0], body[1])
     if here >= _UNREACHABLE:
         return here
     reach = 2.0 * time_to_go.cell
-    dx = _at(body[0] - reach, body[1], time_to_go) - _at(body[0] + reach, body[1], time_to_go)
-    dy = _at(body[0], body[1] - reach, time_to_go) - _at(body[0], body[1] + reach, time_to_go)
+    x, y = body[0], body[1]
+    dx = time_at(time_to_go, x - reach, y) - time_at(time_to_go, x + reach, y)
+    dy = time_at(time_to_go, x, y - reach) - time_at(time_to_go, x, y + reach)
     if abs(dx) + abs(dy) < 1e-9 or abs(dx) + abs(dy) > 0.5 * _UNREACHABLE:
         return here
     off = np.arctan2(dy, dx) - body[2]
     off = abs(np.pi - (np.pi - off) % (2 * np.pi))
     return here + rollout.heading * off
-
-
-@kernel
-def _at(x: float, y: float, time_to_go: TimeToGo) -> float:
-    """Return the time-to-go of a place [s], bilinear between the middles of cells."""
-    n = len(time_to_go.cells)
-    p = (x - time_to_go.x) / time_to_go.cell - 0.5
-    q = (y - time_to_go.y) / time_to_go.cell - 0.5
-    i, j = int(np.floor(p)), int(np.floor(q))
-    if not (0 <= i < n - 1 and 0 <= j < n - 1):
-        return _UNREACHABLE
-    cells = time_to_go.cells
-    p, q = p - i, q - j
-    low = cells[i, j] * (1.0 - q) + cells[i, j + 1] * q
-    high = cells[i + 1, j] * (1.0 - q) + cells[i + 1, j + 1] * q
-    found = (low * (1.0 - p) + high * p) * time_to_go.seconds
-    return found if found < _UNREACHABLE else _UNREACHABLE

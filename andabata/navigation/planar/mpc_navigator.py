@@ -6,10 +6,11 @@ is identified from its own commands and odometry while it drives, unless it is t
 """
 
 import math
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.footprint import inner_radius_of, reach_of
 from andabata.machine.kinematics import Twist
@@ -44,7 +45,10 @@ class MpcNavigatorConfig(BaseModel):
         replan_every: Number of periods between two fields.
         stuck_time: Time without displacement after which the robot is stuck [s].
         stuck_radius: Displacement that is one [m].
-        daring: Share of its margin, and of the cost of ways backwards, that a stuck robot gives up.
+        daring: Share of its margin that a stuck robot gives up.
+        standing_time: Time without half of such a displacement after which ways backwards cost
+            nothing [s].
+        way_out: Distance from the place where the robot stood from which on they cost again [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -59,6 +63,18 @@ class MpcNavigatorConfig(BaseModel):
     stuck_time: float = Field(default=2.5, gt=0)
     stuck_radius: float = Field(default=0.25, gt=0)
     daring: float = Field(default=1.0, ge=0, le=1)
+    standing_time: float = Field(default=1.0, gt=0)
+    way_out: float = Field(default=0.4, ge=0)
+
+    @model_validator(mode="after")
+    def _check_times(self) -> Self:
+        """Refuse a robot that is stuck before it stands."""
+        if self.standing_time > self.stuck_time:
+            raise ValueError(
+                f"standing_time: expected at most stuck_time, {self.stuck_time} s, "
+                f"got {self.standing_time} s"
+            )
+        return self
 
 
 class MpcNavigator:
@@ -109,6 +125,7 @@ class MpcNavigator:
         self._past = np.zeros((round(_MEMORY / vehicle.period), 2))
         self._speeds = np.zeros((len(self._past) + 1, 2))
         self._places = np.zeros((round(config.stuck_time / vehicle.period), 2))
+        self._standing = round(config.standing_time / vehicle.period)
         self._seed = int(rng.integers(1 << 62))
         self.reset(PlanarLidarConfig(), (0.0, 0.0))
 
@@ -126,6 +143,7 @@ class MpcNavigator:
         self._laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         self._goal = np.array(goal, dtype=np.float64)
         self._past[:], self._speeds[:], self._places[:] = 0.0, 0.0, np.inf
+        self._stood = np.full(2, np.inf)
         self._periods = 0
         self._rng = np.random.default_rng(self._seed)
         self.dynamics = self._told or self.identification.estimate().mean
@@ -163,7 +181,7 @@ class MpcNavigator:
             self.time_to_go.field,
             self._goal,
             self._rng,
-            self._daring(position),
+            *self._stuck(position),
         )
         self._past[:-1] = self._past[1:].copy()
         self._past[-1] = command.linear, command.angular
@@ -189,11 +207,21 @@ class MpcNavigator:
         self.hits.clear(position, self._half_width - _RIM)
         find_nearest(self.hits, self._nearest)
 
-    def _daring(self, position: NDArray[np.float64]) -> float:
-        """Return the share of the margin to give up: none unless the robot is stuck."""
-        self._places[self._periods % len(self._places)] = position
-        moved = np.hypot(*(self._places - position).T).max()
-        return self.config.daring if moved < self.config.stuck_radius else 0.0
+    def _stuck(self, position: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the shares of the margin and of the cost of ways backwards to give up.
+
+        Both are 0 unless the robot is stuck.
+        """
+        config = self.config
+        self._places[:-1] = self._places[1:].copy()
+        self._places[-1] = position
+        moved = np.hypot(*(self._places - position).T)
+        # A robot that stands has to back out, which must not end after the first step.
+        if moved[-self._standing :].max() < config.stuck_radius / 2:
+            self._stood = position
+        is_backing = math.dist(self._stood, position) < config.way_out
+        is_stuck = moved.max() < config.stuck_radius
+        return (config.daring if is_stuck else 0.0), (1.0 if is_backing else 0.0)
 
 
 def _dynamics_of(vehicle: PlanarVehicleConfig) -> PlanarDynamics:

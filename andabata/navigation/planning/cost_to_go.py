@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 
 class Queue(NamedTuple):
@@ -130,7 +130,7 @@ def _edge_cell(k: int, n: int) -> tuple[int, int]:
     return n - 1 - along, 0
 
 
-@kernel
+@inlined_kernel
 def _push(queue: Queue, cell: int, slot: int) -> None:
     """Put a cell at the head of a bucket."""
     head = queue.heads[slot]
@@ -140,7 +140,7 @@ def _push(queue: Queue, cell: int, slot: int) -> None:
     queue.heads[slot] = cell
 
 
-@kernel
+@inlined_kernel
 def _remove(queue: Queue, cell: int) -> None:
     """Take a cell out of its bucket."""
     left, right = queue.before[cell], queue.after[cell]

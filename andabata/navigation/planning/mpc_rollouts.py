@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.footprint import Corners, outline_distance, reach_of
-from andabata.navigation.planning.nearest_hits import NearestHits, nearest_hit
+from andabata.machine.footprint import Corners, reach_of
+from andabata.navigation.planning.nearest_hits import NearestHits
 from andabata.navigation.planning.planar_dynamics import (
     MotionState,
     PlanarDynamics,
@@ -21,7 +21,7 @@ from andabata.navigation.planning.planar_dynamics import (
     limited,
 )
 from andabata.navigation.planning.time_to_go import TimeField, time_at
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 
 class Delayed(NamedTuple):
@@ -42,13 +42,13 @@ class Body(NamedTuple):
     """Footprint of the robot.
 
     Attributes:
-        corners: Corners of its convex outline, counter-clockwise [m], shape (c, 2).
-        inner: Places in it at which nearest hits are looked up [m], shape (c, 2).
-        sides: Outward normal of each side, and its distance from the middle [m], shape (c, 3).
+        inner: Places in it at which nearest hits are looked up, the middle first [m], shape
+            (1 + c, 2).
+        sides: Outward normal of each side of its convex outline, the distance of the side's line
+            from the middle, and where along it the side begins and ends [m], shape (c, 5).
         reach: Distance of the farthest corner from the middle [m].
     """
 
-    corners: NDArray[np.float64]
     inner: NDArray[np.float64]
     sides: NDArray[np.float64]
     reach: float
@@ -69,8 +69,10 @@ def body_of(footprint: Corners) -> Body:
     along = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
     distances = (normals * corners).sum(axis=1)
-    sides = np.column_stack([normals, distances])
-    return Body(corners, _INNER * corners, sides, reach_of(footprint))
+    begins = normals[:, 0] * corners[:, 1] - normals[:, 1] * corners[:, 0]
+    sides = np.column_stack([normals, distances, begins, begins + np.hypot(*along.T)])
+    inner = np.vstack([np.zeros(2), _INNER * corners])
+    return Body(inner, sides, reach_of(footprint))
 
 
 class Prices(NamedTuple):
@@ -116,24 +118,23 @@ class Surroundings(NamedTuple):
 @kernel
 def draw_commands(
     plan: NDArray[np.float64],
-    arcs: NDArray[np.float64],
+    fixed: NDArray[np.float64],
     noise: NDArray[np.float64],
     limits: WheelLimits,
     commands: NDArray[np.float64],
 ) -> None:
-    """Write the sequences of a tick: the last plan, constant ones, and noise around the plan.
+    """Write the sequences of a tick: the last plan, fixed ones, and noise around the plan.
 
     Args:
         plan: Commands of the last plan, shape (steps, 2).
-        arcs: Constant commands, shape (k, 2).
+        fixed: Sequences that do not depend on the plan, shape (k, steps, 2).
         noise: Deviations at the knots, shape (drawn, knots, 2).
         limits: Limits of commands.
         commands: Result, shape (1 + k + drawn, steps, 2).
     """
-    steps, knots, first = len(plan), noise.shape[1], 1 + len(arcs)
+    steps, knots, first = len(plan), noise.shape[1], 1 + len(fixed)
     commands[0] = plan
-    for k in range(len(arcs)):
-        commands[1 + k, :] = arcs[k]
+    commands[1:first] = fixed
     for s in range(len(noise)):
         # A third varies little around the plan, to refine it.
         scale = 0.3 if s % 3 == 0 else 1.0
@@ -236,7 +237,7 @@ def _price(
     last_v, last_w = late.past[-1]
     steps, cost = len(commands), 0.0
     for t in range(steps):
-        now_v, now_w = commands[t]
+        now_v, now_w = commands[t, 0], commands[t, 1]
         set_v, new_v = advance_axis(set_v, v, now_v + old * (last_v - now_v), step_v)
         set_w, new_w = advance_axis(set_w, w, now_w + old * (last_w - now_w), step_w)
         cost += prices.turn_cost * (now_w - last_w) ** 2 / period
@@ -274,7 +275,7 @@ def _turned(cosine: float, sine: float, turn: float) -> tuple[float, float]:
     return cosine * c - sine * s, sine * c + cosine * s
 
 
-@kernel
+@inlined_kernel
 def _free_distance(
     x: float,
     y: float,
@@ -287,28 +288,40 @@ def _free_distance(
     """Return the distance of the footprint from the nearest hit [m], or anything above a margin.
 
     The hit nearest to each inner place is the nearest to the outline beside that place, or hardly
-    farther; its distance from the outline is exact.
+    farther; its distance from the outline is exact. Calls here would cost as much as the work: the
+    arrays that they pass are counted.
     """
-    px, py = nearest_hit(hits, x, y)
-    if (px - x) ** 2 + (py - y) ** 2 > (body.reach + margin) ** 2:
-        return margin + 1.0
-    nearest, last_x, last_y = margin + 1.0, np.inf, np.inf
-    for k in range(len(body.inner)):
-        a, b = body.inner[k]
-        px, py = nearest_hit(hits, x + cosine * a - sine * b, y + sine * a + cosine * b)
+    places, inner, sides = hits.places, body.inner, body.sides
+    n, scale = len(places), hits.per_metre
+    u, v = (x - hits.corner[0]) * scale, (y - hits.corner[1]) * scale
+    within = (body.reach + margin) ** 2
+    nearest, last_dx, last_dy = margin + 1.0, np.inf, np.inf
+    for k in range(len(inner)):
+        a, b = inner[k, 0] * scale, inner[k, 1] * scale
+        p, q = u + cosine * a - sine * b, v + sine * a + cosine * b
+        # Beyond the square there is nothing.
+        if not (0.0 <= p < n and 0.0 <= q < n):
+            continue
+        dx, dy = places[int(p), int(q), 0] - x, places[int(p), int(q), 1] - y
+        if dx * dx + dy * dy > within:
+            # If the hit nearest to the middle is too far, all are.
+            if k == 0:
+                break
+            continue
         # Neighbouring places often share their hit.
-        if px == last_x and py == last_y:
+        if dx == last_dx and dy == last_dy:
             continue
-        last_x, last_y = px, py
-        dx, dy = px - x, py - y
-        if dx * dx + dy * dy > (body.reach + margin) ** 2:
-            continue
+        last_dx, last_dy = dx, dy
+        # The nearest place of a convex outline is on the side whose line lies farthest inwards.
         ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
-        # Most hits are farther than the margin from one side's line alone, without a root.
-        beyond = -np.inf
-        for c in range(len(body.sides)):
-            side = body.sides[c, 0] * ahead + body.sides[c, 1] * left - body.sides[c, 2]
-            beyond = max(beyond, side)
-        if beyond < margin:
-            nearest = min(nearest, outline_distance(ahead, left, body.corners))
+        beyond, side = -np.inf, 0
+        for c in range(len(sides)):
+            distance = sides[c, 0] * ahead + sides[c, 1] * left - sides[c, 2]
+            if distance > beyond:
+                beyond, side = distance, c
+        # Most hits are farther than the nearest from that line alone, without a root.
+        if beyond < nearest:
+            along = sides[side, 0] * left - sides[side, 1] * ahead
+            past = max(sides[side, 3] - along, along - sides[side, 4], 0.0)
+            nearest = min(nearest, np.sqrt(max(beyond, 0.0) ** 2 + past * past))
     return nearest

@@ -111,39 +111,37 @@ def _seed(
         found.box[:] = 0
 
 
+_BEFORE = ((-1, -1), (-1, 0), (-1, 1), (0, -1))
+"""Neighbours that a sweep has been at: those of the row before, and the one before in the row."""
+
+
 @kernel
 def _sweep(found: NearestHits) -> None:
-    """Spread places to the neighbours that they are nearest to, down the rows and up again."""
+    """Spread places to the neighbours that they are nearest to, down the rows and up again.
+
+    Each row is gone along, and back for the other neighbour of the same row.
+    """
+    places, cell, limit = found.places, found.cell, found.reach**2
     top, left, bottom, right = found.box
     for sweep in range(2):
         step = 1 - 2 * sweep
         for a in range(bottom - top):
             i = top + a if sweep == 0 else bottom - 1 - a
-            before = i - step
-            for b in range(right - left):
-                j = left + b if sweep == 0 else right - 1 - b
-                if top <= before < bottom:
-                    for q in range(max(j - 1, left), min(j + 2, right)):
-                        _take(found, i, j, before, q)
-                if left <= j - step < right:
-                    _take(found, i, j, i, j - step)
-            # Back along the row: the other neighbour of the same row.
-            for b in range(right - left - 1, -1, -1):
-                j = left + b if sweep == 0 else right - 1 - b
-                if left <= j + step < right:
-                    _take(found, i, j, i, j + step)
-
-
-@kernel
-def _take(found: NearestHits, i: int, j: int, p: int, q: int) -> None:
-    """Take a neighbour's place if it is nearer than the own one and within reach."""
-    x, y = found.places[p, q, 0], found.places[p, q, 1]
-    # Most cells are far from everything: nothing to compute.
-    if x == NOWHERE:
-        return
-    u = found.corner[0] + (i + 0.5) * found.cell
-    v = found.corner[1] + (j + 0.5) * found.cell
-    there = (x - u) ** 2 + (y - v) ** 2
-    own = (found.places[i, j, 0] - u) ** 2 + (found.places[i, j, 1] - v) ** 2
-    if there < own and there < found.reach**2:
-        found.places[i, j, 0], found.places[i, j, 1] = x, y
+            u = found.corner[0] + (i + 0.5) * cell
+            for along in range(2):
+                turn = step * (1 - 2 * along)
+                for b in range(right - left):
+                    j = left + b if turn > 0 else right - 1 - b
+                    v = found.corner[1] + (j + 0.5) * cell
+                    own = (places[i, j, 0] - u) ** 2 + (places[i, j, 1] - v) ** 2
+                    for k in range(3 * along, 4):
+                        p, q = i + step * _BEFORE[k][0], j + turn * _BEFORE[k][1]
+                        if not (top <= p < bottom and left <= q < right):
+                            continue
+                        x, y = places[p, q, 0], places[p, q, 1]
+                        # Most cells are far from everything: nothing to compute.
+                        if x == NOWHERE:
+                            continue
+                        there = (x - u) ** 2 + (y - v) ** 2
+                        if there < own and there < limit:
+                            places[i, j, 0], places[i, j, 1], own = x, y, there

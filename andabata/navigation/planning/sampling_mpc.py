@@ -43,6 +43,10 @@ class SamplingMpcConfig(BaseModel):
         yaw_noise: Standard deviation of the yaw rates drawn [rad/s].
         arc_speeds: Speeds of the constant arcs among the sequences, as shares of the largest.
         arc_yaw_rates: Yaw rates of the constant arcs [rad/s].
+        turn_times: Times of turns on the spot after which the robot drives straight ahead [s]: no
+            constant command leads out where the way leads back.
+        turn_rate: Yaw rate of these turns [rad/s].
+        turn_speed: Speed behind them [m/s].
         temperature: Cost by which a sequence loses all but 37 % of its weight [s].
         margin: Distance to obstacles that the robot keeps where it can.
         margin_cost: Cost of a second without any distance.
@@ -63,6 +67,9 @@ class SamplingMpcConfig(BaseModel):
     yaw_noise: float = Field(default=1.2, gt=0)
     arc_speeds: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0)
     arc_yaw_rates: tuple[float, ...] = (-3.0, -2.0, -1.2, -0.6, 0.0, 0.6, 1.2, 2.0, 3.0)
+    turn_times: tuple[float, ...] = (0.3, 0.6, 0.9, 1.2)
+    turn_rate: float = Field(default=3.0, gt=0)
+    turn_speed: float = Field(default=1.0, gt=0)
     temperature: float = Field(default=0.03, gt=0)
     margin: MarginConfig = MarginConfig()
     margin_cost: float = Field(default=6.0, ge=0)
@@ -99,18 +106,18 @@ class SamplingMpc:
             period: Control period [s].
 
         Raises:
-            ValueError: If the constant arcs leave too few samples to draw.
+            ValueError: If the fixed sequences leave too few samples to draw.
         """
         self.config, self._limits, self._period = config, limits, period
-        self._arcs = _arcs(config, limits)
-        drawn = config.samples - 1 - len(self._arcs)
+        steps = round(config.horizon / period)
+        self._fixed = _fixed_sequences(config, limits, steps, period)
+        drawn = config.samples - 1 - len(self._fixed)
         if drawn < 50:
             raise ValueError(
-                f"samples: expected at least 50 more than the {len(self._arcs)} constant "
+                f"samples: expected at least 50 more than the {len(self._fixed)} fixed "
                 f"sequences, got {config.samples}; raise samples or take fewer arcs"
             )
         self._body = body_of(footprint)
-        steps = round(config.horizon / period)
         self.plan = np.zeros((steps, 2))
         self.costs = np.zeros(config.samples)
         self._commands = np.zeros((config.samples, steps, 2))
@@ -130,6 +137,7 @@ class SamplingMpc:
         goal: NDArray[np.float64],
         rng: np.random.Generator,
         daring: float = 0.0,
+        backing: float = 0.0,
     ) -> Twist:
         """Return the command of this period.
 
@@ -142,8 +150,9 @@ class SamplingMpc:
             field: Time to the goal.
             goal: Goal [m], shape (2,).
             rng: Source of randomness.
-            daring: Share of the margin and of the cost of a way backwards that is given up, with as
-                much more noise, for a robot that is stuck.
+            daring: Share of the margin that is given up, with as much more noise, for a robot that
+                is stuck.
+            backing: Share of the cost of ways backwards that is given up.
         """
         config = self.config
         # The last plan, one period later; its end goes on.
@@ -151,7 +160,7 @@ class SamplingMpc:
         noise = rng.standard_normal(self._noise)
         noise[..., 0] *= config.speed_noise * (1.0 + daring)
         noise[..., 1] *= config.yaw_noise * (1.0 + daring)
-        draw_commands(self.plan, self._arcs, noise, self._limits, self._commands)
+        draw_commands(self.plan, self._fixed, noise, self._limits, self._commands)
         # What was commanded before and has no effect yet is driven in any case.
         late = Delayed(past, dynamics, self._period)
         start = before_effect(state, late)
@@ -161,7 +170,7 @@ class SamplingMpc:
             margin_cost=config.margin_cost,
             contact_distance=config.contact_distance,
             contact_cost=config.contact_cost,
-            reverse_cost=config.reverse_cost * (1.0 - daring),
+            reverse_cost=config.reverse_cost * (1.0 - backing),
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )
@@ -182,13 +191,33 @@ class SamplingMpc:
         return mean if is_good else self._commands[best]
 
 
-def _arcs(config: SamplingMpcConfig, limits: WheelLimits) -> NDArray[np.float64]:
-    """Return constant commands: arcs, turns on the spot, ways backwards, and standing, (k, 2)."""
-    arcs = [
+def _fixed_sequences(
+    config: SamplingMpcConfig, limits: WheelLimits, steps: int, period: float
+) -> NDArray[np.float64]:
+    """Return the sequences of every tick, shape (k, steps, 2).
+
+    They are constant arcs, turns on the spot, ways backwards and standing; and turns on the spot
+    before ways straight ahead.
+    """
+    constant = [
         (share * limits.max_speed, rate)
         for share in config.arc_speeds
         for rate in config.arc_yaw_rates
     ]
-    turns = [(0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0), (0.0, 0.0)]
-    reverse = [(limits.min_speed, rate) for rate in (-1.0, 0.0, 1.0)]
-    return np.array([limited(v, w, limits) for v, w in arcs + turns + reverse])
+    constant += [(0.0, -2.0), (0.0, -1.0), (0.0, 1.0), (0.0, 2.0), (0.0, 0.0)]
+    constant += [(limits.min_speed, rate) for rate in (-1.0, 0.0, 1.0)]
+    arcs = [np.tile(limited(v, w, limits), (steps, 1)) for v, w in constant]
+    turns = []
+    times = period * np.arange(1, steps + 1)
+    for time in config.turn_times:
+        # The turn begins and ends gradually: sudden changes of the yaw rate cost more than it.
+        share = np.clip(np.minimum(times, time + period - times) / _RAMP, 0.0, 1.0)
+        for rate in (-config.turn_rate, config.turn_rate):
+            speed = np.where(times > time, config.turn_speed, 0.0)
+            pairs = zip(speed.tolist(), (rate * share).tolist(), strict=True)
+            turns.append(np.array([limited(v, w, limits) for v, w in pairs]))
+    return np.array(arcs + turns)
+
+
+_RAMP = 0.2
+"""Time in which turns on the spot reach their yaw rate, and end [s]."""

@@ -26,6 +26,8 @@ EXACT = PlanarVehicleConfig(
     slip=0,
     odometry_scale=0,
     odometry_turn=0,
+    speed_noise=0,
+    yaw_rate_noise=0,
     range_noise=0,
 )
 FOUR = PlanarLidarConfig(fov_deg=270, resolution_deg=90, max_range=4, x=0.1)
@@ -60,6 +62,22 @@ class Steady:
     def act(self, readings):
         self.wait -= 1
         return self.command if self.wait < 0 else Twist(0.0, 0.0)
+
+
+def test_speeds_are_measured_with_noise_that_nothing_else_depends_on():
+    """Deviations are those of the settings; ranges and odometry are the same without them."""
+    noisy = EXACT.model_copy(update={"speed_noise": 0.02, "yaw_rate_noise": 0.05})
+    drives = [robot(room([(1.0, 5.0, 0.5)]), config) for config in (noisy, EXACT)]
+    found, exact = [], []
+    for _ in range(400):
+        one, other = (drive.read() for drive in drives)
+        found.append((one.velocity.linear, one.velocity.angular))
+        exact.append(other.velocity)
+        np.testing.assert_array_equal(one.ranges, other.ranges)
+        assert one.odometry == other.odometry
+    np.testing.assert_allclose(np.std(found, axis=0), (0.02, 0.05), rtol=0.15)
+    np.testing.assert_allclose(np.mean(found, axis=0), 0.0, atol=0.01)
+    assert exact == [Twist(0.0, 0.0)] * len(exact)
 
 
 def test_the_laser_of_the_benchmark_has_720_beams():

@@ -95,18 +95,28 @@ def test_after_a_reset_it_commands_the_same_again():
     assert twists[0] == twists[1]
 
 
-def test_a_robot_that_does_not_move_gives_up_a_part_of_its_margin():
+def test_a_robot_that_does_not_move_gives_up_its_margin():
     """Only after the time without displacement, and not once it moves again."""
-    navigator = made(MpcNavigatorConfig(stuck_time=0.5))
+    navigator = made(MpcNavigatorConfig(stuck_time=0.5, standing_time=0.2))
     navigator.reset(LIDAR, GOAL)
     here = np.zeros(2)
-    shares = []
-    for _ in range(12):
-        shares.append(navigator._daring(here))
-        navigator._periods += 1
+    shares = [navigator._stuck(here)[0] for _ in range(12)]
     assert shares[:9] == [0.0] * 9
     assert shares[-1] == navigator.config.daring
-    assert navigator._daring(np.array([1.0, 0.0])) == 0.0
+    assert navigator._stuck(np.array([1.0, 0.0]))[0] == 0.0
+
+
+def test_a_robot_that_stood_may_back_out_until_it_is_away():
+    """Ways backwards cost nothing from the standing time on, as far as the way out."""
+    navigator = made(MpcNavigatorConfig(standing_time=0.3, way_out=0.4))
+    navigator.reset(LIDAR, GOAL)
+    shares = [navigator._stuck(np.zeros(2))[1] for _ in range(8)]
+    assert shares == [0.0] * 5 + [1.0] * 3
+    ways = (0.2, 0.35, 0.45, 0.2)
+    found = [navigator._stuck(np.array([-way, 0.0]))[1] for way in ways]
+    assert found == [1.0, 1.0, 0.0, 1.0]
+    navigator.reset(LIDAR, GOAL)
+    assert navigator._stuck(np.zeros(2))[1] == 0.0
 
 
 @pytest.mark.parametrize(

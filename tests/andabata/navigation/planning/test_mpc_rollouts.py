@@ -171,16 +171,17 @@ def test_with_a_part_of_a_period_of_delay_each_command_acts_that_much_later():
     assert ends[1] - ends[0] == pytest.approx(0.5 * PERIOD / 2.0, abs=1e-3)
 
 
-def test_sequences_are_the_plan_constants_and_noise_within_the_limits():
+def test_sequences_are_the_plan_fixed_ones_and_noise_within_the_limits():
     """They stand in this order; at a knot the noise is added as it is."""
-    plan, arcs = np.tile([1.0, 0.5], (STEPS, 1)), np.array([[0.5, 0.0], [0.0, 1.0]])
+    plan, fixed = np.tile([1.0, 0.5], (STEPS, 1)), np.zeros((2, STEPS, 2))
+    fixed[0, :, 0], fixed[1, 20:, 1] = 0.5, 1.0
     noise = np.zeros((3, 5, 2))
     noise[1] = (0.25, -1.0)
     noise[2] = (5.0, 0.0)
     commands = np.zeros((6, STEPS, 2))
-    draw_commands(plan, arcs, noise, LIMITS, commands)
+    draw_commands(plan, fixed, noise, LIMITS, commands)
     np.testing.assert_array_equal(commands[0], plan)
-    np.testing.assert_array_equal(commands[1:3], np.repeat(arcs[:, None], STEPS, axis=1))
+    np.testing.assert_array_equal(commands[1:3], fixed)
     np.testing.assert_allclose(commands[3], plan)
     np.testing.assert_allclose(commands[4], np.tile([1.25, -0.5], (STEPS, 1)))
     wheels = np.abs(commands[..., 0]) + 0.28 * np.abs(commands[..., 1])

@@ -25,9 +25,11 @@ def controller(**options):
     return SamplingMpc(SamplingMpcConfig(**options), LIMITS, FOOTPRINT, 0.05)
 
 
-def commanded(places=(), state=REST, goal=(2.9, 0.0), past=None, dynamics=DYNAMICS, ticks=3):
+def commanded(
+    places=(), state=REST, goal=(2.9, 0.0), past=None, dynamics=DYNAMICS, ticks=3, **options
+):
     """Return the command after some ticks in the same situation, and the controller."""
-    hits, mpc, target = hits_at(places), controller(), np.array(goal)
+    hits, mpc, target = hits_at(places), controller(**options), np.array(goal)
     limits = limits_of(0.215, 2.0, MarginConfig(), TimeToGoConfig())
     field = TimeToGo(128, 0.05, limits, TimeToGoConfig())
     field.update(hits, np.array(state[:2]), target)
@@ -70,6 +72,17 @@ def test_a_way_past_a_post_is_found():
     assert mpc.costs.min() < 30.0
     heading = np.cumsum(mpc.plan[:, 1]) * 0.05
     assert np.abs(heading).max() > 0.1
+
+
+def test_in_a_pocket_it_turns_on_the_spot_and_drives_out():
+    """Walls leave no room for arcs: the fixed sequences cost less than what the noise finds."""
+    sides = [(x, y) for x in np.arange(-1.5, 0.6, 0.04) for y in (-0.45, 0.45)]
+    pocket = sides + [(0.55, y) for y in np.arange(-0.45, 0.46, 0.04)]
+    with_, without = (
+        commanded(pocket, goal=(-2.9, 0.0), ticks=1, turn_times=times)[1].costs.min()
+        for times in (SamplingMpcConfig().turn_times, ())
+    )
+    assert with_ < without - 0.2
 
 
 def test_the_same_rng_gives_the_same_commands():

@@ -1,22 +1,71 @@
-"""Compiled pass of moving obstacles in rooms: motion, coming and going, and who hit whom.
+"""Moving obstacles as compiled code takes them: their state, their motion, coming and going.
 
-A mover goes straight at a constant speed. Where its next sub-step would overlap a wall, a box, a
-circle or another mover, it stays for this sub-step, and its velocity is mirrored there; of two
-movers that meet each one that approaches the other is mirrored. So movers never overlap what
+Movers are upright cylinders, circles in the plane, in rooms and on natural ground alike. A mover
+goes straight at a constant speed. Where its next sub-step would overlap a box, a circle, an edge
+or another mover, it stays for this sub-step, and its velocity is mirrored there; of two movers that
+meet each one that approaches the other is mirrored. So movers never overlap what
 stands, or each other, and their speeds never change (assumption; equal masses would exchange
 velocities along the line between them). Robots do not turn them back.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.movers import AT_REST, Contact, Movers, Schedules
 from terrain.kernel import inlined_kernel, kernel
-
-_MOVER, _HIT, _HIT_AT_REST = int(Contact.MOVER), int(Contact.HIT), int(Contact.HIT_AT_REST)
 
 _INSTANT = 1e-9
 """Time by which an event may seem late [s]: times are sums of periods."""
+
+
+class Movers(NamedTuple):
+    """Moving upright cylinders, m for each of n robots; m may be 0.
+
+    Attributes:
+        places: Centres in the map [m], shape (n, m, 2).
+        velocities: Velocities [m/s], shape (n, m, 2).
+        radii: Radii [m], shape (n, m); 0 where there is none.
+    """
+
+    places: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+    @classmethod
+    def none(cls, count: int, each: int = 0) -> "Movers":
+        """Return no movers for some robots.
+
+        Args:
+            count: Number of robots.
+            each: Number of movers of each that may come.
+        """
+        return cls(np.zeros((count, each, 2)), np.zeros((count, each, 2)), np.zeros((count, each)))
+
+
+class Schedules(NamedTuple):
+    """When movers come and go, m for each of n robots.
+
+    Attributes:
+        radii: Radius of each while it is there [m], shape (n, m).
+        distances: Distance of the robot from the mover's edge below which it appears [m], infinite
+            where time alone decides, shape (n, m).
+        begins: Time before which it does not appear [s], infinite if it never will, shape (n, m).
+        durations: Time from its appearance to its end [s], shape (n, m).
+        ends: Time at which it vanishes [s], infinite before it appears, shape (n, m).
+    """
+
+    radii: NDArray[np.float64]
+    distances: NDArray[np.float64]
+    begins: NDArray[np.float64]
+    durations: NDArray[np.float64]
+    ends: NDArray[np.float64]
+
+    @classmethod
+    def none(cls, count: int, each: int = 0) -> "Schedules":
+        """Return schedules of movers that never come; arguments as for ``Movers.none``."""
+        never = np.full((count, each), np.inf)
+        return cls(np.zeros((count, each)), never, never.copy(), never.copy(), never.copy())
 
 
 @kernel
@@ -77,6 +126,7 @@ def advance(
     movers: Movers,
     boxes: NDArray[np.float64],
     circles: NDArray[np.float64],
+    edges: NDArray[np.float64],
     dt: float,
 ) -> None:
     """Move the movers of robot ``k`` for a sub-step, one after the other.
@@ -88,6 +138,7 @@ def advance(
         movers: Moving obstacles, changed in place.
         boxes: x_min, y_min, x_max, y_max of the room's boxes [m], shape (b, 4).
         circles: x, y, radius of its circles [m], shape (c, 3).
+        edges: x, y at the begin and at the end of its slanted edges [m], shape (e, 4).
         dt: Length of the sub-step [s].
     """
     for m in range(movers.radii.shape[1]):
@@ -109,6 +160,15 @@ def advance(
             if nx * nx + ny * ny < reach * reach:
                 blocked = True
                 _mirror(velocity, nx, ny)
+        for e in range(len(edges)):
+            # From the edge's nearest point to the mover's centre.
+            dx, dy = edges[e, 2] - edges[e, 0], edges[e, 3] - edges[e, 1]
+            share = ((x - edges[e, 0]) * dx + (y - edges[e, 1]) * dy) / (dx * dx + dy * dy)
+            share = min(max(share, 0.0), 1.0)
+            nx, ny = x - edges[e, 0] - share * dx, y - edges[e, 1] - share * dy
+            if nx * nx + ny * ny < radius * radius:
+                blocked = True
+                _mirror(velocity, nx, ny)
         for o in range(movers.radii.shape[1]):
             nx, ny = x - movers.places[k, o, 0], y - movers.places[k, o, 1]
             reach = radius + movers.radii[k, o]
@@ -128,36 +188,3 @@ def _mirror(velocity: NDArray[np.float64], nx: float, ny: float) -> None:
         share = 2.0 * against / (nx * nx + ny * ny)
         velocity[0] -= share * nx
         velocity[1] -= share * ny
-
-
-@kernel
-def contact_with_mover(
-    x: float, y: float, yaw: float, speed: float, radius: float, k: int, movers: Movers
-) -> int:
-    """Return the ``Contact`` of a robot with the mover that it overlaps most, 0 without any.
-
-    Args:
-        x: Place of the robot [m].
-        y: Place of the robot [m].
-        yaw: Heading of the robot [rad].
-        speed: Speed of the robot [m/s].
-        radius: Radius of the robot [m].
-        k: Index of the robot.
-        movers: Moving obstacles.
-    """
-    nearest, which = 0.0, -1
-    for m in range(movers.radii.shape[1]):
-        if movers.radii[k, m] > 0.0:
-            away = np.hypot(movers.places[k, m, 0] - x, movers.places[k, m, 1] - y)
-            gap = away - movers.radii[k, m] - radius
-            if gap < nearest:
-                nearest, which = gap, m
-    if which < 0:
-        return 0
-    if abs(speed) <= AT_REST:
-        return _HIT_AT_REST
-    # Both closing speeds times the distance of the centres: only their order counts.
-    nx, ny = movers.places[k, which, 0] - x, movers.places[k, which, 1] - y
-    own = speed * (np.cos(yaw) * nx + np.sin(yaw) * ny)
-    others = -(movers.velocities[k, which, 0] * nx + movers.velocities[k, which, 1] * ny)
-    return _MOVER if own >= others else _HIT

@@ -1,0 +1,76 @@
+"""Contacts of a robot with what stands and what moves, and who drove into whom."""
+
+from enum import IntEnum
+
+import numpy as np
+
+from terrain.kernel import kernel
+from worlds.mover_motion import Movers
+
+AT_REST = 0.05
+"""Speed up to which a robot counts as standing when it is hit [m/s] (assumption)."""
+
+
+class Contact(IntEnum):
+    """What a robot in contact touches, and who drove into whom.
+
+    What stands comes first if several are touched. With a mover, the share of the speed at which
+    the two close in decides, along the line between their centres: that of the robot's own motion,
+    and that of the mover's.
+    """
+
+    NONE = 0
+    """No contact."""
+
+    OBSTACLE = 1
+    """A wall, box or circle that stands."""
+
+    MOVER = 2
+    """A mover, and at least half of the closing speed is the robot's."""
+
+    HIT = 3
+    """A mover, and more than half of the closing speed is the mover's."""
+
+    HIT_AT_REST = 4
+    """A mover, while the robot stands: it drives at ``AT_REST`` at most, or turns on the spot."""
+
+    @property
+    def label(self) -> str:
+        """Name for infos and tables, empty without contact."""
+        return "" if self is Contact.NONE else self.name.lower()
+
+
+_MOVER, _HIT, _HIT_AT_REST = int(Contact.MOVER), int(Contact.HIT), int(Contact.HIT_AT_REST)
+
+
+@kernel
+def contact_with_mover(
+    x: float, y: float, yaw: float, speed: float, radius: float, k: int, movers: Movers
+) -> int:
+    """Return the ``Contact`` of a robot with the mover that it overlaps most, 0 without any.
+
+    Args:
+        x: Place of the robot [m].
+        y: Place of the robot [m].
+        yaw: Heading of the robot [rad].
+        speed: Speed of the robot [m/s].
+        radius: Radius of the robot [m].
+        k: Index of the robot.
+        movers: Moving obstacles.
+    """
+    nearest, which = 0.0, -1
+    for m in range(movers.radii.shape[1]):
+        if movers.radii[k, m] > 0.0:
+            away = np.hypot(movers.places[k, m, 0] - x, movers.places[k, m, 1] - y)
+            gap = away - movers.radii[k, m] - radius
+            if gap < nearest:
+                nearest, which = gap, m
+    if which < 0:
+        return 0
+    if abs(speed) <= AT_REST:
+        return _HIT_AT_REST
+    # Both closing speeds times the distance of the centres: only their order counts.
+    nx, ny = movers.places[k, which, 0] - x, movers.places[k, which, 1] - y
+    own = speed * (np.cos(yaw) * nx + np.sin(yaw) * ny)
+    others = -(movers.velocities[k, which, 0] * nx + movers.velocities[k, which, 1] * ny)
+    return _MOVER if own >= others else _HIT

@@ -8,12 +8,14 @@ stands, or each other, and their speeds never change (assumption; equal masses w
 velocities along the line between them). Robots do not turn them back.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
+from worlds.movers import Mover
 
 _INSTANT = 1e-9
 """Time by which an event may seem late [s]: times are sums of periods."""
@@ -68,6 +70,47 @@ class Schedules(NamedTuple):
         return cls(np.zeros((count, each)), never, never.copy(), never.copy(), never.copy())
 
 
+def put_down(
+    k: int, movers: Sequence[Mover], state: Movers, schedules: Schedules, dt: float
+) -> None:
+    """Put the moving obstacles of robot ``k`` down. Those that wait for nothing are there at once.
+
+    Args:
+        k: Index of the robot.
+        movers: Its moving obstacles.
+        state: Moving obstacles of all robots, changed in place.
+        schedules: Their schedules, changed in place.
+        dt: Length of a sub-step [s].
+
+    Raises:
+        ValueError: If there are too many, or one is too fast for its size.
+    """
+    most = state.radii.shape[1]
+    if len(movers) > most:
+        raise ValueError(f"movers: expected at most {most}, got {len(movers)}; make room for more")
+    for array in state:
+        array[k] = 0.0
+    for array in schedules:
+        array[k] = np.inf
+    for m, mover in enumerate(movers):
+        plan = mover.plan
+        if plan.speed * dt > plan.radius:
+            raise ValueError(
+                f"movers: expected at most {plan.radius / dt:.3g} m/s of a mover of "
+                f"{plan.radius} m, got {plan.speed}; a robot with more sub-steps lets it go"
+            )
+        state.places[k, m], state.velocities[k, m] = mover.place, mover.velocity
+        schedules.radii[k, m] = plan.radius
+        schedules.begins[k, m] = plan.appears_at
+        if plan.lasts is not None:
+            schedules.durations[k, m] = plan.lasts
+        if plan.when_within is not None:
+            schedules.distances[k, m] = plan.when_within
+        elif plan.appears_at == 0.0:
+            state.radii[k, m] = plan.radius
+            schedules.ends[k, m] = schedules.durations[k, m]
+
+
 @kernel
 def come_and_go(
     motions: NDArray[np.float64],
@@ -82,7 +125,7 @@ def come_and_go(
     One that is due waits as long as the robot or another mover is in its place.
 
     Args:
-        motions: State of each robot, x and y first [m], shape (n, 5).
+        motions: State of each robot, x and y first [m], shape (n, 2) or wider.
         chosen: True for robots that move, shape (n,).
         stamps: Time since each robot was put down [s], shape (n,).
         movers: Moving obstacles, changed in place.

@@ -38,12 +38,19 @@ def drive_text(title: str, data: Data) -> str:
     """Return a drive as text, a line for each attempted goal."""
     lines = [title]
     lines += [
-        f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
+        f"goal {attempt['goal']}: {_ending(attempt)} after {attempt['time_s']:.1f} s and "
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
         for attempt in data["attempts"]
     ]
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
+
+
+def _ending(attempt: Data) -> str:
+    """Return how an attempt ended; of a collision also what was hit, and who drove into whom."""
+    contact = attempt.get("contact", "").replace("_", " ")
+    outcome = str(attempt["outcome"])
+    return f"{outcome} ({contact})" if contact and outcome == "collision" else outcome
 
 
 def evaluation_tables(rows: Sequence[Data]) -> Group:
@@ -57,14 +64,22 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 
 
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
-    """Return the table of one world, narrow enough for a terminal of 80 columns."""
+    """Return the table of one world, narrow enough for a terminal of 80 columns.
+
+    Where walkers caused collisions, ``hit`` are those that the robot caused, and ``mover`` those of
+    walkers while the robot drove + while it stood.
+    """
+    walkers = any(
+        row["world"] == world and row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0)
+        for row in rows
+    )
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": row["collisions"],
+            **(_hits(row) if walkers else {"hit": row["collisions"]}),
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],

@@ -1,14 +1,19 @@
 """Contacts of a robot with what stands and what moves, and who drove into whom."""
 
+import math
 from enum import IntEnum
 
 import numpy as np
 
+from andabata.machine.robot import RobotModel
 from terrain.kernel import kernel
 from worlds.mover_motion import Movers
 
 AT_REST = 0.05
 """Speed up to which a robot counts as standing when it is hit [m/s] (assumption)."""
+
+_SLACK = 0.02
+"""Distance at which bodies touch in the physics, and a little [m]."""
 
 
 class Contact(IntEnum):
@@ -74,3 +79,47 @@ def contact_with_mover(
     own = speed * (np.cos(yaw) * nx + np.sin(yaw) * ny)
     others = -(movers.velocities[k, which, 0] * nx + movers.velocities[k, which, 1] * ny)
     return _MOVER if own >= others else _HIT
+
+
+@kernel
+def touches_mover(
+    x: float, y: float, yaw: float, half_length: float, half_width: float, k: int, movers: Movers
+) -> bool:
+    """Return True if a rectangular robot overlaps a mover, as seen from above.
+
+    Args:
+        x: Place of its middle [m].
+        y: Place of its middle [m].
+        yaw: Heading of the robot [rad].
+        half_length: Half of its length [m].
+        half_width: Half of its width [m].
+        k: Index of the robot.
+        movers: Moving obstacles.
+    """
+    c, s = np.cos(yaw), np.sin(yaw)
+    for m in range(movers.radii.shape[1]):
+        radius = movers.radii[k, m]
+        if radius > 0.0:
+            dx, dy = movers.places[k, m, 0] - x, movers.places[k, m, 1] - y
+            ahead = max(abs(c * dx + s * dy) - half_length, 0.0)
+            aside = max(abs(c * dy - s * dx) - half_width, 0.0)
+            if ahead * ahead + aside * aside < radius * radius:
+                return True
+    return False
+
+
+def walker_contact(
+    pose: tuple[float, float, float], speed: float, robot: RobotModel, tick: int, movers: Movers
+) -> Contact:
+    """Return the ``Contact`` of a robot that touches a walker.
+
+    Args:
+        pose: x, y [m] and yaw [rad] of the robot.
+        speed: Speed of the robot before it touched [m/s].
+        robot: Parameters of the body.
+        tick: Index of the tick, the first axis of ``movers``.
+        movers: Walkers at some ticks.
+    """
+    # Who is nearest to the middle, of all that may touch the body, is who touches it.
+    reach = math.hypot(robot.length, robot.width) / 2 + _SLACK
+    return Contact(contact_with_mover(*pose, speed, reach, tick, movers) or Contact.MOVER)

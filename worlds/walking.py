@@ -28,6 +28,9 @@ _KEPT = 2048
 _HORIZON = 100
 """Number of ticks between two looks around for what walkers may meet."""
 
+_FAR_AWAY = (1e6, 1e6)
+"""Place of a robot that is in nobody's way [m]."""
+
 _FASTEST = 5.0
 """Bound of the speeds of walkers and of the laser [m/s]."""
 
@@ -100,7 +103,7 @@ class Walkers:
         self._radii = np.array([plan.radius for plan in plans])
         self._speeds = np.array([plan.speed for plan in plans])
         self._heights = np.array([plan.height for plan in plans])
-        self.reset((np.inf, np.inf))
+        self.reset(_FAR_AWAY)
 
     def reset(self, robot: tuple[float, float], gap: float = 0.0) -> None:
         """Begin a drive.

@@ -66,8 +66,8 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
-    Where walkers caused collisions, ``hit`` are those that the robot caused, and ``mover`` those of
-    walkers while the robot drove + while it stood.
+    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers
+    while it drove + while it stood.
     """
     walkers = any(
         row["world"] == world and row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0)
@@ -79,7 +79,7 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            **(_hits(row) if walkers else {"hit": row["collisions"]}),
+            "hit": "+".join(map(str, _hits(row).values())) if walkers else row["collisions"],
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
@@ -91,7 +91,8 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
         for row in rows
         if row["world"] == world
     ]
-    return table_of(shown, world)
+    title = f"{world}. hit: by the robot + by walkers, driving + standing" if walkers else world
+    return table_of(shown, title)
 
 
 def room_tables(data: Data) -> Group:

@@ -19,7 +19,7 @@ _SMALL = 0.15
 _WALKERS = {
     Contact.MOVER: "walker",
     Contact.HIT: "hit by walker",
-    Contact.HIT_AT_REST: "hit by walker at rest",
+    Contact.HIT_AT_REST: "hit by walker while standing",
 }
 """Cause of a collision with a walker: the robot's motion, or the walker's."""
 

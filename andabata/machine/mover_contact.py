@@ -28,7 +28,7 @@ class Contact(IntEnum):
     """No contact."""
 
     OBSTACLE = 1
-    """A wall, box or circle that stands."""
+    """A wall, a trunk or another thing that stands."""
 
     MOVER = 2
     """A mover, and at least half of the closing speed is the robot's."""

@@ -97,7 +97,7 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
 def test_collisions_that_walkers_caused_stand_apart(capsys):
     """While the robot drove + while it stood; the others are the robot's own."""
     row = {
-        "controller": "policy+planner",
+        "controller": "reactive",
         "goal": "all",
         "trials": 24,
         "successes": 20,

@@ -59,7 +59,7 @@ def test_the_true_world_gives_the_cause(x, y, outcome, cause):
         (Contact.OBSTACLE, "trunk"),
         (Contact.MOVER, "walker"),
         (Contact.HIT, "hit by walker"),
-        (Contact.HIT_AT_REST, "hit by walker at rest"),
+        (Contact.HIT_AT_REST, "hit by walker while standing"),
     ],
 )
 def test_walkers_are_causes_of_their_own(contact, cause):

@@ -66,20 +66,17 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
-    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers
-    while it drove + while it stood.
+    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
     """
-    walkers = any(
-        row["world"] == world and row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0)
-        for row in rows
-    )
+    there = [row for row in rows if row["world"] == world]
+    walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": "+".join(map(str, _hits(row).values())) if walkers else row["collisions"],
+            "hit": _by_whom(row) if walkers else row["collisions"],
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
@@ -88,11 +85,16 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
             if row["trespass_share"] is None
             else f"{100 * row['trespass_share']:.1f} %",
         }
-        for row in rows
-        if row["world"] == world
+        for row in there
     ]
-    title = f"{world}. hit: by the robot + by walkers, driving + standing" if walkers else world
+    title = f"{world}. hit: by the robot + by walkers" if walkers else world
     return table_of(shown, title)
+
+
+def _by_whom(row: Data) -> str:
+    """Return the collisions that the robot caused, and those that walkers caused."""
+    by_walkers = row["hit_by_mover"] + row["hit_at_rest"]
+    return f"{row['collisions'] - by_walkers}+{by_walkers}"
 
 
 def room_tables(data: Data) -> Group:

@@ -26,6 +26,7 @@ class SemanticClass(IntEnum):
     CABLE = 13
     STONE = 14
     WATER = 15
+    WALKER = 16
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.CABLE: _OBSTACLE,
         SemanticClass.STONE: ClassTraits(traversable=True, solid=True, hits_per_metre=inf),
         SemanticClass.WATER: ClassTraits(False, solid=True, hits_per_metre=inf, returns=0.05),
+        SemanticClass.WALKER: _OBSTACLE,
     }
 )
 """Properties of all semantic classes."""

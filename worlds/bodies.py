@@ -1,12 +1,17 @@
 """Collision bodies of a world in pybullet: the ground as a heightfield, solid objects as meshes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from terrain.classes import TRAITS
+from worlds.movers import MoverPlan
 from worlds.quiet_pybullet import pybullet
 from worlds.world import World
+
+BELOW = (0.0, 0.0, -1000.0)
+"""Place of a walker that is not there, or far from the robot [m]."""
 
 _MAX_TRIANGLES = 40_000
 """Number of triangles after which a new mesh begins."""
@@ -19,10 +24,12 @@ class Bodies:
     Attributes:
         ground: Identifier of the heightfield.
         solids: Identifiers of the meshes of solid objects, hundreds of objects each.
+        walkers: Identifiers of the walkers' cylinders, below the ground until they are moved.
     """
 
     ground: int
     solids: tuple[int, ...]
+    walkers: tuple[int, ...] = ()
 
 
 def build_bodies(world: World, client: int) -> Bodies:
@@ -50,7 +57,37 @@ def build_bodies(world: World, client: int) -> Bodies:
     ground = pybullet.createMultiBody(
         0, shape, basePosition=[0.0, 0.0, middle], physicsClientId=client
     )
-    return Bodies(ground, tuple(_build_solids(world, client)))
+    walkers = tuple(_build_walker(mover.plan, client) for mover in world.movers)
+    return Bodies(ground, tuple(_build_solids(world, client)), walkers)
+
+
+def _build_walker(plan: MoverPlan, client: int) -> int:
+    """Create an upright cylinder that nothing pushes, and return the identifier of its body."""
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_CYLINDER, radius=plan.radius, height=plan.height, physicsClientId=client
+    )
+    body: int = pybullet.createMultiBody(0, shape, basePosition=BELOW, physicsClientId=client)
+    return body
+
+
+def move_walker(
+    body: int,
+    place: Sequence[float],
+    velocity: Sequence[float],
+    client: int,
+) -> None:
+    """Move a walker's cylinder.
+
+    Args:
+        body: Identifier of the body.
+        place: Its middle [m].
+        velocity: Velocity [m/s], which contacts see.
+        client: Identifier of the physics client.
+    """
+    pybullet.resetBasePositionAndOrientation(
+        body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=client
+    )
+    pybullet.resetBaseVelocity(body, velocity, (0.0, 0.0, 0.0), physicsClientId=client)
 
 
 def _build_solids(world: World, client: int) -> list[int]:

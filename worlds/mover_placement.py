@@ -20,7 +20,7 @@ _DRAWS, _TRIES = 32, 16
 
 
 def draw_movers(
-    room: Room, rng: np.random.Generator, task: RoomTask, radius: float
+    room: Room, rng: np.random.Generator, task: RoomTask | None = None, radius: float = 0.0
 ) -> tuple[Mover, ...]:
     """Return the moving obstacles of an episode, those with a place of their own first.
 
@@ -31,7 +31,7 @@ def draw_movers(
     Args:
         room: Room.
         rng: Source of randomness.
-        task: Start and goal of the robot.
+        task: Start and goal of the robot; None keeps neither free.
         radius: Radius of the robot [m].
     """
     found = [
@@ -50,19 +50,21 @@ def _drawn_place(
     plan: MoverPlan,
     room: Room,
     rng: np.random.Generator,
-    task: RoomTask,
+    task: RoomTask | None,
     radius: float,
     others: Sequence[Mover],
 ) -> tuple[float, float] | None:
     """Return a free place of a mover [m], None if none was found."""
     gap = 0.0 if plan.speed else STANDING_GAP
-    kept_free = [((task.start.x, task.start.y), radius + START_GAP)]
-    if not plan.speed:
-        kept_free.append((task.goal, radius + gap))
+    kept_free: list[tuple[tuple[float, float], float]] = []
+    if task is not None:
+        kept_free.append(((task.start.x, task.start.y), radius + START_GAP))
+        if not plan.speed:
+            kept_free.append((task.goal, radius + gap))
     for other in others:
         own_gap = 0.0 if other.plan.speed else STANDING_GAP
         kept_free.append((other.place, other.plan.radius + max(gap, own_gap)))
-    centres = np.array([centre for centre, _ in kept_free])
+    centres = np.array([centre for centre, _ in kept_free]).reshape(-1, 2)
     reaches = np.array([reach for _, reach in kept_free]) + plan.radius
     for _ in range(_TRIES):
         places = rng.uniform(-1.0, 1.0, (_DRAWS, 2)) * room.half

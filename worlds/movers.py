@@ -1,4 +1,4 @@
-"""Moving obstacles of a room as data: round, with a constant speed, there always or for a while."""
+"""Moving obstacles as data: round, with a constant speed, there always or for a while."""
 
 import math
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ class MoverPlan(BaseModel):
 
     Attributes:
         radius: Radius [m].
+        height: Height on natural ground [m]; in rooms lasers meet it at any height.
         place: Centre where it begins [m]; None draws a free place for each episode.
         speed: Speed, the same for ever [m/s]; 0 stands.
         heading_deg: Direction in which it begins, counter-clockwise from x [deg]; None draws one
@@ -25,6 +26,7 @@ class MoverPlan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     radius: float = Field(gt=0.02, le=5)
+    height: float = Field(default=1.7, gt=0.1, le=4)
     place: tuple[float, float] | None = None
     speed: float = Field(default=0.0, ge=0, le=5)
     heading_deg: float | None = Field(default=None, ge=-360, le=360)

@@ -23,7 +23,9 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from worlds.goals import sample_tasks
+from worlds.movers import Mover
 from worlds.truth import TruthConfig, build_truth
+from worlds.walkers import WalkerConfig, draw_walkers, solids_room
 from worlds.world import World
 
 Maker = Callable[[Heightfield, float, float, np.random.Generator], list[SceneObject]]
@@ -63,6 +65,7 @@ class NaturalConfig(BaseModel):
         near: Least straight distance from goal to goal [m].
         far: Largest straight distance from goal to goal [m].
         longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
+        walkers: Number, size and speed of what walks about.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -96,6 +99,7 @@ class NaturalConfig(BaseModel):
     near: float = Field(default=25.0, gt=2)
     far: float = Field(default=45.0, gt=2)
     longest: float = Field(default=70.0, gt=2)
+    walkers: WalkerConfig = Field(default_factory=WalkerConfig)
 
 
 def make_natural(
@@ -103,8 +107,8 @@ def make_natural(
 ) -> World:
     """Return a natural world.
 
-    Ground, objects and tasks have random streams of their own: a change of one does not move the
-    others.
+    Ground, objects, tasks and walkers have random streams of their own: a change of one does not
+    move the others.
 
     Args:
         name: Name of the preset.
@@ -116,7 +120,7 @@ def make_natural(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground_rng, object_rng, task_rng = rng.spawn(3)
+    ground_rng, object_rng, task_rng, walker_rng = rng.spawn(4)
     ground, surface = _ground(config, difficulty, ground_rng)
     objects = tuple(
         each
@@ -126,7 +130,11 @@ def make_natural(
     truth = build_truth(ground, objects, TruthConfig(), surface)
     reach = (config.near, config.far)
     tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
-    return World(name, seed, difficulty, ground, surface, objects, tasks, truth)
+    movers: tuple[Mover, ...] = ()
+    if config.walkers.count:
+        room = solids_room(ground, objects)
+        movers = draw_walkers(config.walkers, room, tasks, walker_rng)
+    return World(name, seed, difficulty, ground, surface, objects, tasks, truth, movers)
 
 
 def _ground(

@@ -362,7 +362,7 @@ def _clip(
 
 
 @inlined_kernel
-def _height(h00: float, h10: float, h01: float, h11: float, u: float, v: float) -> float:
+def cell_height(h00: float, h10: float, h01: float, h11: float, u: float, v: float) -> float:
     """Return the height of the two triangles of a grid cell [m]; ``u`` and ``v`` from 0 to 1."""
     if u + v <= 1.0:
         return h00 + u * (h10 - h00) + v * (h01 - h00)
@@ -403,7 +403,7 @@ def _hit_ground(
         else:
             u, v = ray.u + t * ray.du - a, ray.v + t * ray.dv - b
             if not known:
-                above, known = ray.z + t * ray.dz - _height(h00, h10, h01, h11, u, v), True
+                above, known = ray.z + t * ray.dz - cell_height(h00, h10, h01, h11, u, v), True
                 if side == 0:
                     side = 1 if above >= 0 else -1
                 if above * side < 0:  # The sign changed on the line between two blocks.
@@ -419,7 +419,7 @@ def _hit_ground(
                     break
                 t, above = middle, at
             u, v = ray.u + after * ray.du - a, ray.v + after * ray.dv - b
-            at = ray.z + after * ray.dz - _height(h00, h10, h01, h11, u, v)
+            at = ray.z + after * ray.dz - cell_height(h00, h10, h01, h11, u, v)
             if at * side < 0:
                 found = t + above / (above - at) * (after - t)
                 break

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
+from worlds.movers import Mover
 from worlds.truth import TraversabilityMap
 
 Geofence = tuple[float, float, float, float]
@@ -54,7 +55,8 @@ class World:
             (nx - 1, ny - 1).
         objects: Objects on the ground.
         tasks: Starts and goals, each with a safe path that was found when the world was made.
-        truth: True map of where the robot may drive.
+        truth: True map of where the robot may drive; walkers are not in it.
+        movers: Walkers, as they are when a robot is put down.
     """
 
     name: str
@@ -65,6 +67,7 @@ class World:
     objects: tuple[SceneObject, ...]
     tasks: tuple[Task, ...]
     truth: TraversabilityMap
+    movers: tuple[Mover, ...] = ()
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

@@ -16,6 +16,7 @@ from safetensors.numpy import save
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
+from worlds.movers import Mover, MoverPlan
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, Task, World
 
@@ -50,6 +51,16 @@ class _Task(BaseModel):
     goals: tuple[tuple[float, float], ...]
 
 
+class _Mover(BaseModel):
+    """A walker at its begin; see ``Mover``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    place: tuple[float, float]
+    velocity: tuple[float, float]
+    plan: MoverPlan
+
+
 class _Header(BaseModel):
     """What of a world is no array; see ``World``."""
 
@@ -60,6 +71,7 @@ class _Header(BaseModel):
     difficulty: float
     cell: float
     tasks: tuple[_Task, ...]
+    movers: tuple[_Mover, ...] = ()
 
 
 def is_world_file(name: str) -> bool:
@@ -79,6 +91,10 @@ def world_to_bytes(world: World) -> bytes:
             _Task(start=(task.start.x, task.start.y, task.start.yaw), goals=task.goals)
             for task in world.tasks
         ),
+        movers=tuple(
+            _Mover(place=mover.place, velocity=mover.velocity, plan=mover.plan)
+            for mover in world.movers
+        ),
     )
     arrays = {
         "heights": world.ground.heights,
@@ -91,7 +107,9 @@ def world_to_bytes(world: World) -> bytes:
     }
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     # One key, since the order of several is not always the same.
-    return save(whole, {_KIND: header.model_dump_json()})
+    # A world without walkers has the bytes that it had before there were any.
+    left_out = None if header.movers else {"movers"}
+    return save(whole, {_KIND: header.model_dump_json(exclude=left_out)})
 
 
 def load_world(path: Path) -> World:
@@ -137,8 +155,9 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
     objects = tuple(_objects(arrays))
     tasks = tuple(Task(Start(*task.start), task.goals) for task in header.tasks)
     truth = build_truth(ground, objects, TruthConfig(), surface)
+    movers = tuple(Mover(one.place, one.velocity, one.plan) for one in header.movers)
     return World(
-        header.name, header.seed, header.difficulty, ground, surface, objects, tasks, truth
+        header.name, header.seed, header.difficulty, ground, surface, objects, tasks, truth, movers
     )
 
 

@@ -99,7 +99,8 @@ class OffroadEvaluationOptions:
     suite: Annotated[
         str | None,
         typer.Option(
-            help="generalisation (160 worlds) or development (24), instead of --world, --trials.",
+            help="generalisation (160 worlds), development (24) or walkers (those 24 with "
+            "walkers), instead of --world, --trials.",
             rich_help_panel=_OFFROAD,
         ),
     ] = None

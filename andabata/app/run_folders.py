@@ -22,14 +22,16 @@ def write_drive(
         seed: Seed of the drive.
 
     Returns:
-        The drive without its path, and the name of the picture, ready for JSON.
+        The drive without paths, and the name of the picture, ready for JSON.
     """
     data, picture = driven.as_dict(), make_folder(folder) / "drive.png"
-    drawn = drive_picture(driven.world, driven.path, driven.task.goals, driven.title)
+    drawn = drive_picture(
+        driven.world, driven.path, driven.task.goals, driven.title, walkers=driven.walkers
+    )
     atomic_io.write(picture, drawn)
     write_json(folder / "drive.json", data)
     write_json(folder / "run.json", describe("drive", config, seed))
-    return {name: value for name, value in data.items() if name != "path"} | {
+    return {name: value for name, value in data.items() if name not in ("path", "walkers")} | {
         "picture": str(picture)
     }
 

@@ -38,12 +38,19 @@ def drive_text(title: str, data: Data) -> str:
     """Return a drive as text, a line for each attempted goal."""
     lines = [title]
     lines += [
-        f"goal {attempt['goal']}: {attempt['outcome']} after {attempt['time_s']:.1f} s and "
+        f"goal {attempt['goal']}: {_ending(attempt)} after {attempt['time_s']:.1f} s and "
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
         for attempt in data["attempts"]
     ]
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
+
+
+def _ending(attempt: Data) -> str:
+    """Return how an attempt ended; of a collision also what was hit, and who drove into whom."""
+    contact = attempt.get("contact", "").replace("_", " ")
+    outcome = str(attempt["outcome"])
+    return f"{outcome} ({contact})" if contact and outcome == "collision" else outcome
 
 
 def evaluation_tables(rows: Sequence[Data]) -> Group:
@@ -57,14 +64,19 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 
 
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
-    """Return the table of one world, narrow enough for a terminal of 80 columns."""
+    """Return the table of one world, narrow enough for a terminal of 80 columns.
+
+    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
+    """
+    there = [row for row in rows if row["world"] == world]
+    walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": row["collisions"],
+            "hit": _by_whom(row) if walkers else row["collisions"],
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
@@ -73,10 +85,16 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
             if row["trespass_share"] is None
             else f"{100 * row['trespass_share']:.1f} %",
         }
-        for row in rows
-        if row["world"] == world
+        for row in there
     ]
-    return table_of(shown, world)
+    title = f"{world}. hit: by the robot + by walkers" if walkers else world
+    return table_of(shown, title)
+
+
+def _by_whom(row: Data) -> str:
+    """Return the collisions that the robot caused, and those that walkers caused."""
+    by_walkers = row["hit_by_mover"] + row["hit_at_rest"]
+    return f"{row['collisions'] - by_walkers}+{by_walkers}"
 
 
 def room_tables(data: Data) -> Group:

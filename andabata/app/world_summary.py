@@ -20,6 +20,7 @@ def world_summary(world: World) -> dict[str, Any]:
         "depth_m": world.ground.depth,
         "relief_m": float(np.ptp(world.ground.heights)),
         "objects": dict(counts),
+        "walkers": len(world.movers),
         "share_of_ground": {
             reason.name.lower(): float((world.truth.reason == reason).mean()) for reason in Reason
         },
@@ -31,11 +32,13 @@ def world_summary(world: World) -> dict[str, Any]:
 def world_text(data: dict[str, Any]) -> str:
     """Return a summary as text, objects by decreasing number."""
     counts, shares = Counter(data["objects"]).most_common(), data["share_of_ground"].items()
+    walkers = [f"walkers: {data['walkers']}"] if data["walkers"] else []
     return "\n".join(
         [
             f"{data['name']}, seed {data['seed']}: {data['width_m']:.0f} x {data['depth_m']:.0f} m,"
             f" relief {data['relief_m']:.1f} m, difficulty {data['difficulty']}",
             "objects: " + ", ".join(f"{count} {kind}" for kind, count in counts),
+            *walkers,
             "ground: " + ", ".join(f"{share:.1%} {kind}" for kind, share in shares),
             f"tasks: {data['tasks']} with {data['goals_per_task']} goals in a row",
         ]

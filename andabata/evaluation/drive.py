@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,9 @@ from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 from worlds.world import Task, World, choose_task
 
+_RADIUS, _HEIGHT = 3, 4
+"""Columns of a walker after x, y, z."""
+
 
 @dataclass(frozen=True)
 class Driven:
@@ -36,6 +39,8 @@ class Driven:
         controller: Name of the controller.
         attempts: Drives to the goals that were tried.
         cloud: Last levelled cloud around the robot, None with the horizontal scanner.
+        walkers: Rows of the world's walkers at each second, as in ``SensorReadings``, float64,
+            shape (k, m, 5); m is 0 without any.
     """
 
     world: World
@@ -43,6 +48,7 @@ class Driven:
     controller: str
     attempts: tuple[GoalAttempt, ...]
     cloud: PointCloud | None
+    walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -71,6 +77,7 @@ class Driven:
                 {
                     "goal": attempt.goal,
                     "outcome": str(attempt.outcome),
+                    "contact": attempt.contact.label,
                     "time_s": attempt.time,
                     "distance_m": attempt.distance,
                     "shortest_m": attempt.shortest,
@@ -81,7 +88,19 @@ class Driven:
                 for attempt in self.attempts
             ],
             "path": np.round(self.path, 3).tolist(),
+            "walkers": self._walkers(),
         }
+
+    def _walkers(self) -> list[dict[str, Any]]:
+        """Return size and path of each walker, ready for JSON."""
+        found = []
+        for rows in np.moveaxis(self.walkers, 1, 0):
+            seconds = np.flatnonzero(rows[:, _RADIUS] > 0.0)
+            if len(seconds):
+                places = np.column_stack([seconds, rows[seconds, :3]])
+                size = {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
+                found.append(size | {"stamped_path": np.round(places, 2).tolist()})
+        return found
 
 
 @dataclass(frozen=True)
@@ -167,9 +186,17 @@ def drive_once(
         about |= {"simulated_robot": config.model_dump(mode="json"), "models": models.hashes}
         writer = record.watch(simulated_robot, about)
 
+    walkers: list[NDArray[np.float64]] = []
+    if simulated_robot.simulator.walkers is not None:
+        walkers.append(simulated_robot.simulator.walkers.track.now)
+
     def on_step(readings: SensorReadings) -> None:
-        if on_second is not None and round(readings.stamp * 10) % 10 == 0:
+        if round(readings.stamp * 10) % 10:
+            return
+        if on_second is not None:
             on_second()
+        if readings.walkers is not None:
+            walkers.append(readings.walkers)
 
     try:
         attempts = run_trial(
@@ -186,4 +213,5 @@ def drive_once(
         write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
     cloud = simulated_robot.last_cloud()
     simulated_robot.close()
-    return Driven(scene.world, task, controller, attempts, cloud)
+    met = np.array(walkers) if walkers else np.zeros((0, 0, 5))
+    return Driven(scene.world, task, controller, attempts, cloud, met)

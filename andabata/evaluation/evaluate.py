@@ -17,6 +17,7 @@ from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.journal import Journal
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
+from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.records.runs import commit
@@ -27,6 +28,9 @@ from worlds.splits import EVALUATIONS
 from worlds.world import World, choose_task
 
 Row = dict[str, Any]
+
+_CAUSED_BY_WALKERS = {"hit_by_mover": Contact.HIT, "hit_at_rest": Contact.HIT_AT_REST}
+"""Columns of collisions that walkers caused, while the robot drove and while it stood."""
 
 
 class EvaluationConfig(BaseModel):
@@ -163,7 +167,8 @@ def _attempt_row(
         "goal": attempt.goal,
         "goals": goals,
         "outcome": str(attempt.outcome),
-        "cause": failure_cause(world, attempt.path[-1], attempt.outcome),
+        "cause": failure_cause(world, attempt.path[-1], attempt.outcome, attempt.contact),
+        "contact": attempt.contact.label,
         "time_s": attempt.time,
         "distance_m": attempt.distance,
         "spl": attempt.spl,
@@ -262,6 +267,11 @@ def _table_row(
     def count(outcome: Outcome) -> int:
         return sum(row["outcome"] == outcome for row in attempts)
 
+    def touched(contact: Contact) -> int:
+        # Journals of earlier versions say nothing about who drove into whom.
+        ends = [row for row in attempts if row["outcome"] == Outcome.COLLISION]
+        return sum(row.get("contact") == contact.label for row in ends)
+
     def mean(key: str) -> float | None:
         known = [row[key] for row in attempts if row[key] is not None]
         return float(np.mean(known)) if known else None
@@ -274,6 +284,7 @@ def _table_row(
         "trials": trials,
         "successes": reached,
         "collisions": count(Outcome.COLLISION),
+        **{key: touched(contact) for key, contact in _CAUSED_BY_WALKERS.items()},
         "tipovers": count(Outcome.TIPOVER),
         "timeouts": count(Outcome.TIMEOUT),
         "stuck": count(Outcome.STUCK),

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import TRAITS
 from worlds.truth import Reason
@@ -15,16 +16,29 @@ _SMALL = 0.15
 """Height below which a rock is a cause of its own [m]: few beams meet it."""
 
 
-def failure_cause(world: World, place: NDArray[np.float64], outcome: Outcome) -> str:
+_WALKERS = {
+    Contact.MOVER: "walker",
+    Contact.HIT: "hit by walker",
+    Contact.HIT_AT_REST: "hit by walker while standing",
+}
+"""Cause of a collision with a walker: the robot's motion, or the walker's."""
+
+
+def failure_cause(
+    world: World, place: NDArray[np.float64], outcome: Outcome, contact: Contact = Contact.NONE
+) -> str:
     """Return the cause of a drive's end: an object's class, a kind of ground, or ``no way``.
 
     Args:
         world: World.
         place: Position of the robot at the end, map [m], shape (2,) or more.
         outcome: Outcome of the drive.
+        contact: What the body touches at the end.
     """
     if outcome is Outcome.GOAL:
         return ""
+    if outcome is Outcome.COLLISION and contact in _WALKERS:
+        return _WALKERS[contact]
     x, y = float(place[0]), float(place[1])
     if min(world.ground.width / 2 - abs(x), world.ground.depth / 2 - abs(y)) < _REACH:
         return "border"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.evaluation.room_policies import fitted
-from andabata.tasks.movers import Contact
+from andabata.machine.mover_contact import Contact
 from andabata.tasks.room_config import RoomConfig
 from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome

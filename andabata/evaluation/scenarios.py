@@ -1,6 +1,6 @@
 """Scenarios of an evaluation: one world a trial, of one preset or of a suite."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from worlds.splits import DEVELOPMENT_SEEDS, evaluation_world
 
@@ -47,7 +47,12 @@ def development(seed: int) -> tuple[Scenario, ...]:
     return tuple(Scenario("natural-test", world_seed) for world_seed in DEVELOPMENT_SEEDS)
 
 
-SUITES = {"generalisation": generalisation, "development": development}
+def walkers(seed: int) -> tuple[Scenario, ...]:
+    """Return the worlds of ``development`` with walkers in them: the two suites make pairs."""
+    return tuple(replace(each, world="natural-walkers") for each in development(seed))
+
+
+SUITES = {"generalisation": generalisation, "development": development, "walkers": walkers}
 """Suites by name."""
 
 

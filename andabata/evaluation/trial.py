@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobot
+from andabata.machine.mover_contact import Contact
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
@@ -30,6 +31,7 @@ class GoalAttempt:
         energy: Work of the motors [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions, one a control step, float64, shape (k, 3).
+        contact: What the body touched at the end, and who drove into whom.
     """
 
     goal: int
@@ -42,6 +44,7 @@ class GoalAttempt:
     energy: float | None
     min_clearance: float
     path: NDArray[np.float64]
+    contact: Contact = Contact.NONE
 
     @property
     def spl(self) -> float:
@@ -129,4 +132,5 @@ def _attempt(
         energy=monitor.energy,
         min_clearance=monitor.min_clearance,
         path=np.array(monitor.path),
+        contact=monitor.contact,
     )

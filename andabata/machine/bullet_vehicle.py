@@ -10,12 +10,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.clock import TICK
+from andabata.machine.mover_contact import Contact, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
-from worlds.bodies import build_bodies
+from worlds.bodies import BELOW, build_bodies, move_walker
 from worlds.quiet_pybullet import pybullet
+from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 
 _WHEELS = ("front_left", "rear_left", "front_right", "rear_right")
@@ -27,6 +29,9 @@ _CONTACT_LINK, _CONTACT_POSITION, _CONTACT_DISTANCE = 3, 6, 8
 
 _TOUCH_DISTANCE = 0.005
 """Largest distance of two bodies that counts as contact [m]."""
+
+_AROUND = 4.0
+"""Distance from the robot up to which walkers have bodies in the physics [m]."""
 
 _DROP = 0.02
 """Height above the ground at which the body is put down [m]."""
@@ -88,7 +93,8 @@ class BulletVehicle:
         corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
         self._contacts = corners * [robot.wheelbase, robot.track]
         self._stamp = 0.0
-        self._collided = False
+        self._contact = Contact.NONE
+        self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
         self._tipped = False
         self._work = 0.0
 
@@ -158,12 +164,17 @@ class BulletVehicle:
         pybullet.resetBaseVelocity(self._body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
         for wheel in self._wheels:
             pybullet.resetJointState(self._body, wheel, 0.0, 0.0, physicsClientId=self._client)
-        self._collided = self._tipped = False
+        for walker in self._bodies.walkers:
+            move_walker(walker, BELOW, (0.0, 0.0, 0.0), self._client)
+        self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
+        self._contact, self._tipped = Contact.NONE, False
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
         self._stamp = self._work = 0.0
-        self._collided = False
+        self._contact = Contact.NONE
 
-    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+    def drive(
+        self, wheels: WheelSpeeds, ticks: int, walkers: WalkerTrack | None = None
+    ) -> NDArray[np.float64]:
         """Drive with commanded wheel speeds for a number of ticks; see ``Vehicle.drive``.
 
         Raises:
@@ -179,12 +190,18 @@ class BulletVehicle:
             forces=[self._robot.wheel_torque] * 4,
             physicsClientId=self._client,
         )
-        self._collided = False
+        self._contact = Contact.NONE
         rows, upright = [], math.cos(self._config.tip_angle)
-        for _ in range(ticks):
+        for tick in range(ticks):
+            near = [] if walkers is None else self._move_walkers(walkers, tick)
+            speed = self._speed() if near else 0.0
             for _ in range(round(TICK / self._config.step)):
                 pybullet.stepSimulation(physicsClientId=self._client)
-            self._collided |= self._touches()
+            if self._contact is Contact.NONE:
+                if self._touches():
+                    self._contact = Contact.OBSTACLE
+                elif walkers is not None and self._touches_walker(near):
+                    self._contact = self._walker_contact(speed, tick, walkers)
             pose, turn = self._footprint()
             speeds, power = self._wheels_now()
             rows.append(pose + speeds)
@@ -209,6 +226,49 @@ class BulletVehicle:
                 if place[2] - ground > self._config.collision_height:
                     return True
         return False
+
+    def _move_walkers(self, walkers: WalkerTrack, tick: int) -> list[int]:
+        """Put the walkers around the robot where they are, and return their bodies.
+
+        Each call of the physics costs as much as many a step of it: who is far away, or not there
+        at all, waits below the ground.
+        """
+        (x, y, _), _ = pybullet.getBasePositionAndOrientation(
+            self._body, physicsClientId=self._client
+        )
+        places, velocities, radii = (array[tick] for array in walkers.movers)
+        near = (radii > 0.0) & (np.hypot(places[:, 0] - x, places[:, 1] - y) < _AROUND)
+        for m in np.flatnonzero(self._is_out & ~near).tolist():
+            move_walker(self._bodies.walkers[m], BELOW, (0.0, 0.0, 0.0), self._client)
+        for m in np.flatnonzero(near).tolist():
+            middle = float(walkers.feet[tick, m] + walkers.heights[m] / 2)
+            place = (float(places[m, 0]), float(places[m, 1]), middle)
+            velocity = (float(velocities[m, 0]), float(velocities[m, 1]), 0.0)
+            move_walker(self._bodies.walkers[m], place, velocity, self._client)
+        self._is_out = near
+        return [self._bodies.walkers[m] for m in np.flatnonzero(near).tolist()]
+
+    def _touches_walker(self, near: list[int]) -> bool:
+        """Return true if body or wheels touch one of some bodies of walkers."""
+        return any(
+            contact[_CONTACT_DISTANCE] <= _TOUCH_DISTANCE
+            for walker in near
+            for contact in pybullet.getContactPoints(
+                self._body, walker, physicsClientId=self._client
+            )
+        )
+
+    def _walker_contact(self, speed: float, tick: int, walkers: WalkerTrack) -> Contact:
+        """Return who drove into whom; ``speed`` is the robot's before they touched [m/s]."""
+        (x, y, *_), turn = self._footprint()
+        yaw = math.atan2(turn[3], turn[0])
+        return walker_contact((x, y, yaw), speed, self._robot, tick, walkers.movers)
+
+    def _speed(self) -> float:
+        """Return the speed along the body's x axis [m/s]."""
+        linear, _ = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        _, turn = self._footprint()
+        return float(linear[0] * turn[0] + linear[1] * turn[3] + linear[2] * turn[6])
 
     def _footprint(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the pose of ``base_footprint``, 7 numbers, and its rotation, row by row."""
@@ -245,9 +305,10 @@ class BulletVehicle:
             linear=turn.T @ np.array(linear) + np.cross(spin, lever),
             angular=spin,
             wheels=WheelSpeeds(*self._wheels_now()[0]),
-            collided=self._collided,
+            collided=self._contact is not Contact.NONE,
             tipped=self._tipped,
             work=self._work,
+            contact=self._contact,
         )
 
     def close(self) -> None:

@@ -12,12 +12,15 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.clock import TICK
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.mover_contact import Contact, touches_mover, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
+from worlds.mover_motion import Movers
 from worlds.truth import Reason, TraversabilityMap
+from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 
 _X, _Y, _YAW, _SPEED, _YAW_RATE, _SPEED_SLIP, _YAW_RATE_SLIP, _LATERAL_SPEED = range(8)
@@ -96,6 +99,7 @@ class KinematicVehicle:
         self._parameters = plant_parameters(robot, self._config)
         self._contact = contact_map(self._truth, self._parameters.outline)
         self._heights = np.ascontiguousarray(self._ground.heights)
+        self._last = np.zeros(9)
         self.place(Start(0.0, 0.0, 0.0))
 
     def place(self, start: Start) -> None:
@@ -104,9 +108,12 @@ class KinematicVehicle:
         self._motion[:3] = start.x, start.y, start.yaw
         self._stamp = 0.0
         self._flags = np.zeros(2, dtype=np.bool_)
+        self._touched = Contact.NONE
         self._drive(WheelSpeeds(0.0, 0.0), np.zeros((1, 2)))
 
-    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+    def drive(
+        self, wheels: WheelSpeeds, ticks: int, walkers: WalkerTrack | None = None
+    ) -> NDArray[np.float64]:
         """Drive with commanded wheel speeds for a number of ticks; see ``Vehicle.drive``.
 
         Raises:
@@ -116,7 +123,35 @@ class KinematicVehicle:
             raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
         self._stamp += ticks * TICK
         self._flags[_COLLIDED] = False
-        return self._drive(wheels, self._rng.standard_normal((ticks, 2)))
+        self._touched = Contact.NONE
+        noise = self._rng.standard_normal((ticks, 2))
+        if walkers is None:
+            rows = self._drive(wheels, noise)
+        else:
+            rows = self._drive_among(wheels, noise, walkers.movers)
+        return rows
+
+    def _drive_among(
+        self, wheels: WheelSpeeds, noise: NDArray[np.float64], movers: Movers
+    ) -> NDArray[np.float64]:
+        """Move tick by tick among walkers, which are where they are at the end of each tick."""
+        half = self._robot.length / 2, self._robot.width / 2
+        rows = np.empty((len(noise), 9))
+        for k in range(len(noise)):
+            before, last = self._motion[: _YAW + 1].copy(), self._last.copy()
+            rows[k] = self._drive(wheels, noise[k : k + 1])[0]
+            x, y, yaw = self._motion[: _YAW + 1].tolist()
+            if not touches_mover(x, y, yaw, *half, k, movers):
+                continue
+            # As at what stands: a body that would touch somebody stays where it is.
+            self._motion[: _YAW + 1] = before
+            rows[k, :_LEFT] = last[:_LEFT]
+            self._last = rows[k]
+            if not self._flags[_COLLIDED]:
+                speed = float(self._motion[_SPEED])
+                self._touched = walker_contact((x, y, yaw), speed, self._robot, k, movers)
+            self._flags[_COLLIDED] = True
+        return rows
 
     def _drive(self, wheels: WheelSpeeds, noise: NDArray[np.float64]) -> NDArray[np.float64]:
         """Move tick by tick; ``noise`` is standard normal, shape (ticks, 2)."""
@@ -151,6 +186,7 @@ class KinematicVehicle:
             wheels=self._commanded,
             collided=collided,
             tipped=tipped,
+            contact=self._touched if self._touched or not collided else Contact.OBSTACLE,
         )
 
     def close(self) -> None:

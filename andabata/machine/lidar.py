@@ -17,6 +17,7 @@ from terrain.kernel import inlined_kernel, kernel
 from traversability.grid import PolarGrid
 from worlds.ray_walk import NO_CLASS
 from worlds.rays import RayScene
+from worlds.walking import Walkers, cover_rays
 
 _DRAWS = np.uint64(3)
 """Number of random draws per beam: mixed pixel, noise, dropout."""
@@ -151,6 +152,7 @@ class RotatingLidar:
         robot: RobotModel,
         rng: np.random.Generator,
         reach: float = np.inf,
+        walkers: Walkers | None = None,
     ) -> None:
         """Mount the laser.
 
@@ -161,8 +163,9 @@ class RotatingLidar:
             rng: Source of noise, dropouts and returns of porous objects.
             reach: Range up to which returns have to be right [m]; returns within it are the same,
                 bit for bit, whatever the reach.
+            walkers: Walkers of the world; None without any.
         """
-        self._scene = scene
+        self._scene, self._walkers = scene, walkers
         self._reach = reach
         self._config = config
         self._height = robot.lidar_height
@@ -228,12 +231,17 @@ class RotatingLidar:
         budgets = self._budgets[: len(rays)]
         self._rng.standard_exponential(dtype=np.float32, out=budgets)
         ranges, classes = self._scene.cast(rays, budgets, self._reach)
+        times, _, _ = self._tables.buffers(len(rays))  # Those of the rays, as they were cast.
+        if self._walkers is not None:
+            cover_rays(rays, times, self._walkers.track, self._reach, ranges, classes)
         stride = self._config.neighbour_stride
         if np.isfinite(self._reach) and stride:
             row = self._config.beams if stride == 1 else len(ranges)
             edges = _possibly_mixed(ranges, row, stride, key, self._config.mixed)
             if len(edges):
                 far = self._scene.cast(rays[edges], budgets[edges])
+                if self._walkers is not None:
+                    cover_rays(rays[edges], times[edges], self._walkers.track, np.inf, *far)
                 ranges[edges], classes[edges] = far
         return ranges, classes
 
@@ -341,7 +349,12 @@ class HorizontalScanner:
     """Horizontal 2D scanner with one beam per sector of the grid (section 5.1)."""
 
     def __init__(
-        self, scene: RayScene, grid: PolarGrid, robot: RobotModel, rng: np.random.Generator
+        self,
+        scene: RayScene,
+        grid: PolarGrid,
+        robot: RobotModel,
+        rng: np.random.Generator,
+        walkers: Walkers | None = None,
     ) -> None:
         """Mount the scanner at the height of the laser's optical centre.
 
@@ -350,8 +363,9 @@ class HorizontalScanner:
             grid: Polar grid whose sectors the beams point along.
             robot: Parameters of the body, for the height of the optical centre.
             rng: Source of returns of porous objects.
+            walkers: Walkers of the world; None without any.
         """
-        self._scene = scene
+        self._scene, self._walkers = scene, walkers
         self._bearings = grid.bearings
         self._max_range = grid.outer_radius
         self._height = robot.lidar_height
@@ -372,4 +386,9 @@ class HorizontalScanner:
         self._rays[:, 3] = np.cos(self._bearings + pose.yaw)
         self._rays[:, 4] = np.sin(self._bearings + pose.yaw)
         budgets = self._rng.standard_exponential(len(self._rays), dtype=np.float32)
-        return self._scene.cast(self._rays, budgets, self._max_range)[0]
+        ranges, classes = self._scene.cast(self._rays, budgets, self._max_range)
+        if self._walkers is not None:
+            track = self._walkers.track
+            times = np.full(len(ranges), track.latest)
+            cover_rays(self._rays, times, track, self._max_range, ranges, classes)
+        return ranges

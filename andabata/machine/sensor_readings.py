@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
 from traversability.cloud import PointCloud
 
@@ -72,10 +73,11 @@ class VehicleState:
         linear: Velocity in the base frame [m/s], shape (3,).
         angular: Angular velocity in the base frame [rad/s], shape (3,).
         wheels: Actual wheel speeds.
-        collided: True if the body touches a solid object other than the ground.
+        collided: True if the body touches a walker, or a solid object other than the ground.
         tipped: True if the body has rolled over beyond recovery.
         work: Work of the motors since the body was put down [J], without recuperation; None if the
             plant has no motors.
+        contact: What the body touches, and who drove into whom.
     """
 
     stamp: float
@@ -86,6 +88,7 @@ class VehicleState:
     collided: bool = False
     tipped: bool = False
     work: float | None = None
+    contact: Contact = Contact.NONE
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,9 @@ class SensorReadings:
         truth: True state at ``stamp`` (simulation only).
         true_track: Rows of stamp [s], x, y, z [m], quaternion x, y, z, w in the period (simulation
             only), float64, shape (k, 8).
+        walkers: Rows of x, y, z of the foot, radius, which is 0 for one that is not there, and
+            height of each walker of the world at ``stamp`` [m] (simulation only), float64,
+            shape (m, 5); None where there are none.
     """
 
     stamp: float
@@ -126,6 +132,7 @@ class SensorReadings:
     antenna: NDArray[np.float64] | None = None
     truth: VehicleState | None = None
     true_track: NDArray[np.float64] | None = None
+    walkers: NDArray[np.float64] | None = None
 
 
 class ReadingsFilter(Protocol):

@@ -1,5 +1,6 @@
 """Simulator of a robot in a world: plant and sensors on one clock, a control period at a time."""
 
+import math
 from dataclasses import replace
 from typing import Literal
 
@@ -20,6 +21,7 @@ from andabata.machine.vehicle import Plant, make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from worlds.rays import RayScene
+from worlds.walking import Walkers
 from worlds.world import Start, World
 
 
@@ -64,6 +66,7 @@ class Simulator:
         vehicle: Plant of the robot.
         proprioception: Models of IMU, magnetometer, encoders and GNSS, or None.
         lidar: Model of the rotating laser; None with the horizontal scanner.
+        walkers: What walks about in the world; None without any.
     """
 
     def __init__(
@@ -92,6 +95,9 @@ class Simulator:
         slip, beams = self._streams
         self._reseed()
         self.vehicle = make_vehicle(plant, world, robot, slip)
+        self.walkers = Walkers(world, TICK_HZ) if world.movers else None
+        # Nobody appears out of nothing where the body is.
+        self._reach = math.hypot(robot.length, robot.width) / 2
         self._track = PoseTrack()
         self._tick = 0
         self.proprioception: Proprioception | None = None
@@ -104,15 +110,17 @@ class Simulator:
         self.lidar: RotatingLidar | None = None
         self._scanner: HorizontalScanner | None = None
         if sensing.scanner == "rotating":
-            self.lidar = RotatingLidar(rays, sensing.lidar, robot, beams, reach)
+            self.lidar = RotatingLidar(rays, sensing.lidar, robot, beams, reach, self.walkers)
         else:
-            self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams)
+            self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams, self.walkers)
 
     def reset(self, start: Start) -> SensorReadings:
         """Put the robot down at rest and return the readings before the first period."""
         self._reseed()
         self.vehicle.place(start)
         self._tick = 0
+        if self.walkers is not None:
+            self.walkers.reset((start.x, start.y), self._reach)
         self._track.clear()
         state = self.vehicle.state
         self._track.append(0.0, state.pose.position, state.pose.quaternion)
@@ -137,7 +145,11 @@ class Simulator:
         # Ticks are counted in whole numbers and divided; see ``andabata.machine.clock``.
         rows = np.empty((TICKS_PER_STEP, 10))
         rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) / TICK_HZ
-        rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP)
+        walkers = None
+        if self.walkers is not None:
+            x, y = self.vehicle.state.pose.position[:2].tolist()
+            walkers = self.walkers.step(TICKS_PER_STEP, (x, y), self._reach)
+        rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP, walkers)
         self._tick += TICKS_PER_STEP
         self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
         return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, skip_scan)
@@ -175,6 +187,7 @@ class Simulator:
             horizontal=horizontal,
             truth=state,
             true_track=rows[:, :8],
+            walkers=None if self.walkers is None else self.walkers.track.now,
         )
 
     def sweeps(self, begin: float, end: float, tilt: Rotation | None = None) -> Sweeps:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
+from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 
 Plant = Literal["bullet", "kinematic"]
@@ -19,12 +20,15 @@ class Vehicle(Protocol):
     def place(self, start: Start) -> None:
         """Put the body down at rest and set its time to zero."""
 
-    def drive(self, wheels: WheelSpeeds, ticks: int) -> NDArray[np.float64]:
+    def drive(
+        self, wheels: WheelSpeeds, ticks: int, walkers: WalkerTrack | None = None
+    ) -> NDArray[np.float64]:
         """Drive with commanded wheel speeds for a number of ticks.
 
         Args:
             wheels: Commanded wheel speeds.
             ticks: Number of ticks.
+            walkers: Walkers of the world at the end of each of these ticks; None for none.
 
         Returns:
             Rows of x, y, z [m] and quaternion x, y, z, w of ``base_footprint`` in the map, actual

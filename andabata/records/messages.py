@@ -262,6 +262,15 @@ class MessageBuilder:
             pose=self.pose(pose),
         )
 
+    def places(self, seconds: float, places: NDArray[np.float64]) -> RosMessage:
+        """Return places in the map [m], shape (k, 3), as poses without a turn."""
+        upright = np.array([0.0, 0.0, 0.0, 1.0])
+        return self.new(
+            "geometry_msgs/msg/PoseArray",
+            header=self.header(seconds, "map"),
+            poses=[self.pose(Pose(place, upright)) for place in places],
+        )
+
     def transform(self, seconds: float, row: NDArray[np.float64], kind: str) -> RosMessage:
         """Return the transform ``odom -> base_footprint``.
 

@@ -27,6 +27,9 @@ DATUM = "datum"
 _HALF_PERIOD = 0.05
 """Half a control period [s]: the relative cloud comes twice in one (paper, Table 3)."""
 
+_RADIUS = 3
+"""Column of a walker's radius."""
+
 _LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
 """Level of a diagnostics message by health: ok, warning, error."""
 
@@ -93,6 +96,9 @@ def queue_readings(queue: MessageQueue, readings: SensorReadings) -> None:
     if readings.truth is not None:
         truth = builder.odometry(readings.stamp, readings.truth.pose, None, readings.truth)
         queue.add(readings.stamp, topics.GROUND_TRUTH, truth)
+    if readings.walkers is not None:
+        there = readings.walkers[readings.walkers[:, _RADIUS] > 0.0]
+        queue.add(readings.stamp, topics.WALKERS, builder.places(readings.stamp, there[:, :3]))
 
 
 class Recorder:

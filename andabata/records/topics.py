@@ -60,6 +60,8 @@ FILTERED_ODOMETRY = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
 GROUND_TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
+WALKERS = Topic("/walkers", "/walkers", "geometry_msgs/msg/PoseArray", 10.0)
+"""True places of the walkers' feet, of worlds that have some."""
 
 INITIAL_POSE = Topic(
     "/initialpose", "/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", None

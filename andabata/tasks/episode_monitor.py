@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.mover_contact import Contact
 from andabata.machine.sensor_readings import VehicleState
 from andabata.tasks.terminations import Drives, Ending, Outcome, TerminationConfig, Terminations
 from worlds.world import World
@@ -23,6 +24,7 @@ class EpisodeMonitor:
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions of the body, one a control step [m].
         time: Duration so far [s].
+        contact: What the body touches, and who drove into whom.
     """
 
     def __init__(self, world: World, config: TerminationConfig) -> None:
@@ -45,6 +47,7 @@ class EpisodeMonitor:
         self.min_clearance = np.inf
         self.path: list[NDArray[np.float64]] = [state.pose.position.copy()]
         self.time = 0.0
+        self.contact = Contact.NONE
 
     def update(self, state: VehicleState) -> Outcome | None:
         """Take in the true state after a control step; return the outcome, None before the end."""
@@ -61,6 +64,7 @@ class EpisodeMonitor:
         if moved > 0 and forbidden:
             self.forbidden_distance += moved
         self.min_clearance = min(self.min_clearance, clearance)
+        self.contact = state.contact
         self.path.append(state.pose.position.copy())
         drives = Drives(
             positions=position[None],

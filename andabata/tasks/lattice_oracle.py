@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, room_arrays
 from andabata.tasks.room_kernel import YAW, Rooms, X, clearance, drive
 from terrain.kernel import inlined_kernel, kernel
 from worlds.geodesics import HALF_DIAGONAL, Ways, remaining, ways_to
+from worlds.mover_motion import Movers
 from worlds.rooms import CELL, Room, RoomTask
 
 _WIDTH = np.radians(7.5)

@@ -110,7 +110,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
     goal (d < 1 m), on physical contact, on tip-over and when stuck, and is truncated at the time
-    limit. The last step's info holds ``is_success``, ``outcome`` and ``turns``.
+    limit. The last step's info holds ``is_success``, ``outcome``, ``turns`` and ``contact``, which
+    tells who drove into whom.
 
     ## Options of reset
     ``{"world_seed": int, "difficulty": float, "task": int}`` choose the world and the task.
@@ -198,7 +199,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:
             info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
-            info |= {"turns": abs(self._monitor.turns)}
+            info |= {"turns": abs(self._monitor.turns), "contact": self._monitor.contact.label}
         truncated = outcome is Outcome.TIMEOUT
         terminated = outcome is not None and not truncated
         return self._state, float(sum(terms.values())), terminated, truncated, info

@@ -13,10 +13,10 @@ from andabata.machine.kinematics import Twist
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_readings import PlanarNavigator, PlanarPose, PlanarReadings
 from andabata.machine.planar_vehicle import PlanarVehicle, PlanarVehicleConfig
-from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import laser_arrays, room_arrays
 from andabata.tasks.room_kernel import MIN_RANGE, cast
 from andabata.tasks.terminations import Outcome
+from worlds.mover_motion import Movers
 from worlds.rooms import Room, RoomTask
 
 BARN_LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.12)

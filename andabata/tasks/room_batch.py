@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.mover_kernel import come_and_go
-from andabata.tasks.movers import Movers, Schedules
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.room_kernel import Lasers, Rooms, V, X, cast, drive
+from worlds.mover_motion import Movers, Schedules, come_and_go, put_down
 from worlds.movers import Mover
 from worlds.rooms import Room
 from worlds.world import Start
@@ -43,7 +42,7 @@ class RoomBatch:
         motions: State of each robot: x, y [m], yaw [rad], speed [m/s], yaw rate [rad/s], float64,
             shape (n, 5).
         places: Index of each robot's room, shape (n,).
-        movers: Moving obstacles of each robot's room; see ``andabata.tasks.mover_kernel``.
+        movers: Moving obstacles of each robot's room; see ``worlds.mover_motion``.
         contacts: ``Contact`` of each robot since its last step, int64, shape (n,).
         lasers: Lasers that robots can have.
         mounted: Index of each robot's laser, shape (n,).
@@ -111,36 +110,8 @@ class RoomBatch:
         self.motions[k] = start.x, start.y, start.yaw, 0.0, 0.0
         self.contacts[k] = 0
         self._steps[k] = 0
-        self._place_movers(k, movers)
-
-    def _place_movers(self, k: int, movers: Sequence[Mover]) -> None:
-        """Put the moving obstacles of a robot down; see ``place``."""
-        most, dt = self.movers.radii.shape[1], self._robot.period / self._robot.substeps
-        if len(movers) > most:
-            raise ValueError(
-                f"movers: expected at most {most}, got {len(movers)}; make room for more"
-            )
-        for array in self.movers:
-            array[k] = 0.0
-        for array in self._schedules:
-            array[k] = np.inf
-        for m, mover in enumerate(movers):
-            plan = mover.plan
-            if plan.speed * dt > plan.radius:
-                raise ValueError(
-                    f"movers: expected at most {plan.radius / dt:.3g} m/s of a mover of "
-                    f"{plan.radius} m, got {plan.speed}; a robot with more sub-steps lets it go"
-                )
-            self.movers.places[k, m], self.movers.velocities[k, m] = mover.place, mover.velocity
-            self._schedules.radii[k, m] = plan.radius
-            self._schedules.begins[k, m] = plan.appears_at
-            if plan.lasts is not None:
-                self._schedules.durations[k, m] = plan.lasts
-            if plan.when_within is not None:
-                self._schedules.distances[k, m] = plan.when_within
-            elif plan.appears_at == 0.0:
-                self.movers.radii[k, m] = plan.radius
-                self._schedules.ends[k, m] = self._schedules.durations[k, m]
+        dt = self._robot.period / self._robot.substeps
+        put_down(k, movers, self.movers, self._schedules, dt)
 
     def step(self, twists: NDArray[np.float64], chosen: NDArray[np.bool_]) -> PlanarState:
         """Drive robots for one control period.

@@ -12,9 +12,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.mover_contact import Contact
 from andabata.navigation.planning.hit_layer import LaserPose
 from andabata.navigation.planning.lidar_map import LidarMap
-from andabata.tasks.movers import Contact
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import (
     GdaeRewardConfig,

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.mover_kernel import advance, contact_with_mover
-from andabata.tasks.movers import Contact, Movers
+from andabata.machine.mover_contact import Contact, contact_with_mover
 from terrain.kernel import inlined_kernel, kernel
+from worlds.mover_motion import Movers, advance
 from worlds.room_edges import edge_clearance
 
 MIN_RANGE = 0.02
@@ -143,7 +143,8 @@ def drive(
             if movers.radii.shape[1] > 0:
                 boxes = rooms.boxes[room, : rooms.box_counts[room]]
                 circles = rooms.circles[room, : rooms.circle_counts[room]]
-                advance(k, movers, boxes, circles, dt)
+                edges = rooms.edges[room, : rooms.edge_counts[room]]
+                advance(k, movers, boxes, circles, edges, dt)
             x, y = motion[X], motion[Y]
             if clearance(x, y, room, rooms, k, movers) < radius:
                 # Touching both what stands and what moves is the robot's own doing.

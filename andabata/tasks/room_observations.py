@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import as_kept, laser_arrays
 from andabata.tasks.room_kernel import (
     MIN_RANGE,
@@ -25,6 +24,7 @@ from andabata.tasks.room_kernel import (
 )
 from andabata.tasks.room_points import bearing_windows, take_earlier_windows, take_points
 from andabata.tasks.room_terms import RoomTerms, encoded_goals
+from worlds.mover_motion import Movers
 
 _HEAD = 8
 """Number of columns of a situation before its movers: room, motion, target."""

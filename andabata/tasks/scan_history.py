@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.tasks.movers import Movers
 from andabata.tasks.room_observations import EarlierScans
+from worlds.mover_motion import Movers
 
 
 class ScanHistory:

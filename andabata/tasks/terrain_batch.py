@@ -11,7 +11,6 @@ from andabata.machine.kinematic_vehicle import KinematicConfig, plant_parameters
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import reseed
-from andabata.tasks.movers import Movers
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.terrain_kernel import (
     AHEAD,
@@ -25,6 +24,7 @@ from andabata.tasks.terrain_kernel import (
     measure,
     move,
 )
+from worlds.mover_motion import Movers
 from worlds.world import Start
 
 

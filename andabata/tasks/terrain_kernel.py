@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
-from andabata.tasks.movers import Movers
 from terrain.kernel import kernel
+from worlds.mover_motion import Movers
 from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.ray_walk import cast_rays
 

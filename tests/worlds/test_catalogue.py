@@ -16,6 +16,7 @@ NAMES = (
     "natural",
     "natural-far",
     "natural-test",
+    "natural-walkers",
     "park",
     "plain",
     "stony",
@@ -45,8 +46,18 @@ def test_the_same_seed_gives_the_same_bytes(world):
 
 
 def test_families_differ():
-    """Every preset has random streams of its own."""
-    assert len({config.family for config in presets().values()}) == len(NAMES)
+    """Every preset has random streams of its own, but for the walkers' in the worlds of a test."""
+    families = {name: config.family for name, config in presets().items()}
+    assert families.pop("natural-walkers") == families["natural-test"]
+    assert len(set(families.values())) == len(NAMES) - 1
+
+
+def test_worlds_with_walkers_pair_with_those_without():
+    """Family apart, the two presets differ in nothing but walkers."""
+    test, walkers = (presets()[name] for name in ("natural-test", "natural-walkers"))
+    same = {"walkers": test.walkers, "about": test.about}
+    assert walkers.walkers.count == 24
+    assert walkers.model_copy(update=same) == test
 
 
 def test_starts_and_goals_lie_on_safe_ground_and_are_joined(world):

@@ -9,6 +9,7 @@ from safetensors.numpy import load, save
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box, frustum
+from tests.walking_worlds import peopled, walker
 from worlds.catalogue import make_world, patch
 from worlds.scenes import SceneCache
 from worlds.truth import TruthConfig, build_truth
@@ -62,6 +63,18 @@ def test_a_world_comes_back_as_it_was(tmp_path, objects, tasks):
     path.write_bytes(world_to_bytes(small(objects, tasks)))
     same(load_world(path), small(objects, tasks))
     assert world_to_bytes(load_world(path)) == path.read_bytes()
+
+
+def test_walkers_come_back_and_no_others_are_named(tmp_path):
+    """A world without walkers has no word of them in its file, as before there were any."""
+    made = walker((1.0, 2.0), (0.3, -0.4), 0.2, 1.6, appears_at=3.0, lasts=9.0)
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(peopled(small(), made, walker((0.0, 0.0)))))
+    found = load_world(path)
+    same(found, small())
+    assert found.movers == (made, walker((0.0, 0.0)))
+    assert world_to_bytes(found) == path.read_bytes()
+    assert b"movers" not in world_to_bytes(small())
 
 
 def test_a_world_from_a_seed_comes_back_too(tmp_path):

@@ -21,6 +21,7 @@ from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 from worlds.rays import RayScene
+from worlds.walking import WalkerTrack, cover_rays
 
 WIDTH, HEIGHT = 480, 300
 """Size of the picture [pixels]."""
@@ -71,6 +72,7 @@ for _semantic, _colour in {
     SemanticClass.HIGH_GRASS: (168, 191, 79),
     SemanticClass.WALL: (154, 91, 69),
     SemanticClass.WATER: (63, 127, 196),
+    SemanticClass.WALKER: (122, 47, 181),
 }.items():
     _COLOURS[_semantic] = _colour
 
@@ -85,6 +87,7 @@ class Frame:
         points: Points of the last half turn of the head in the map [m], float32, shape (n, 3).
         ages: Ages of the points [s], float32, shape (n,).
         n_positions: Number of positions of the path up to this moment.
+        walkers: Walkers at this moment; None in a world without any.
     """
 
     pose: Pose
@@ -92,6 +95,7 @@ class Frame:
     points: NDArray[np.float32]
     ages: NDArray[np.float32]
     n_positions: int
+    walkers: WalkerTrack | None = None
 
 
 class ClipRecorder:
@@ -119,6 +123,7 @@ class ClipRecorder:
             )
         self._assembler, self._localizer = assembler, simulated_robot.localizer
         self._scene, self._config = simulated_robot.scene, simulated_robot.config
+        self._walkers = simulated_robot.simulator.walkers
         self._interval = 2
         self.frames: list[Frame] = []
         self.positions: list[NDArray[np.float64]] = []
@@ -133,7 +138,9 @@ class ClipRecorder:
         if len(self.positions) % self._interval:
             return
         points, ages = self._recent_points(truth.pose)
-        self.frames.append(Frame(truth.pose, result.scan, points, ages, len(self.positions)))
+        walkers = None if self._walkers is None else self._walkers.track.last(1).copy()
+        count = len(self.positions)
+        self.frames.append(Frame(truth.pose, result.scan, points, ages, count, walkers))
         if len(self.frames) == MAX_FRAMES:
             # A longer drive gets wider spaced frames, so that memory has a bound.
             self.frames = self.frames[1::2]
@@ -254,6 +261,9 @@ def _picture(
     # Without an optical depth porous objects stop every ray: what is drawn is their hull.
     depths = np.zeros(len(lines), dtype=np.float32)
     ranges, classes = rays.cast(lines, depths, 120.0)
+    if frame.walkers is not None:
+        times = np.full(len(lines), frame.walkers.latest)
+        cover_rays(lines, times, frame.walkers, 120.0, ranges, classes)
     hits = np.asarray(
         lines[:, :3] + lines[:, 3:] * np.where(np.isfinite(ranges), ranges, 120.0)[:, None],
         dtype=np.float64,

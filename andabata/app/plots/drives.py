@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from andabata.app.plots.axes import draw_ranges, png
@@ -48,12 +49,19 @@ _CLASS_COLOURS = {
 }
 
 
+_WALKER_COLOUR = "#7a2fb5"
+
+
 def world_picture(world: World) -> bytes:
     """Return a world from above and in 3D."""
     figure = Figure(figsize=(14, 7), layout="constrained")
     above = figure.add_subplot(1, 2, 1)
     _draw_ground(above, world)
     _draw_tasks(above, world.tasks)
+    for walker in world.movers:
+        if walker.plan.appears_at == 0.0:
+            above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
+            above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
     above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
     solid = figure.add_subplot(1, 2, 2, projection="3d")
     _draw_solid(solid, world)
@@ -66,6 +74,7 @@ def drive_picture(
     goals: Sequence[tuple[float, float]],
     title: str,
     others: Mapping[str, NDArray[np.float64]] | None = None,
+    walkers: NDArray[np.float64] | None = None,
 ) -> bytes:
     """Return a drive from above, on the true map.
 
@@ -75,10 +84,14 @@ def drive_picture(
         goals: Goals in order [m].
         title: Title of the picture.
         others: Other paths by name, for comparison.
+        walkers: Rows of x, y, z, radius and height of each walker at each second [m], shape
+            (t, m, 5).
     """
     figure = Figure(figsize=(9, 9), layout="constrained")
     axes = figure.add_subplot()
     _draw_ground(axes, world)
+    if walkers is not None and walkers.size:
+        _draw_walkers(axes, walkers)
     for name, other in (others or {}).items():
         axes.plot(other[:, 0], other[:, 1], linewidth=1.2, linestyle="--", label=name)
     axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label="driven")
@@ -183,6 +196,17 @@ def _draw_ground(axes: Axes, world: World) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")
+
+
+def _draw_walkers(axes: Axes, walkers: NDArray[np.float64]) -> None:
+    """Draw the ways of walkers, and where those who are there at the last second stand then."""
+    for number, rows in enumerate(np.moveaxis(walkers, 1, 0)):
+        there = rows[:, 3] > 0.0
+        x, y = np.where(there, rows[:, :2].T, np.nan)
+        label = "walkers" if number == 0 else None
+        axes.plot(x, y, color=_WALKER_COLOUR, linewidth=0.9, label=label)
+        if there[-1]:
+            axes.add_patch(Circle((x[-1], y[-1]), rows[-1, 3], color=_WALKER_COLOUR))
 
 
 def _draw_tasks(axes: Axes, tasks: Sequence[Task]) -> None:

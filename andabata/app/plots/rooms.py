@@ -20,8 +20,8 @@ from andabata.app.plots.axes import png
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
+from andabata.machine.mover_contact import Contact
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Contact
 from andabata.tasks.terminations import Outcome
 from worlds.movers import MoverPlan
 from worlds.rooms import Room

@@ -94,6 +94,44 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
     assert max(map(len, lines)) <= 80
 
 
+def test_collisions_that_walkers_caused_stand_apart(capsys):
+    """The robot's own + those of walkers."""
+    row = {
+        "controller": "reactive",
+        "goal": "all",
+        "trials": 24,
+        "successes": 20,
+        "wilson_low": 0.6,
+        "wilson_high": 0.93,
+        "collisions": 4,
+        "hit_by_mover": 1,
+        "hit_at_rest": 2,
+        "tipovers": 0,
+        "timeouts": 0,
+        "stuck": 0,
+        "spl": 0.8,
+        "trespass_share": 0.001,
+        "world": "natural-walkers",
+    }
+    lines = printed(capsys, evaluation_tables([row]))
+    assert lines[0].startswith("natural-walkers. hit: by the robot + by walkers")
+    assert "1+3" in lines[3].split()
+    assert max(map(len, lines)) <= 80
+    plain = printed(capsys, evaluation_tables([row | {"hit_by_mover": 0, "hit_at_rest": 0}]))
+    assert plain[0] == "natural-walkers"
+    assert "4" in plain[3].split()
+
+
+def test_a_drive_says_who_drove_into_whom(capsys):
+    """Of a collision the contact stands in brackets; other outcomes have none."""
+    attempt = {"goal": 1, "time_s": 2.0, "distance_m": 0.5, "trespass_m": 0.0}
+    hit = attempt | {"outcome": "collision", "contact": "hit_at_rest"}
+    late = attempt | {"outcome": "timeout", "contact": ""}
+    lines = drive_text("title", {"attempts": [hit, late]}).splitlines()
+    assert lines[1].startswith("goal 1: collision (hit at rest) after 2.0 s")
+    assert lines[2].startswith("goal 1: timeout after 2.0 s")
+
+
 def summary(*topics, left_out=()):
     """Return a recording's summary."""
     return BagSummary(topics, 1.0, left_out, bool(left_out), ("odd",))

@@ -1,9 +1,12 @@
 """Contents of a world in numbers and in words."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from andabata.app.world_summary import world_summary, world_text
+from tests.walking_worlds import walker
 from worlds.catalogue import make_world
 
 
@@ -24,6 +27,14 @@ def test_a_world_is_counted_and_measured(world):
         len(world.tasks),
         len(world.tasks[0].goals),
     )
+
+
+def test_walkers_are_counted_where_there_are_any(world):
+    """A world without any has no line of them."""
+    assert world_summary(world)["walkers"] == 0
+    assert not any("walkers" in line for line in world_text(world_summary(world)).splitlines())
+    data = world_summary(replace(world, movers=(walker((0.0, 0.0)),) * 3))
+    assert "walkers: 3" in world_text(data).splitlines()
 
 
 def test_the_text_has_the_most_frequent_objects_first(world):

@@ -1,6 +1,7 @@
 """One drive, from a world's name to a path, and its recording."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.drive import Driven, Recording, digest, drive_once
 from andabata.evaluation.trial import GoalAttempt
+from andabata.machine.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.tasks.episode_monitor import Outcome
 from worlds.splits import evaluation_world
@@ -82,6 +84,7 @@ def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
     assert data["attempts"][0] == {
         "goal": 1,
         "outcome": str(outcomes[0]),
+        "contact": "",
         "time_s": 10.0,
         "distance_m": 4.0,
         "shortest_m": 2.0,
@@ -91,6 +94,27 @@ def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
     }
     assert data["path"][:2] == [[1.0, 0.0, 0.0], [1.0, 1.235, 0.0]]
     assert len(data["path"]) == 2 * len(outcomes)
+
+
+def test_a_drive_lists_where_walkers_were(make_ground):
+    """Size and stamped path of each, without the seconds in which it was not there."""
+    rows = np.zeros((3, 2, 5))
+    rows[:, 0] = [
+        [1.0, 2.0, 0.5, 0.25, 1.7],
+        [2.0, 2.0, 0.5, 0.25, 1.7],
+        [3.0, 2.0, 0.5, 0.25, 1.7],
+    ]
+    rows[1, 1] = 4.0, 4.123, 0.0, 0.2, 1.6
+    task = Task(Start(0.0, 0.0, 0.0), ((1.0, 0.0),))
+    hit = replace(attempt(1, Outcome.COLLISION), contact=Contact.HIT_AT_REST)
+    data = Driven(make_ground(), task, "policy", (hit,), None, rows).as_dict()
+    assert json.loads(json.dumps(data)) == data
+    assert data["attempts"][0]["contact"] == "hit_at_rest"
+    assert [one["stamped_path"] for one in data["walkers"]] == [
+        [[0.0, 1.0, 2.0, 0.5], [1.0, 2.0, 2.0, 0.5], [2.0, 3.0, 2.0, 0.5]],
+        [[1.0, 4.0, 4.12, 0.0]],
+    ]
+    assert [one["radius_m"] for one in data["walkers"]] == [0.25, 0.2]
 
 
 def test_a_recorded_drive_is_the_same_drive(tmp_path):

@@ -71,6 +71,16 @@ def test_energy_is_the_mean_of_the_attempts_with_motors():
     assert summarise(rows, CONFIG)[0]["energy_j"] is None
 
 
+def test_collisions_that_walkers_caused_are_told_apart():
+    """They are collisions all the same; rows of earlier versions know no contacts."""
+    labels = ("obstacle", "mover", "hit", "hit_at_rest", "hit_at_rest")
+    rows = [
+        attempt(k, 1, "collision", spl=0.0) | {"contact": label} for k, label in enumerate(labels)
+    ]
+    row = summarise([*rows, attempt(5, 1, "collision", spl=0.0)], CONFIG)[0]
+    assert (row["collisions"], row["hit_by_mover"], row["hit_at_rest"]) == (6, 1, 2)
+
+
 def test_goals_in_a_row_count_every_trial():
     """A goal counts as tried in every trial, also where an earlier goal failed."""
     table = {row["goal"]: row for row in summarise(ROWS, CONFIG)}

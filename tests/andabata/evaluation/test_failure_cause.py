@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.failure_cause import failure_cause
+from andabata.machine.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
@@ -50,6 +51,21 @@ def hazardous_world():
 def test_the_true_world_gives_the_cause(x, y, outcome, cause):
     """The nearest solid object, the kind of ground, the border, or that there was no way."""
     assert failure_cause(hazardous_world(), np.array([x, y]), outcome) == cause
+
+
+@pytest.mark.parametrize(
+    ("contact", "cause"),
+    [
+        (Contact.OBSTACLE, "trunk"),
+        (Contact.MOVER, "walker"),
+        (Contact.HIT, "hit by walker"),
+        (Contact.HIT_AT_REST, "hit by walker while standing"),
+    ],
+)
+def test_walkers_are_causes_of_their_own(contact, cause):
+    """Who drove into whom decides, whatever stands near."""
+    found = failure_cause(hazardous_world(), np.array([0.4, 5.0]), Outcome.COLLISION, contact)
+    assert found == cause
 
 
 def test_the_nearest_object_is_the_cause():

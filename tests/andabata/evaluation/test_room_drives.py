@@ -13,8 +13,8 @@ from andabata.evaluation.room_drives import (
     drives_to_bytes,
 )
 from andabata.evaluation.room_policies import fitted
+from andabata.machine.mover_contact import Contact
 from andabata.models import shipped_policy
-from andabata.tasks.movers import Contact
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.terminations import Outcome

@@ -25,7 +25,7 @@ def test_the_suite_is_wide_and_unseen():
 def test_an_unknown_suite_is_named():
     """The error lists the suites."""
     with pytest.raises(
-        ValueError, match="--suite: expected one of generalisation, development, got 'x'"
+        ValueError, match="--suite: expected one of generalisation, development, walkers, got 'x'"
     ):
         scenarios("x", "maze", 3, 0)
 
@@ -44,3 +44,10 @@ def test_the_development_suite_is_apart_from_every_other_split():
     assert found == scenarios("development", "maze", 3, 7)
     assert [scenario.seed for scenario in found] == list(range(7300, 7324))
     assert {scenario.world for scenario in found} == {"natural-test"}
+
+
+def test_the_walkers_of_the_development_worlds_are_a_suite():
+    """Trial by trial the same world, with walkers in it."""
+    found, bare = (scenarios(name, "maze", 3, 0) for name in ("walkers", "development"))
+    assert {scenario.world for scenario in found} == {"natural-walkers"}
+    assert [one.seed for one in found] == [one.seed for one in bare]

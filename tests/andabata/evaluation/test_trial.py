@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.trial import GoalAttempt, run_trial, safe_length
+from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
@@ -53,9 +54,27 @@ class Puppet:
         return SensorReadings(self._stamp, truth=truth)
 
 
+class StruckPuppet(Puppet):
+    """A robot that a walker meets in its fifth step, while it stands."""
+
+    def _readings(self):
+        readings = super()._readings()
+        struck = self.steps == 5
+        contact = Contact.HIT_AT_REST if struck else Contact.NONE
+        return replace(readings, truth=replace(readings.truth, collided=struck, contact=contact))
+
+
 GOALS = ((5.0, 0.0), (5.0, 5.0), (-4.0, 5.0), (-4.0, -4.0))
 TASK = Task(Start(0.0, 0.0, 0.0), GOALS)
 RULES = TerminationConfig(time_limit=30.0)
+
+
+def test_an_attempt_says_who_drove_into_whom(make_ground):
+    """Being hit is a collision, and its contact tells it apart."""
+    robot = StruckPuppet(make_ground())
+    (attempt,) = run_trial(robot, TASK, RULES, np.random.default_rng(0))
+    assert (attempt.outcome, attempt.contact) == (Outcome.COLLISION, Contact.HIT_AT_REST)
+    assert attempt.time == pytest.approx(0.5)
 
 
 def test_goals_are_visited_in_their_order(make_ground):

@@ -303,6 +303,20 @@ def test_messages_leave_by_time_and_then_by_arrival():
     assert [stamp for stamp, _, _ in writer.messages] == [10**8, 10**8, 2 * 10**8, 2 * 10**8]
 
 
+def test_true_places_of_walkers_are_recorded_while_they_are_there():
+    """In the map, at the feet; one of radius 0 is nowhere. Without walkers there is no topic."""
+    writer, builder = MemoryWriter(), MessageBuilder(2, 0)
+    queue = MessageQueue(writer, builder)
+    rows = np.array([[1.0, 2.0, 0.5, 0.25, 1.7], [3.0, 4.0, 0.5, 0.0, 1.7]])
+    queue_readings(queue, SensorReadings(1.1, walkers=rows))
+    queue_readings(queue, SensorReadings(1.2))
+    queue.flush()
+    ((stamp, topic, message),) = writer.messages
+    assert (stamp, topic, message.header.frame_id) == (1_100_000_000, topics.WALKERS, "map")
+    (pose,) = message.poses
+    assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 2.0, 0.5)
+
+
 def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
     """A sweep is recorded after its last beam, with its own stamp in the header."""
     writer, builder = MemoryWriter(), MessageBuilder(1, 0)

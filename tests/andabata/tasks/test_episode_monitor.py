@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
@@ -37,6 +38,18 @@ def test_distance_time_and_path(monitor):
     assert monitor.time == pytest.approx(3.0)
     np.testing.assert_array_equal(monitor.path, [[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 0, 0]])
     assert monitor.goal_distance(state(13.0, 2.0, 4.0)) == pytest.approx(5.0)
+
+
+def test_the_contact_is_the_last_one(monitor):
+    """A collision with a walker ends the drive, and says who drove into whom."""
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.update(state(1.0, 0.5)) is None
+    assert monitor.contact is Contact.NONE
+    hit = state(2.0, 0.5, collided=True, contact=Contact.HIT_AT_REST)
+    assert monitor.update(hit) is Outcome.COLLISION
+    assert monitor.contact is Contact.HIT_AT_REST
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.contact is Contact.NONE
 
 
 def test_turns_and_steering_variation(monitor):

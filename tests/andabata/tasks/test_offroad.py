@@ -90,6 +90,7 @@ def test_time_outs_truncate_and_collisions_terminate(scenes):
         _, reward, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
         over, steps = terminated or truncated, steps + 1
     assert (terminated, info["outcome"], info["is_success"]) == (True, "collision", False)
+    assert info["contact"] == "obstacle"
     assert reward < -900
 
 

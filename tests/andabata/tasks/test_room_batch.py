@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from andabata.machine.mover_contact import Contact
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Contact
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, as_kept, room_arrays
 from worlds.movers import Mover, MoverPlan
 from worlds.room_catalogue import make_room

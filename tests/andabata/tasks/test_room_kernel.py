@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.bench.planar import slab_ranges
+from andabata.machine.mover_contact import Contact
 from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.movers import Contact, Movers
 from andabata.tasks.room_batch import laser_arrays, room_arrays
 from andabata.tasks.room_kernel import (
     MIN_RANGE,
@@ -14,6 +14,7 @@ from andabata.tasks.room_kernel import (
     clearance,
     drive,
 )
+from worlds.mover_motion import Movers
 from worlds.room_catalogue import make_room
 from worlds.rooms import Room, RoomPlan
 

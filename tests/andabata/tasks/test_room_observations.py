@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
-from andabata.tasks.movers import Movers
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, laser_arrays, room_arrays
 from andabata.tasks.room_kernel import MIN_RANGE
 from andabata.tasks.room_observations import (
@@ -16,6 +15,7 @@ from andabata.tasks.room_observations import (
     noisy,
 )
 from andabata.tasks.room_terms import RoomTerms, encoded_goals, room_observations
+from worlds.mover_motion import Movers
 from worlds.room_catalogue import make_room
 from worlds.rooms import random_task
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from andabata.tasks.movers import Movers
 from andabata.tasks.scan_history import ScanHistory
+from worlds.mover_motion import Movers
 
 
 def scan(history, numbers, value):

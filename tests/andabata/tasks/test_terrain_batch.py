@@ -6,11 +6,11 @@ import pytest
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
-from andabata.tasks.movers import Movers
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import AHEAD, Obstacles
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from worlds.mover_motion import Movers
 from worlds.world import Start
 
 ROBOT = RobotModel()

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
-from andabata.tasks.movers import Movers
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import (
     Beams,
@@ -21,6 +20,7 @@ from andabata.tasks.terrain_kernel import (
 )
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from worlds.mover_motion import Movers
 from worlds.world import Start
 
 WALL, ROBOT = SemanticClass.WALL, RobotModel()

@@ -12,7 +12,9 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import Models
+from tests.walking_worlds import peopled, walker
 from traversability.virtual_scan import VirtualScan
+from worlds.walking import Walkers
 
 CONFIG = SimulatedRobotConfig(plant="kinematic")
 
@@ -30,6 +32,30 @@ def driven(scenes):
     for _ in range(40):
         readings = robot.step(readings)
     return recorder
+
+
+def test_walkers_are_in_the_picture(make_scene, driven):
+    """Pixels that show one have its colour; later steps do not move it."""
+    scene = make_scene()
+    walkers = Walkers(peopled(scene.world, walker((2.0, 0.0), (0.5, 0.0))), 100.0)
+    track = walkers.track.last(1).copy()
+    walkers.step(300, (-5.0, 0.0), 0.0)
+    pose, none = flat_pose(0.0, 0.0, 0.0), np.empty((0, 3), dtype=np.float32)
+    frames = [
+        Frame(pose, None, none, np.empty(0, dtype=np.float32), 1, each) for each in (None, track)
+    ]
+    bare, seen = (
+        np.asarray(
+            clip._picture(each, np.zeros((1, 3)), camera(), scene.rays, CONFIG), dtype=np.int64
+        )
+        for each in frames
+    )
+    column, row, _ = camera().project(np.array([[2.0, 0.0, 1.0]]))[0]
+    red, green, blue = seen[int(row), int(column)]
+    assert blue > red > green
+    changed = np.argwhere((bare != seen).any(axis=2))
+    assert 50 < len(changed) < 5000
+    assert abs(np.median(changed[:, 1]) - column) < 8
 
 
 def flat_pose(x, y, yaw):

@@ -1,13 +1,16 @@
 """Pictures of worlds and drives."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.patches import Circle
 
 from andabata.app.plots import drives
 from andabata.machine.pose import Pose
 from andabata.tasks.episode_monitor import Outcome
+from tests.walking_worlds import walker
 from traversability.grid import PolarGrid
 from worlds.catalogue import make_world
 
@@ -50,6 +53,29 @@ def test_forbidden_ground_lies_where_the_truth_has_it(world, drawn):
     shown = image.get_array()
     np.testing.assert_array_equal(shown.data, world.truth.reason.T)
     np.testing.assert_array_equal(shown.mask, world.truth.reason.T == drives.Reason.FREE)
+
+
+def test_a_drive_shows_the_ways_of_walkers(world, drawn):
+    """A line for each while it is there, and a disc where it is in the end."""
+    rows = np.zeros((3, 2, 5))
+    rows[:, 0, :2], rows[:, 0, 3] = [[0, 0], [1, 0], [2, 0]], 0.25
+    rows[:2, 1, :2], rows[:2, 1, 3] = [[5, 5], [5, 6]], 0.3
+    path = np.zeros((2, 3))
+    drives.drive_picture(world, path, [(8.0, -4.0)], "title", walkers=rows)
+    (axes,) = drawn[0].axes
+    np.testing.assert_array_equal(line(axes, "walkers"), [[0, 0], [1, 0], [2, 0]])
+    (disc,) = axes.patches
+    assert (disc.center, disc.radius) == ((2.0, 0.0), 0.25)
+    gone = [one for one in axes.lines if len(one.get_xdata()) == 3 and one.get_xdata()[0] == 5.0]
+    assert np.isnan(gone[0].get_xdata()[2])
+
+
+def test_a_world_shows_who_is_there_at_the_begin(world, drawn):
+    """Walkers that come later are left out."""
+    made = walker((1.0, 2.0), (1.0, 0.0)), walker((3.0, 4.0), appears_at=9.0)
+    drives.world_picture(replace(world, movers=made))
+    circles = [each for each in drawn[0].axes[0].patches if isinstance(each, Circle)]
+    assert [each.center for each in circles] == [(1.0, 2.0)]
 
 
 def test_a_drive_shows_its_path_goals_and_others(world, drawn):

@@ -1,14 +1,13 @@
-"""The compiled pass of moving obstacles: bounces, coming and going, who hit whom."""
+"""The compiled pass of moving obstacles: bounces, coming and going."""
 
 import numpy as np
 import pytest
 
-from andabata.tasks.mover_kernel import advance, come_and_go, contact_with_mover
-from andabata.tasks.movers import AT_REST, Contact, Movers, Schedules
+from worlds.mover_motion import Movers, Schedules, advance, come_and_go
 
 DT = 0.05
 BOX = np.array([[-3.2, -2.2, -3.0, 2.2], [3.0, -2.2, 3.2, 2.2], [-3, -2.2, 3, -2], [-3, 2, 3, 2.2]])
-NONE = np.zeros((0, 3))
+NONE, NO_EDGES = np.zeros((0, 3)), np.zeros((0, 4))
 
 
 def movers(*rows):
@@ -17,10 +16,10 @@ def movers(*rows):
     return Movers(rows[..., :2].copy(), rows[..., 2:4].copy(), rows[..., 4].copy())
 
 
-def moved(made, steps, boxes=BOX, circles=NONE):
+def moved(made, steps, boxes=BOX, circles=NONE, edges=NO_EDGES):
     """Move all movers for some sub-steps."""
     for _ in range(steps):
-        advance(0, made, boxes, circles, DT)
+        advance(0, made, boxes, circles, edges, DT)
     return made
 
 
@@ -77,6 +76,21 @@ def test_corners_and_circles_mirror_at_their_normal():
     assert vy > 0.45
     assert abs(vx) < 0.15
     assert np.hypot(vx, vy) == pytest.approx(0.5)
+
+
+def test_slanted_edges_mirror_at_their_normal_and_at_their_ends():
+    """A wall at 45 degrees turns x into y; its end, met head-on, turns a mover back."""
+    wall = np.array([[0.0, -1.0, 2.0, 1.0]])
+    made = moved(movers((0.0, 0.0, 0.5, 0.0, 0.2)), 60, NO_EDGES, NONE, wall)
+    np.testing.assert_allclose(made.velocities[0, 0], [0.0, 0.5], atol=1e-12)
+    # The centre keeps its radius from the line y = x - 1.
+    x, y = made.places[0, 0]
+    assert (y - x + 1.0) / np.sqrt(2) >= 0.2
+    made = moved(movers((-0.5, -1.5, 0.4, 0.4, 0.2)), 60, NO_EDGES, NONE, wall)
+    np.testing.assert_allclose(made.velocities[0, 0], [-0.4, -0.4], atol=1e-12)
+    # Past its end there is nothing.
+    made = moved(movers((-0.3, 0.0, 0.0, -0.5, 0.2)), 60, NO_EDGES, NONE, wall)
+    np.testing.assert_allclose(made.velocities[0, 0], [0.0, -0.5], atol=1e-12)
 
 
 def test_movers_that_meet_turn_back():
@@ -180,36 +194,21 @@ def test_a_mover_does_not_appear_on_robots_and_movers():
     assert present(made, plan, 0.0) == 0.3
 
 
-@pytest.mark.parametrize(
-    ("speed", "yaw", "velocity", "expected"),
-    [
-        (0.5, 0.0, (0.0, 0.0), Contact.MOVER),
-        (0.5, 0.0, (0.4, 0.0), Contact.MOVER),
-        (0.5, 0.0, (-0.4, 0.0), Contact.MOVER),
-        (0.5, 0.0, (-0.5, 0.0), Contact.MOVER),
-        (0.5, 0.0, (-0.6, 0.0), Contact.HIT),
-        (0.5, np.pi, (-0.6, 0.0), Contact.HIT),
-        (0.5, np.pi / 2, (-0.1, 0.0), Contact.HIT),
-        (0.5, np.pi / 2, (0.0, 0.3), Contact.MOVER),
-        (0.3, np.pi / 3, (-0.14, 0.0), Contact.MOVER),
-        (0.3, np.pi / 3, (-0.16, 0.0), Contact.HIT),
-        (0.0, 0.0, (-0.6, 0.0), Contact.HIT_AT_REST),
-        (AT_REST, 0.0, (-0.6, 0.0), Contact.HIT_AT_REST),
-        (AT_REST + 1e-9, 0.0, (-0.6, 0.0), Contact.HIT),
-    ],
-)
-def test_who_hit_whom_is_who_closed_in_faster(speed, yaw, velocity, expected):
-    """Along the line between the centres the larger share counts; who stands was hit."""
-    made = movers((0.45, 0.0, *velocity, 0.3))
-    assert contact_with_mover(0.0, 0.0, yaw, speed, 0.2, 0, made) == expected
+def test_none_are_none_or_of_radius_zero():
+    """Each robot has as many places as asked for, all of them empty and at rest, and its own."""
+    assert [array.shape for array in Movers.none(3)] == [(3, 0, 2), (3, 0, 2), (3, 0)]
+    movers = Movers.none(3, 2)
+    assert [array.shape for array in movers] == [(3, 2, 2), (3, 2, 2), (3, 2)]
+    assert all(array.dtype == np.float64 and not array.any() for array in movers)
+    movers.places[0, 0] = 1.0
+    assert not movers.velocities.any()
 
 
-def test_the_mover_that_is_overlapped_most_counts():
-    """One that does not touch the robot, or is not there, is nobody's fault."""
-    into, hitting = (0.4, 0.0, 0.0, 0.0, 0.3), (-0.45, 0.0, 0.9, 0.0, 0.3)
-    assert contact_with_mover(0, 0, 0.0, 0.5, 0.2, 0, movers(into, hitting)) == Contact.MOVER
-    assert contact_with_mover(0, 0, 0.0, 0.5, 0.2, 0, movers(hitting, into)) == Contact.MOVER
-    gone = (0.1, 0.0, 0.0, 0.0, 0.0)
-    assert contact_with_mover(0, 0, 0.0, 0.5, 0.2, 0, movers(gone, hitting)) == Contact.HIT
-    away = (0.51, 0.0, -1.0, 0.0, 0.3)
-    assert contact_with_mover(0, 0, 0.0, 0.5, 0.2, 0, movers(gone, away)) == Contact.NONE
+def test_schedules_of_none_never_begin():
+    """Nothing is due, and no two arrays are one."""
+    made = Schedules.none(2, 3)
+    assert all(array.shape == (2, 3) for array in made)
+    assert not made.radii.any()
+    assert all(np.isinf(array).all() for array in made[1:])
+    made.begins[0, 0] = 0.0
+    assert np.isinf(made.ends).all()

@@ -192,8 +192,10 @@ def test_variants_differ_from_gdae_where_they_say():
 
 
 def test_td3_is_paid_for_progress():
-    """Ours pays 2 (d - d') - 0.02 and 5 at the end, with the learner's own defaults."""
+    """Ours pays 2 (d - d') - 0.05, 5 at the end, -5 for standing still; it drives with noise."""
     learner, environment = variant("td3")
-    expected = RoomRewardConfig(goal=5.0, collision=-5.0, progress=2.0, step=-0.02)
+    expected = RoomRewardConfig(goal=5.0, collision=-5.0, progress=2.0, step=-0.05)
     assert environment.reward == expected
-    assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 32, 60_000, 0.99)
+    assert environment.terminations.stuck_time == 5.0
+    assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 8, 60_000, 0.99)
+    assert (learner.kept, learner.driving_noise) == ("target", 0.3)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rl.driving import driving_noise
 from rl.mlp import PerceptronPolicy
 from rl.point_features import MASK, POINTS, SLOPE
 from rl.point_set import PointSetPolicy, goal_terms
@@ -19,6 +20,9 @@ class ExportError(ValueError):
 
 def policy_to_onnx(policy: Policy) -> bytes:
     """Return an ONNX model of a policy; its metadata holds both spaces.
+
+    Noise that the policy drives with is not in the model: ``driving_noise`` in the metadata says
+    how much of it a runtime has to add, see ``rl.driving``.
 
     The output ``action`` is float32, shape (n, n_actions), in SI units, before limits and dead zone
     of the robot.
@@ -111,6 +115,8 @@ class _Graph:
             "observations": policy.observations.model_dump_json(),
             "actions": policy.actions.model_dump_json(),
         }
+        if noise := driving_noise(policy):
+            about["driving_noise"] = str(noise)
         helper.set_model_props(model, about)
         self._onnx.checker.check_model(model)
         return bytes(model.SerializeToString())

@@ -7,9 +7,11 @@ import pytest
 import torch
 
 from andabata.models import shipped_policy
+from rl.driving import DRIVING_NOISE
 from rl.export import ExportError, policy_to_onnx
-from rl.networks import Actor
+from rl.networks import Actor, DeterministicActor
 from rl.point_set_actor import PointSetActor
+from rl.policy import with_info
 from rl.spaces import ActionSpec, ObservationSpec
 from tests.known_environments import TARGETS, TWO_ACTIONS
 from tests.point_sets import ACTIONS as POINT_ACTIONS
@@ -55,6 +57,19 @@ def test_the_model_holds_its_spaces():
     about = {one.key: one.value for one in model.metadata_props}
     assert ObservationSpec.model_validate_json(about["observations"]) == TARGETS
     assert ActionSpec.model_validate_json(about["actions"]) == TWO_ACTIONS
+
+
+def test_the_model_tells_the_noise_that_it_lacks():
+    """A deterministic actor is the same in ONNX but for the noise, which the metadata names."""
+    policy = DeterministicActor(TARGETS, TWO_ACTIONS, (8,)).policy({DRIVING_NOISE: 0.3})
+    states = np.random.default_rng(0).uniform(-1, 1, (100, 2)).astype(np.float32)
+    np.testing.assert_allclose(
+        run(policy, states), [policy.act(state) for state in states], atol=1e-6
+    )
+    for one, expected in ((policy, "0.3"), (with_info(policy, {}), None)):
+        model = onnx.load_from_string(policy_to_onnx(one))
+        about = {row.key: row.value for row in model.metadata_props}
+        assert about.get("driving_noise") == expected
 
 
 def test_another_architecture_is_refused():

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.records.runs import commit
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
@@ -31,6 +32,9 @@ Row = dict[str, Any]
 
 _CAUSED_BY_WALKERS = {"hit_by_mover": Contact.HIT, "hit_at_rest": Contact.HIT_AT_REST}
 """Columns of collisions that walkers caused, while the robot drove and while it stood."""
+
+_SHOWN_WALKERS = 50
+"""Number of control steps before a failure whose walkers are kept: 5 s."""
 
 
 class EvaluationConfig(BaseModel):
@@ -76,6 +80,8 @@ class Failure:
         scan: Virtual scan there.
         goal: Goal in the map [m], shape (2,).
         grid: Polar grid of the scan.
+        walkers: Rows of the world's walkers in each of the last control steps, as in
+            ``SensorReadings``, shape (t, m, 5); (0, 0, 5) in a world without any.
     """
 
     row: Row
@@ -85,6 +91,7 @@ class Failure:
     scan: VirtualScan
     goal: NDArray[np.float64]
     grid: PolarGrid
+    walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
 
 
 OnFailure = Callable[[Failure], None]
@@ -125,13 +132,16 @@ def run_one(
         steering = make_steering(name, scene.world, config.simulated_robot, models, noise)
         simulated_robot = SimulatedRobot(scene, config.simulated_robot, models, steering)
         rng = np.random.default_rng([config.seed, trial, 1])
-        attempts = run_trial(simulated_robot, task, config.terminations, rng)
+        walkers: list[NDArray[np.float64]] = []
+        attempts = run_trial(
+            simulated_robot, task, config.terminations, rng, partial(_keep_walkers, walkers)
+        )
         rows.extend(
             _attempt_row(attempt, name, trial, scene.world, len(task.goals)) for attempt in attempts
         )
         if on_failure is not None and attempts[-1].outcome is not Outcome.GOAL:
             goal = task.goals[len(attempts) - 1]
-            failure = _failure(rows[-1], scene.world, attempts[-1], goal, simulated_robot)
+            failure = _failure(rows[-1], scene.world, attempts[-1], goal, simulated_robot, walkers)
             if failure is not None:
                 on_failure(failure)
         simulated_robot.close()
@@ -144,6 +154,7 @@ def _failure(
     attempt: GoalAttempt,
     goal: tuple[float, float],
     simulated_robot: SimulatedRobot,
+    walkers: Sequence[NDArray[np.float64]],
 ) -> Failure | None:
     """Return a failure as the robot saw it, None where it saw nothing yet."""
     truth = simulated_robot.simulator.vehicle.state
@@ -151,7 +162,15 @@ def _failure(
     if scan is None:
         return None
     grid = simulated_robot.config.grid
-    return Failure(row, world, attempt, truth.pose, scan, np.array(goal), grid)
+    failure = Failure(row, world, attempt, truth.pose, scan, np.array(goal), grid)
+    return replace(failure, walkers=np.array(walkers)) if walkers else failure
+
+
+def _keep_walkers(kept: list[NDArray[np.float64]], readings: SensorReadings) -> None:
+    """Add the walkers of readings to those of the last control steps, where there are any."""
+    if readings.walkers is not None:
+        kept.append(readings.walkers)
+        del kept[:-_SHOWN_WALKERS]
 
 
 def _attempt_row(

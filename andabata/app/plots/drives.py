@@ -173,6 +173,8 @@ def failure_picture(failure: Failure, title: str) -> bytes:
         _draw_ground(axes, failure.world)
         axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)
         axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        if failure.walkers.size:
+            _draw_walkers(axes, failure.walkers)
         axes.set_xlim(here[0] - reach, here[0] + reach)
         axes.set_ylim(here[1] - reach, here[1] + reach)
     _draw_sight(right, failure.pose, failure.scan, failure.grid)

@@ -285,6 +285,7 @@ def test_failures_come_with_what_the_robot_saw():
     assert failure.row == rows[-1]
     np.testing.assert_allclose(failure.pose.position[:2], rows[-1]["end_xy"])
     assert failure.scan.ranges.shape == (32,)
+    assert failure.walkers.size == 0
     distance = np.hypot(*(failure.goal - failure.pose.position[:2]))
     assert distance > 5.0
     reached = small(terminations=TerminationConfig(goal_radius=500.0))
@@ -292,6 +293,19 @@ def test_failures_come_with_what_the_robot_saw():
         row["outcome"] for row in run_one(reached, Models().to_bytes(), failures.append, 1)
     ] == ["goal"]
     assert len(failures) == 1
+
+
+def test_a_failure_among_walkers_comes_with_where_they_went():
+    """The last steps of the drive, in which none goes farther than its speed allows."""
+    failures = []
+    run_one(small(world="natural-walkers"), Models().to_bytes(), failures.append, 0)
+    (failure,) = failures
+    steps, walkers, columns = failure.walkers.shape
+    assert (steps, columns) == (40, 5)
+    assert walkers == len(failure.world.movers) > 0
+    there = (failure.walkers[-2:, :, 3] > 0).all(axis=0)
+    moved = np.hypot(*np.diff(failure.walkers[-2:, there, :2], axis=0)[0].T)
+    assert 0.03 < moved.max() < 0.13
 
 
 def test_the_table_adds_up_what_was_driven():

@@ -133,9 +133,13 @@ def test_a_failure_is_named_after_world_controller_and_goal(world, drawn, tmp_pa
         scan=SimpleNamespace(ranges=np.full(grid.n_sectors, np.inf, dtype=np.float32)),
         goal=np.array([20.0, 0.0]),
         grid=grid,
+        walkers=np.array([[[1.0, 2.0, 0.0, 0.3, 1.7]], [[1.5, 2.0, 0.0, 0.3, 1.7]]]),
     )
     drives.write_failure(tmp_path, failure)
     assert (tmp_path / "maze_1_reactive_goal2.png").read_bytes() == b"png"
+    for axes in drawn[0].axes:
+        (walker,) = axes.patches
+        assert (walker.center, walker.radius) == ((1.5, 2.0), 0.3)
     left, right = drawn[0].axes
     assert left.get_xlim() == pytest.approx((-24.0, 24.0))
     assert right.get_xlim() == pytest.approx((-6.0, 6.0))

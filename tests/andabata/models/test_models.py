@@ -6,7 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from andabata.evaluation.room_drives import drive_tasks
+from andabata.evaluation.room_table import Cell
+from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, judged_task, tasks_of
 from andabata.models import Models, shipped_forest, shipped_ground_classifier, shipped_policy
+from andabata.training.plans import load_plan
+from rl.driving import driving_noise
+from rl.goal_laws import HeadingPolicy
 from rl.policy import with_info
 from traversability.cartesian.classifier import (
     GroundClassifier,
@@ -16,6 +22,7 @@ from traversability.cartesian.classifier import (
 )
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
+from worlds.room_catalogue import make_room
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +77,28 @@ def test_models_survive_bytes_and_their_hashes_differ(others):
 def test_shipped_policies_differ():
     """``actor-critic`` is the policy of the paper's scheme, not the default one."""
     assert shipped_policy("actor-critic").to_bytes() != shipped_policy().to_bytes()
+
+
+@pytest.mark.parametrize(("task", "room"), [("spn", "random-7300"), ("td3", "clutter-7300")])
+def test_shipped_policies_drive_in_rooms_that_no_training_holds(task, room):
+    """Of 20 random starts they reach most goals, where a law that sees nothing reaches few."""
+    config = RoomEvaluationConfig(task=judged_task(task), rooms=(room,), pairs=20)
+    policy, tasks = shipped_policy(task), tasks_of(make_room(room), config)
+    cell = Cell(task, "trained", room, "reactive")
+    law = HeadingPolicy({}, config.task.observations, config.task.actions)
+    ours, blind = (
+        [drive.outcome for drive in drive_tasks(one, cell_task(cell, config, one), tasks)]
+        for one in (policy, law)
+    )
+    assert ours.count("goal") >= 14
+    assert blind.count("goal") < ours.count("goal") - 4
+
+
+def test_the_shipped_policy_of_td3_keeps_its_noise():
+    """It was trained by the plan as it is, and drives with the plan's noise."""
+    policy = shipped_policy("td3")
+    assert driving_noise(policy) == 0.3
+    assert policy.info["config"]["learner"] == load_plan(task="td3").learner.model_dump(mode="json")
 
 
 def test_a_policy_that_is_not_shipped_names_the_next_step():

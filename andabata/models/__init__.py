@@ -29,7 +29,7 @@ def shipped_ground_classifier() -> GroundClassifier:
 
 @cache
 def shipped_policy(name: str = "policy") -> Policy:
-    """Return an actor that comes with the package: ``policy``, ``actor-critic``, or a task in rooms.
+    """Return an actor that comes with the package: ``policy``, ``actor-critic`` or a task in rooms.
 
     Raises:
         ValueError: If there is none of that name.

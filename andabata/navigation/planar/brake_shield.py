@@ -100,9 +100,7 @@ class BrakeShield:
         self._way_out = max(self._way_out - self._period, 0.0)
         if self._stood > config.patience:
             self._stood, self._way_out = 0.0, config.way_out
-        fastest = max(
-            abs(command.linear), abs(state.v), abs(state.controller_v), config.back_speed
-        )
+        fastest = max(abs(command.linear), abs(state.v), abs(state.controller_v), config.back_speed)
         fastest = max(fastest, float(np.abs(past[:, 0]).max(initial=0.0)))
         reach = self._reach + config.margin + _way(fastest, dynamics)
         near = hits[np.hypot(*hits.T) < reach]

@@ -73,10 +73,10 @@ def test_policies_come_from_files(tmp_path):
     readings = PlanarReadings(0.0, PlanarPose(0, 0, 0), Twist(0, 0), ranges)
     assert navigator.act(readings).linear == pytest.approx(2.0, abs=1e-3)
     file.write_bytes(shipped_policy("spn").to_bytes())
-    with pytest.raises(ValueError, match=r"policy.safetensors: expected .* got .* policy distill"):
+    with pytest.raises(ValueError, match=r"policy\.safetensors: expected .* got .* policy distill"):
         planar_navigator("distilled", VEHICLE, rng, file)
     file.write_bytes(b"no policy")
-    with pytest.raises(PolicyFileError, match="policy.safetensors: expected a policy"):
+    with pytest.raises(PolicyFileError, match=r"policy\.safetensors: expected a policy"):
         planar_navigator("distilled+shield", VEHICLE, rng, file)
 
 

@@ -1,4 +1,4 @@
-"""Brake shield: stops before contact, lets free commands pass, leads out where a robot is held up."""
+"""Brake shield: stops before contact, lets free commands pass, leads held-up robots out."""
 
 import numpy as np
 import pytest

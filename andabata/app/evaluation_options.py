@@ -1,5 +1,6 @@
 """Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``options``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -51,7 +52,8 @@ Policies = Annotated[
         "--policy",
         metavar="FILE",
         help="Policy instead of the shipped one. In rooms also `shipped`, and laws that see no "
-        "obstacle: `proportional`, `heading`, `random`, `away`; may be repeated there.",
+        "obstacle: `proportional`, `heading`, `random`, `away`; may be repeated there. With --task "
+        "barn that of distilled.",
         rich_help_panel="Models",
     ),
 ]
@@ -68,7 +70,8 @@ class TrialOptions:
             help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
             "without a map; policy+planner, reactive+planner, planner, with the local planner; "
             "oracle; random+planner, away+planner, null controllers. With --task barn some of "
-            "arcs, dwa, dwa-goal, gap, straight, random. The default is policy+planner,reactive "
+            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, distilled, distilled+shield, straight, "
+            "random. The default is policy+planner,reactive "
             "off-road, and all with --task barn.",
             rich_help_panel=_BOTH,
         ),
@@ -231,18 +234,28 @@ class BarnEvaluationOptions:
         ),
     ] = False
 
-    def base(self, seed: int, driven: TrialOptions) -> "BarnEvaluationConfig":
+    def base(
+        self, seed: int, driven: TrialOptions, policies: Sequence[str] | None = None
+    ) -> "BarnEvaluationConfig":
         """Return the evaluation.
 
+        Args:
+            seed: Seed of all noise.
+            driven: Controllers and trials.
+            policies: Values of ``--policy``, one at most.
+
         Raises:
-            UsageError: If there is no such controller, vehicle or kind of fields, or an option
-                contradicts ``--official``.
+            UsageError: If there is no such controller, vehicle or kind of fields, an option
+                contradicts ``--official``, or there are several policies.
         """
         from andabata.app.usage import one_word, words
         from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
         from andabata.machine.planar_vehicle import PLANAR_VEHICLES
         from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 
+        if policies is not None and len(policies) > 1:
+            raise UsageError(f"--policy: expected one with --task barn, got {len(policies)}")
+        file = next((name for name in policies or () if name != "shipped"), None)
         names, every = driven.controllers, tuple(PLANAR_NAVIGATORS)
         trials = OFFICIAL_TRIALS if driven.trials is None else driven.trials
         vehicle = one_word(self.vehicle, tuple(PLANAR_VEHICLES), "--vehicle")
@@ -262,6 +275,7 @@ class BarnEvaluationOptions:
                 "official": self.official,
                 "vehicle": PLANAR_VEHICLES[vehicle],
                 "believed": None if self.told else PLANAR_VEHICLES["barn"],
+                "policy": file,
                 "seed": seed,
             }
         )

@@ -22,7 +22,10 @@ from andabata.evaluation.barn_table import BarnRun
 from andabata.evaluation.journal import Journal
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
-from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
+from andabata.navigation.planar.catalogue import (
+    PLANAR_NAVIGATORS,
+    planar_navigator,
+)
 from andabata.records.runs import commit
 from andabata.tasks.planar_drive import (
     BARN_LIDAR,
@@ -63,6 +66,7 @@ class BarnEvaluationConfig(BaseModel):
         vehicle: Robot that is driven.
         believed: Robot that the navigators take it for; None tells them the true dynamics, those
             before any draws.
+        policy: File of the policy of ``distilled``, None for the shipped one.
         lidar: Laser.
         rules: Rules of a run.
         seed: Seed of all noise.
@@ -79,6 +83,7 @@ class BarnEvaluationConfig(BaseModel):
     official: bool = False
     vehicle: PlanarVehicleConfig = PLANAR_VEHICLES["barn"]
     believed: PlanarVehicleConfig | None = PLANAR_VEHICLES["barn"]
+    policy: Path | None = None
     lidar: PlanarLidarConfig = BARN_LIDAR
     rules: DriveRules = DriveRules()
     seed: int = Field(default=0, ge=0)
@@ -154,7 +159,9 @@ def drive_once(
     believed = (config.believed or config.vehicle).model_copy(
         update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
     )
-    navigator = PLANAR_NAVIGATORS[controller](believed, np.random.default_rng([*key, 1]))
+    navigator = planar_navigator(
+        controller, believed, np.random.default_rng([*key, 1]), config.policy
+    )
     result = drive_to_goal(navigator, robot, task, config.rules)
     return BarnRun(
         controller=controller,
@@ -186,13 +193,16 @@ def evaluate_barn(
             finished; at once for each world of the journal.
 
     Raises:
-        ValueError: If the journal belongs to another evaluation, or a folder or file is not as the
-            benchmark has it.
+        ValueError: If the journal belongs to another evaluation, a folder or file is not as the
+            benchmark has it, or a policy is none that drives here.
+        OSError: If the file of a policy cannot be read.
     """
     names = world_names(config)
     about: dict[str, Any] = {"config": config.model_dump(mode="json"), "commit": commit()}
     if config.worlds != GENERATED:
         about["files"] = {file.name: _digest(file) for file in _files(config)}
+    if config.policy is not None:
+        about["policy"] = hashlib.sha256(config.policy.read_bytes()).hexdigest()
     kept = Journal(journal, about)
     done = {entry["world"]: entry["runs"] for entry in kept.entries}
     found = {name: [BarnRun.from_json(run) for run in runs] for name, runs in done.items()}

@@ -29,7 +29,10 @@ def shipped_ground_classifier() -> GroundClassifier:
 
 @cache
 def shipped_policy(name: str = "policy") -> Policy:
-    """Return an actor that comes with the package: ``policy``, ``actor-critic`` or a task in rooms.
+    """Return an actor that comes with the package, by the name of its file.
+
+    Args:
+        name: ``policy``, ``actor-critic``, ``spn``, ``td3`` or ``distilled``.
 
     Raises:
         ValueError: If there is none of that name.

@@ -76,9 +76,9 @@ def evaluate(
     off_road = (offroad, OffroadEvaluationOptions), (robot, RobotOptions)
     in_rooms, in_fields = (rooms, RoomEvaluationOptions), (barn, BarnEvaluationOptions)
     if task == BARN:
-        refuse_options(task, (*off_road, (models, EvaluationModelOptions)))
+        refuse_options(task, (*off_road, (models, ClassifierOptions)))
         refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
-        fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven))
+        fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
         data = run_barn_evaluation(fields, workers, out, console)
         console.result(data, barn_tables(data))
         return

@@ -1,4 +1,4 @@
-"""``andabata policy``: description and export of a policy."""
+"""``andabata policy``: description, export and distillation of a policy."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,9 +6,11 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, PolicyOptions
+from andabata.app.options import ConsoleOptions, PolicyOptions, Seed, SettingsOptions, Workers
 
-app = typer.Typer(no_args_is_help=True, help="Describe a policy, or export it.")
+app = typer.Typer(
+    no_args_is_help=True, help="Describe a policy, export it, or distill one from the sampling MPC."
+)
 
 
 @app.command()
@@ -53,3 +55,40 @@ def export(
     data = policy_to_onnx(policy.load())
     atomic_io.write(out, data)
     output.console().result({"out": str(out), "bytes": len(data)}, f"{out}: {len(data)} bytes")
+
+
+@app.command()
+@command
+def distill(
+    *,
+    out: Annotated[Path, typer.Option(help="Folder of the rounds and of the policy.")] = Path(
+        "data/runs/distilled"
+    ),
+    settings: SettingsOptions,
+    seed: Seed = 0,
+    workers: Workers = 2,
+    output: ConsoleOptions,
+) -> None:
+    """Distill the sampling MPC of flat ground into a policy, for evaluate --task barn.
+
+    A distillation that was killed goes on with its next round if it is called again.
+
+    Examples:
+        andabata policy distill --out data/runs/distilled
+        andabata policy distill --set drives=[20,20] --set expert=[1.0,0.3]
+    """
+    from andabata.records import atomic_io
+    from andabata.training.distillation import DistillationConfig, distill_mpc
+
+    config = settings.resolve(DistillationConfig)
+    console = output.console()
+    with console.progress("drives", sum(config.drives)) as step:
+        policy, rounds = distill_mpc(
+            config, seed, out, workers, lambda k, count: step(count, f"round {k + 1}")
+        )
+    file, data = out / "policy.safetensors", policy.to_bytes()
+    atomic_io.write(file, data)
+    found = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
+    last = rounds[-1]
+    text = f"{file}: {len(data)} bytes, from {last.labels} labels, loss {last.loss:.4f}"
+    console.result(found, text)

@@ -1,19 +1,39 @@
 """Navigators on flat ground by name."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from andabata.machine.planar_readings import PlanarNavigator
 from andabata.machine.planar_vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.constant_arcs import ConstantArcsNavigator
+from andabata.navigation.planar.distilled_navigator import DistilledNavigator
 from andabata.navigation.planar.dynamic_window import DynamicWindowConfig, DynamicWindowNavigator
 from andabata.navigation.planar.follow_gap import FollowGapNavigator
 from andabata.navigation.planar.mpc_navigator import MpcNavigator
 from andabata.navigation.planar.null_navigators import RandomNavigator, StraightNavigator
 
+SHIPPED = "distilled"
+"""Name of the policy that comes with the package, distilled from the sampling MPC."""
+
 Maker = Callable[[PlanarVehicleConfig, np.random.Generator], PlanarNavigator]
 """Function that makes a navigator for a robot, as far as it is known, and a source of draws."""
+
+
+def _distilled(
+    vehicle: PlanarVehicleConfig, has_shield: bool, file: Path | None = None
+) -> DistilledNavigator:
+    """Return a navigator with the policy of a file, None for the shipped one."""
+    from andabata.models import shipped_policy
+    from rl.policy import load_policy
+
+    policy = shipped_policy(SHIPPED) if file is None else load_policy(file)
+    return DistilledNavigator(vehicle, policy, has_shield, str(file or SHIPPED))
+
+
+DISTILLED = {"distilled": False, "distilled+shield": True}
+"""Names of the navigators that drive by a policy, and whether behind a brake shield."""
 
 PLANAR_NAVIGATORS: dict[str, Maker] = {
     "arcs": lambda vehicle, _: ConstantArcsNavigator(vehicle),
@@ -22,9 +42,34 @@ PLANAR_NAVIGATORS: dict[str, Maker] = {
     "gap": lambda vehicle, _: FollowGapNavigator(vehicle),
     "mpc": MpcNavigator,
     "mpc-told": lambda vehicle, rng: MpcNavigator(vehicle, rng, is_told=True),
+    "distilled": lambda vehicle, _: _distilled(vehicle, has_shield=False),
+    "distilled+shield": lambda vehicle, _: _distilled(vehicle, has_shield=True),
     "straight": lambda _, __: StraightNavigator(),
     "random": RandomNavigator,
 }
 """Constant arcs with a time-to-go; the dynamic window, heading for sub-goals of a map or for the
-goal; follow the gap; sampling MPC with dynamics that it identifies, or that it is told; and two
-that see nothing."""
+goal; follow the gap; sampling MPC with dynamics that it identifies, or that it is told; the policy
+that was distilled from it, alone or behind a brake shield; and two that see nothing."""
+
+
+def planar_navigator(
+    name: str,
+    vehicle: PlanarVehicleConfig,
+    rng: np.random.Generator,
+    policy: Path | None = None,
+) -> PlanarNavigator:
+    """Return a navigator by its name.
+
+    Args:
+        name: Name in ``PLANAR_NAVIGATORS``.
+        vehicle: Robot, as far as it is known.
+        rng: Source of draws.
+        policy: File of the policy of those that drive by one, None for the shipped one.
+
+    Raises:
+        ValueError: If the file is no policy, or not a distilled one.
+        OSError: If it cannot be read.
+    """
+    if policy is not None and name in DISTILLED:
+        return _distilled(vehicle, DISTILLED[name], policy)
+    return PLANAR_NAVIGATORS[name](vehicle, rng)

@@ -184,9 +184,17 @@ class MpcNavigator:
             *self._stuck(position),
         )
         self._past[:-1] = self._past[1:].copy()
-        self._past[-1] = command.linear, command.angular
+        self.took(command)
         self._periods += 1
         return command
+
+    def took(self, command: Twist) -> None:
+        """Take note that the robot was given another command in the last period.
+
+        Args:
+            command: Command within the robot's limits, of another navigator.
+        """
+        self._past[-1] = command.linear, command.angular
 
     def _check(self, readings: PlanarReadings) -> None:
         """Refuse readings that cannot be used."""

@@ -9,6 +9,7 @@ from andabata.app.cli import main
 from andabata.app.evaluation_options import BarnEvaluationOptions, TrialOptions
 from andabata.app.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
+from andabata.models import shipped_policy
 from tests.barn_folders import write_world
 
 BLIND = ["evaluate", "--task", "barn", "--controllers", "straight,random", "--workers", "1"]
@@ -95,3 +96,18 @@ def test_options_of_other_tasks_are_refused(capsys):
     ):
         assert main(words) != 0
         assert "expected options of --task" in capsys.readouterr().err
+
+
+def test_a_policy_that_drives_elsewhere_is_refused(capsys, tmp_path):
+    """A file of another policy, and several files; options of classifiers stay refused."""
+    file = tmp_path / "spn.safetensors"
+    file.write_bytes(shipped_policy("spn").to_bytes())
+    words = [*BLIND[:3], "--controllers", "distilled", "--workers", "1", "--set", "count=1"]
+    assert main([*words, "--policy", str(file)]) != 0
+    text = " ".join(capsys.readouterr().err.split())
+    assert "expected a policy distilled from the sampling MPC" in text
+    assert "andabata policy distill" in text
+    assert main([*words, "--policy", str(file), "--policy", str(file)]) != 0
+    assert "--policy: expected one with --task barn, got 2" in capsys.readouterr().err
+    assert main([*words, "--forest", str(file)]) != 0
+    assert "expected options of --task" in capsys.readouterr().err

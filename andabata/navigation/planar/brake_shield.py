@@ -121,7 +121,7 @@ class BrakeShield:
         distances = _distances(near, self._corners)
         is_outside = distances > 0.0
         least = float(distances[is_outside].min(initial=np.inf))
-        return near[is_outside], min(self.config.margin, 0.9 * least)
+        return near[is_outside], min(self.config.margin, _HELD * least)
 
     def _candidates(self, command: Twist, near: NDArray[np.float64]) -> list[Twist]:
         """Return commands to try, the wanted one first."""
@@ -251,3 +251,7 @@ def _meets(
 
 _LONGEST = 4.0
 """Longest braking [s]."""
+
+_HELD = 1 - 1e-6
+"""Share of its distance that a robot within the margin keeps: all of it, but for rounding. Any less,
+taken again in each period, would let it creep into contact."""

@@ -105,3 +105,13 @@ def test_a_robot_within_the_margin_may_leave():
     back = Twist(-0.3, 0.0)
     assert shield.safe(back, hits, rest, past, dynamics) == back
     assert shield.safe(Twist(1.0, 0.0), hits, rest, past, dynamics).linear < 0.1
+
+
+def test_a_robot_within_the_margin_does_not_creep():
+    """However slow the command, it comes no nearer: a little in each period would be a contact."""
+    vehicle, rest = PLANAR_VEHICLES["barn"], MotionState(0, 0, 0, 0, 0, 0, 0)
+    shield = BrakeShield(vehicle, BrakeShieldConfig(margin=0.02))
+    hits, past = np.array([(0.254 + 0.01, 0.0)]), np.zeros((20, 2))
+    for speed in (0.3, 0.01, 0.001):
+        found = shield.safe(Twist(speed, 0.0), hits, rest, past, dynamics_of(vehicle))
+        assert found.linear == 0.0

@@ -48,8 +48,8 @@ class DistillationConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     driving: LabelledDriveConfig = LabelledDriveConfig()
-    drives: tuple[int, ...] = Field(default=(50, 30, 30, 30, 30, 30), min_length=1)
-    expert: tuple[float, ...] = (1.0, 0.4, 0.2, 0.1, 0.0, 0.0)
+    drives: tuple[int, ...] = Field(default=(100, 60, 60, 60, 60, 60, 60, 60), min_length=1)
+    expert: tuple[float, ...] = (1.0, 0.4, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0)
     hidden: tuple[int, ...] = (256, 256)
     epochs: int = Field(default=10, ge=1)
     last_epochs: int = Field(default=40, ge=1)

@@ -253,5 +253,5 @@ _LONGEST = 4.0
 """Longest braking [s]."""
 
 _HELD = 1 - 1e-6
-"""Share of its distance that a robot within the margin keeps: all of it, but for rounding. Any less,
+"""Share of its distance that a robot within the margin keeps: all of it, but for rounding. Less,
 taken again in each period, would let it creep into contact."""

@@ -57,7 +57,7 @@ def draw_walkers(
 
     Args:
         config: Number, size and speed.
-        room: What they turn back at; see ``solids_room``.
+        room: Solids that they turn back at; see ``solids_room``.
         tasks: Tasks of the world.
         rng: Source of randomness.
     """

@@ -33,7 +33,7 @@ def failure_cause(
         world: World.
         place: Position of the robot at the end, map [m], shape (2,) or more.
         outcome: Outcome of the drive.
-        contact: What the body touches at the end.
+        contact: Contact of the body at the end.
     """
     if outcome is Outcome.GOAL:
         return ""

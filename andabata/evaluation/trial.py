@@ -31,7 +31,7 @@ class GoalAttempt:
         energy: Work of the motors [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions, one a control step, float64, shape (k, 3).
-        contact: What the body touched at the end, and who drove into whom.
+        contact: Contact of the body at the end: what it touched, and who drove into whom.
     """
 
     goal: int

@@ -77,7 +77,7 @@ class VehicleState:
         tipped: True if the body has rolled over beyond recovery.
         work: Work of the motors since the body was put down [J], without recuperation; None if the
             plant has no motors.
-        contact: What the body touches, and who drove into whom.
+        contact: Contact of the body: what it touches, and who drove into whom.
     """
 
     stamp: float

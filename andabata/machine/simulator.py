@@ -66,7 +66,7 @@ class Simulator:
         vehicle: Plant of the robot.
         proprioception: Models of IMU, magnetometer, encoders and GNSS, or None.
         lidar: Model of the rotating laser; None with the horizontal scanner.
-        walkers: What walks about in the world; None without any.
+        walkers: Walkers of the world; None without any.
     """
 
     def __init__(

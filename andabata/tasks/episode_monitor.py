@@ -24,7 +24,7 @@ class EpisodeMonitor:
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
         path: Positions of the body, one a control step [m].
         time: Duration so far [s].
-        contact: What the body touches, and who drove into whom.
+        contact: Contact of the body: what it touches, and who drove into whom.
     """
 
     def __init__(self, world: World, config: TerminationConfig) -> None:

@@ -23,6 +23,7 @@ from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
+from worlds.walking import Walkers
 from worlds.world import Task, World, choose_task
 
 _RADIUS, _HEIGHT = 3, 4
@@ -185,18 +186,14 @@ def drive_once(
         about = {"world": world, "seed": seed, "controller": controller}
         about |= {"simulated_robot": config.model_dump(mode="json"), "models": models.hashes}
         writer = record.watch(simulated_robot, about)
-
-    walkers: list[NDArray[np.float64]] = []
-    if simulated_robot.simulator.walkers is not None:
-        walkers.append(simulated_robot.simulator.walkers.track.now)
+    walkers = _WalkersSeen(simulated_robot.simulator.walkers)
 
     def on_step(readings: SensorReadings) -> None:
         if round(readings.stamp * 10) % 10:
             return
+        walkers.add(readings)
         if on_second is not None:
             on_second()
-        if readings.walkers is not None:
-            walkers.append(readings.walkers)
 
     try:
         attempts = run_trial(
@@ -213,5 +210,22 @@ def drive_once(
         write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
     cloud = simulated_robot.last_cloud()
     simulated_robot.close()
-    met = np.array(walkers) if walkers else np.zeros((0, 0, 5))
-    return Driven(scene.world, task, controller, attempts, cloud, met)
+    return Driven(scene.world, task, controller, attempts, cloud, walkers.rows)
+
+
+class _WalkersSeen:
+    """Walkers of a drive at each second."""
+
+    def __init__(self, walkers: Walkers | None) -> None:
+        """Begin with those of a world that was just entered; None for a world without any."""
+        self._rows = [] if walkers is None else [walkers.track.now]
+
+    @property
+    def rows(self) -> NDArray[np.float64]:
+        """Rows as in ``SensorReadings``, shape (t, m, 5); (0, 0, 5) without walkers."""
+        return np.array(self._rows) if self._rows else np.zeros((0, 0, 5))
+
+    def add(self, readings: SensorReadings) -> None:
+        """Add the walkers of readings, where there are any."""
+        if readings.walkers is not None:
+            self._rows.append(readings.walkers)

@@ -23,6 +23,7 @@ from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig
+from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.documents import (
     ROOT,
@@ -309,6 +310,7 @@ def test_settings_in_the_text_exist(document):
         CloudsConfig(),
         ForestConfig(),
         GroundClassifierConfig(),
+        DistillationConfig(),
     ]
     bases += [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]

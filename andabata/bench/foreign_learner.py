@@ -36,6 +36,7 @@ class _Taught:
     def __init__(self, config: SpnConfig, act: Act) -> None:
         """Take the task and the function from observations to shares, a row each."""
         self.observations, self.actions = config.observations, config.actions
+        self.info: dict[str, Any] = {}
         self.best_many = act
 
 
@@ -44,7 +45,7 @@ def fixed_tasks_reached(config: SpnConfig, policy: Any) -> tuple[int, float]:  #
 
     Args:
         config: Settings of the task.
-        policy: Policy, of which ``best_many`` is called.
+        policy: Policy, of which ``best_many`` is called and ``info`` is read.
     """
     robots = RoomVectorEnv(config.fixed, 16, autoreset=False)
     specs = [EpisodeSpec(0, (0, k), None, k) for k in range(len(config.fixed_tasks))]

@@ -24,7 +24,7 @@ def test_a_policy_that_drives_straight_does_the_open_tasks():
     assert 25 < mean < 60
 
     class Still:
-        observations, actions = config.observations, config.actions
+        observations, actions, info = config.observations, config.actions, {}
 
         def best_many(self, rows):
             return np.tile([-1.0, 0.0], (len(rows), 1))

@@ -232,9 +232,9 @@ def test_the_noise_of_controllers_is_a_stream_of_its_own(monkeypatch):
         drawn.setdefault((seed, world.seed), []).append(rng.bit_generator.state["state"]["state"])
         return make(name, world, config, models, rng)
 
-    def run_trial(simulated_robot, task, terminations, rng):
+    def run_trial(simulated_robot, task, terminations, rng, on_step):
         placed.append(rng.bit_generator.state["state"]["state"])
-        return run(simulated_robot, task, terminations, rng)
+        return run(simulated_robot, task, terminations, rng, on_step)
 
     monkeypatch.setattr(controllers, "make_steering", make_steering)
     monkeypatch.setattr(trial, "run_trial", run_trial)

@@ -79,6 +79,7 @@ MAKE = {
     "test": "runs this test",
     "check": "`.ci/run` runs it in a fresh clone",
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
+    "browser": "installs Chromium; `.ci/run` runs it, and the tests of pages need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; the options of its commands are checked here",
     "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",

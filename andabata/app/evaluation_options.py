@@ -70,7 +70,8 @@ class TrialOptions:
             help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
             "without a map; policy+planner, reactive+planner, planner, with the local planner; "
             "oracle; random+planner, away+planner, null controllers. With --task barn some of "
-            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, distilled, distilled+shield, straight, "
+            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, distilled, distilled+shield, td3, spn, "
+            "heading with the map of dwa, td3-goal, spn-goal without, straight, "
             "random. The default is policy+planner,reactive "
             "off-road, and all with --task barn.",
             rich_help_panel=_BOTH,
@@ -250,13 +251,13 @@ class BarnEvaluationOptions:
         """
         from andabata.app.usage import one_word, words
         from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
+        from andabata.evaluation.barn_navigators import BARN_NAVIGATORS
         from andabata.machine.planar_vehicle import PLANAR_VEHICLES
-        from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 
         if policies is not None and len(policies) > 1:
             raise UsageError(f"--policy: expected one with --task barn, got {len(policies)}")
         file = next((name for name in policies or () if name != "shipped"), None)
-        names, every = driven.controllers, tuple(PLANAR_NAVIGATORS)
+        names, every = driven.controllers, BARN_NAVIGATORS
         trials = OFFICIAL_TRIALS if driven.trials is None else driven.trials
         vehicle = one_word(self.vehicle, tuple(PLANAR_VEHICLES), "--vehicle")
         fields = one_word(self.fields, ("published", "narrow"), "--fields")

@@ -18,14 +18,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.engine import run_tasks
+from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
 from andabata.evaluation.barn_table import BarnRun
 from andabata.evaluation.journal import Journal
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
-from andabata.navigation.planar.catalogue import (
-    PLANAR_NAVIGATORS,
-    planar_navigator,
-)
 from andabata.records.runs import commit
 from andabata.tasks.planar_drive import (
     BARN_LIDAR,
@@ -78,7 +75,7 @@ class BarnEvaluationConfig(BaseModel):
     fields: Literal["published", "narrow"] = "published"
     count: int = Field(default=50, ge=1, le=100_000)
     first_seed: int = Field(default=FIRST_JUDGING, ge=0)
-    controllers: tuple[str, ...] = tuple(PLANAR_NAVIGATORS)
+    controllers: tuple[str, ...] = BARN_NAVIGATORS
     trials: int = Field(default=OFFICIAL_TRIALS, ge=1, le=10_000)
     official: bool = False
     vehicle: PlanarVehicleConfig = PLANAR_VEHICLES["barn"]
@@ -159,9 +156,8 @@ def drive_once(
     believed = (config.believed or config.vehicle).model_copy(
         update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
     )
-    navigator = planar_navigator(
-        controller, believed, np.random.default_rng([*key, 1]), config.policy
-    )
+    draws = np.random.default_rng([*key, 1])
+    navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
     result = drive_to_goal(navigator, robot, task, config.rules)
     return BarnRun(
         controller=controller,

@@ -170,9 +170,9 @@ def as_kept(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def room_arrays(rooms: Sequence[Room]) -> Rooms:
     """Return rooms padded to the obstacles of the fullest."""
-    boxes = np.zeros((len(rooms), max(len(room.boxes) for room in rooms), 4))
-    circles = np.zeros((len(rooms), max(len(room.circles) for room in rooms), 3))
-    edges = np.zeros((len(rooms), max(len(room.edges) for room in rooms), 4))
+    boxes = np.zeros((len(rooms), max((len(room.boxes) for room in rooms), default=0), 4))
+    circles = np.zeros((len(rooms), max((len(room.circles) for room in rooms), default=0), 3))
+    edges = np.zeros((len(rooms), max((len(room.edges) for room in rooms), default=0), 4))
     for k, room in enumerate(rooms):
         boxes[k, : len(room.boxes)] = room.boxes
         circles[k, : len(room.circles)] = room.circles

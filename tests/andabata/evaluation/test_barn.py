@@ -15,6 +15,7 @@ from andabata.evaluation.barn import (
     world_names,
 )
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
 from tests.barn_folders import write_world
 from worlds.barn import NARROW, barn_world
@@ -98,7 +99,7 @@ def test_controllers_are_told_the_outline_and_the_dynamics_if_asked(monkeypatch,
         given.append(vehicle)
         return StraightNavigator()
 
-    monkeypatch.setitem(barn.PLANAR_NAVIGATORS, "straight", make)
+    monkeypatch.setitem(PLANAR_NAVIGATORS, "straight", make)
     slow = PLANAR_VEHICLES["barn-slow"].model_copy(
         update={"footprint": PLANAR_VEHICLES["barn-hull"].footprint}
     )

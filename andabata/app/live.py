@@ -34,6 +34,7 @@ def run_navigator(
     start: tuple[float, ...] | None = None,
     goal: tuple[float, ...] | None = None,
     seconds: float | None = None,
+    local_map: bool = True,
 ) -> dict[str, Any]:
     """Run the navigator in a live graph and return its figures, ready for JSON.
 
@@ -48,6 +49,7 @@ def run_navigator(
         start: Position [m] and yaw [deg] in the map; None to wait for them in the graph.
         goal: First goal in the map [m]; None to wait for one in the graph.
         seconds: Time after which to stop [s]; None to run until the graph ends.
+        local_map: True to publish the local map and the plan.
 
     Raises:
         RosError: If ROS 1 is not installed or there is no master.
@@ -64,6 +66,7 @@ def run_navigator(
             mountings or {},
             given_geo_reference(configure),
             console.status,
+            local_map,
         )
         if goal is not None:
             node.set_goal(np.array(goal))

@@ -18,6 +18,7 @@ from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bags import MessageWriter, open_writer, write_manifest
 from andabata.records.messages import MessageBuilder
+from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
@@ -111,10 +112,12 @@ class Recording:
     Attributes:
         path: New file: .bag, .mcap or .db3.
         clouds: True to record the clouds too, nearly all of the bytes.
+        local_map: True to record the local map, the plan and the heading error too.
     """
 
     path: Path
     clouds: bool = True
+    local_map: bool = True
 
     def watch(self, simulated_robot: SimulatedRobot, setup: dict[str, Any]) -> MessageWriter:
         """Record every step of a robot's navigator; the writer has to be closed at the end.
@@ -124,9 +127,12 @@ class Recording:
         """
         writer = open_writer(self.path)
         outbox = MessageQueue(writer, MessageBuilder(writer.ros))
-        assembler = assembler_of(simulated_robot.perception)
-        bearings = simulated_robot.config.grid.bearings
-        recorder = Recorder(outbox, simulated_robot.localizer, assembler, bearings, self.clouds)
+        localizer, perception = simulated_robot.localizer, simulated_robot.perception
+        bearings, planner = simulated_robot.config.grid.bearings, None
+        if self.local_map:
+            planner = PlannerRecorder(localizer, perception, simulated_robot.navigator.planner)
+        assembler = assembler_of(perception)
+        recorder = Recorder(outbox, localizer, assembler, bearings, self.clouds, planner)
 
         def record(result: StepResult) -> None:
             if simulated_robot.navigator.start is not None and not recorder.has_begun:

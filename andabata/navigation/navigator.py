@@ -16,7 +16,7 @@ from andabata.machine.sensor_readings import (
     WheelSpeeds,
     unfiltered,
 )
-from andabata.navigation.controller import Controller, ControllerInput, Steering
+from andabata.navigation.controller import Controller, ControllerInput, Planner, Steering
 from andabata.navigation.perception import Perception
 from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
@@ -96,6 +96,11 @@ class Navigator:
         self.observers: list[Observer] = []
         self.start: tuple[Pose, float] | None = None
         self.geofence: Geofence | None = None
+
+    @property
+    def planner(self) -> Planner:
+        """Planner around the controller, for observers."""
+        return self._planner
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
         """Forget everything and start at a pose.

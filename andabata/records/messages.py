@@ -279,18 +279,24 @@ class MessageBuilder:
             row: Position x, y, z [m] and quaternion x, y, z, w, shape (7,).
             kind: Message type, which differs between ROS 1 and ROS 2.
         """
+        stamped = self.stamped_transform(seconds, ("odom", "base_footprint"), row)
+        return self.new(kind, transforms=[stamped])
+
+    def stamped_transform(
+        self, seconds: float, frames: tuple[str, str], row: NDArray[np.float64]
+    ) -> RosMessage:
+        """Return a transform from parent to child, as in ``transform``, without its list."""
         transform = self.new(
             "geometry_msgs/msg/Transform",
             translation=self.vector(row[:3]),
             rotation=self.quaternion(row[3:]),
         )
-        stamped = self.new(
+        return self.new(
             "geometry_msgs/msg/TransformStamped",
-            header=self.header(seconds, "odom"),
-            child_frame_id="base_footprint",
+            header=self.header(seconds, frames[0]),
+            child_frame_id=frames[1],
             transform=transform,
         )
-        return self.new(kind, transforms=[stamped])
 
     def cloud(self, seconds: float, cloud: PointCloud) -> RosMessage:
         """Return a cloud with the fields x, y and z."""

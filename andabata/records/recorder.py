@@ -15,6 +15,7 @@ from andabata.navigation.navigator import StepResult
 from andabata.records import topics
 from andabata.records.bags import MessageWriter
 from andabata.records.messages import MessageBuilder
+from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
@@ -119,6 +120,7 @@ class Recorder:
         assembler: CloudAssembler | None,
         bearings: NDArray[np.float64],
         clouds: bool = True,
+        planner: PlannerRecorder | None = None,
     ) -> None:
         """Prepare a recording.
 
@@ -128,7 +130,9 @@ class Recorder:
             assembler: Cloud assembler of the perception; None with the horizontal scanner.
             bearings: Bearings of the virtual scan's sectors [rad], shape (n_sectors,).
             clouds: True to record the clouds, which make up nearly all of the bytes.
+            planner: Maker of the planner's messages; None to record no map and no plan.
         """
+        self._planner = planner
         self._queue, self._localizer, self._assembler = queue, localizer, assembler
         self._bearings, self._records_clouds = bearings, clouds
         self._cloud: PointCloud | None = None
@@ -167,7 +171,7 @@ class Recorder:
         self._queue.flush()
 
     def queue_commands(self, step: StepResult) -> None:
-        """Queue the outcome of a step: virtual scan, twist and wheel speeds."""
+        """Queue the outcome of a step: virtual scan, twist and wheel speeds, map and plan."""
         now, builder = step.readings.stamp, self._queue.builder
         if step.scan is not None:
             scan = builder.virtual_scan(now, step.scan, self._bearings)
@@ -175,9 +179,12 @@ class Recorder:
         self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
         wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._queue.add(now, topics.WHEEL_COMMAND, wheels)
+        if self._planner is not None:
+            for topic, message in self._planner.messages(builder, step):
+                self._queue.add(now, topic, message)
 
     def queue_transforms(self, readings: SensorReadings) -> None:
-        """Queue the pose in ``odom`` at the time of each inertial reading."""
+        """Queue the pose in ``odom`` at the time of each inertial reading, and ``odom`` at last."""
         queue, localizer = self._queue, self._localizer
         ticks = (
             _rows(readings.imu)[:, 0] if readings.imu is not None else np.array([readings.stamp])
@@ -185,6 +192,8 @@ class Recorder:
         kind = topics.TF.type_name(queue.builder.ros)
         for stamp, row in zip(ticks, localizer.track.at(ticks), strict=True):
             message = queue.builder.transform(float(stamp), row, kind)
+            if stamp == ticks[-1] and self._planner is not None:
+                message.transforms.append(self._planner.map_transform(queue.builder, float(stamp)))
             queue.add(float(stamp), topics.TF, message)
 
     def queue_state(self, now: float) -> None:

@@ -69,6 +69,24 @@ INITIAL_POSE = Topic(
 LASER_CLOUD = Topic("/laser_cloud", "/laser_cloud", POINT_CLOUD, 10.0)
 """Cloud of a 3D laser, which replaces the rotating laser's sweeps and angles."""
 
+LOCAL_MAP = Topic("/local_map", "/local_map", "nav_msgs/msg/OccupancyGrid", 1.0)
+"""Occupancy around the robot, in ``odom``, of drives with a planner."""
+
+GRID_MAP = Topic("/grid_map", "/grid_map", "grid_map_msgs/msg/GridMap", 1.0)
+"""All layers of the local map, in ``odom``."""
+
+PLAN = Topic("/plan", "/plan", "nav_msgs/msg/Path", 2.0)
+"""Way to the goal over the local map, in ``odom``."""
+
+SUBGOAL = Topic("/subgoal", "/subgoal", "geometry_msgs/msg/PoseStamped", 2.0)
+"""Place that the controller heads for, in ``odom``."""
+
+HEADING_ERROR = Topic("/heading_error", "/heading_error", "std_msgs/msg/Float64", None)
+"""Bearing of the goal, or of the sub-goal, relative to the heading at each decision [rad]."""
+
+PLANNER_TOPICS = (LOCAL_MAP, GRID_MAP, PLAN, SUBGOAL, HEADING_ERROR)
+"""Topics of what the planner knows and wants."""
+
 TOPICS = (
     SCAN,
     HEAD_ANGLE,
@@ -97,6 +115,22 @@ _OWN_TYPES = {
 }
 """Definitions of the types that the paper names and does not publish (assumption)."""
 
+_GRID_MAP = "string[] layers\nstring[] basic_layers\nstd_msgs/Float32MultiArray[] data\n"
+_GRID_MAP += "uint16 outer_start_index\nuint16 inner_start_index\n"
+_GRID_MAP_INFO = "float64 resolution\nfloat64 length_x\nfloat64 length_y\ngeometry_msgs/Pose pose\n"
+_GRID_MAP_TYPES = {
+    1: {
+        "grid_map_msgs/msg/GridMapInfo": f"std_msgs/Header header\n{_GRID_MAP_INFO}",
+        "grid_map_msgs/msg/GridMap": f"grid_map_msgs/GridMapInfo info\n{_GRID_MAP}",
+    },
+    2: {
+        "grid_map_msgs/msg/GridMapInfo": _GRID_MAP_INFO,
+        "grid_map_msgs/msg/GridMap": f"std_msgs/Header header\ngrid_map_msgs/GridMapInfo info\n"
+        f"{_GRID_MAP}",
+    },
+}
+"""Definitions of ANYbotics' grid_map by version of ROS: the header is elsewhere in each."""
+
 _ROS1_ONLY = {
     "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms\n",
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
@@ -110,6 +144,7 @@ def message_types(ros: Ros) -> "Typestore":
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
-    for name, text in (_OWN_TYPES | (_ROS1_ONLY if ros == 1 else {})).items():
+    own = _OWN_TYPES | _GRID_MAP_TYPES[ros] | (_ROS1_ONLY if ros == 1 else {})
+    for name, text in own.items():
         store.register(get_types_from_msg(text, name))
     return store

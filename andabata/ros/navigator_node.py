@@ -20,6 +20,7 @@ from andabata.records import topics
 from andabata.records.extrinsics import Extrinsics
 from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, MessageBuilder
+from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.sensor_pose import GivenMounting
@@ -87,6 +88,7 @@ class NavigatorNode:
         mountings: Mapping[str, GivenMounting] | None = None,
         given: Mapping[str, float] | None = None,
         status: Callable[[str], None] = lambda text: None,
+        local_map: bool = True,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -101,27 +103,31 @@ class NavigatorNode:
                 World Magnetic Model give the others.
             status: Function called with a line of text for the user: the place of the map's
                 origin, assumptions, and what a start still lacks.
+            local_map: True to publish the local map, the plan and ``map -> odom`` too.
         """
         self._graph, self._status = graph, status
         self._datum = DatumInitializer(given or {}, status)
         extrinsics = Extrinsics(mountings)
         decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
         self._inbox = SensorInbox(graph, decoder)
-        self._assemble_navigator(config, models, steering)
+        self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts = TickCounts()
         self._inbox.subscribe()
-        for topic in _PUBLISHED:
+        for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
             graph.advertise(topic)
 
     def _assemble_navigator(
-        self, config: SimulatedRobotConfig, models: Models, steering: Steering
+        self, config: SimulatedRobotConfig, models: Models, steering: Steering, local_map: bool
     ) -> None:
         """Assemble the navigator and compile its kernels."""
         self._navigator, self._localizer, perception = make_navigator(
             config, models, steering, np.random.default_rng(0)
         )
         self._assembler = assembler_of(perception)
+        self._planner_recorder = (
+            PlannerRecorder(self._localizer, perception, steering.planner) if local_map else None
+        )
         self._bearings = config.grid.bearings
         warm_up(self._navigator, config)
         # As an observer the node gets a virtual scan every period, also between decisions.
@@ -173,7 +179,13 @@ class NavigatorNode:
         self._inbox.restart(epoch_ns)
         self._navigator.reset(pose, 0.0, is_rough)
         self._queue = MessageQueue(self._graph, MessageBuilder(1, epoch_ns))
-        self._recorder = Recorder(self._queue, self._localizer, self._assembler, self._bearings)
+        self._recorder = Recorder(
+            self._queue,
+            self._localizer,
+            self._assembler,
+            self._bearings,
+            planner=self._planner_recorder,
+        )
         self._counts = TickCounts()
         self._apply_datum()
         return epoch_ns

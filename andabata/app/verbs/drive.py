@@ -34,6 +34,14 @@ def drive(
         typer.Option(help="Record to this file: .bag (ROS 1), .mcap or .db3 (ROS 2)."),
     ] = None,
     clouds: Annotated[bool, typer.Option(help="Record the clouds too: 8 MB a second.")] = True,
+    local_map: Annotated[
+        bool,
+        typer.Option(
+            "--map/--no-map",
+            help="Record the local map, the plan and the heading error too, for Nav2, grid_map "
+            "and Foxglove.",
+        ),
+    ] = True,
     clip: Annotated[
         Path | None, typer.Option(help="Draw the drive as an animated picture: a .gif file.")
     ] = None,
@@ -83,7 +91,7 @@ def drive(
             config,
             loaded,
             on_second=lambda: step(1),
-            record=Recording(record, clouds) if record else None,
+            record=Recording(record, clouds, local_map) if record else None,
             time_limit=time_limit,
             on_robot=watch,
         )

@@ -44,6 +44,13 @@ def navigator(
         float | None,
         typer.Option(min=0.1, help="Time after which to stop, in seconds; by default on Ctrl-C."),
     ] = None,
+    local_map: Annotated[
+        bool,
+        typer.Option(
+            "--map/--no-map",
+            help="Publish the local map, the plan and map -> odom too, for Nav2 and grid_map.",
+        ),
+    ] = True,
     robot: Robot = "andabata",
     sensors: SensorOptions,
     models: ModelOptions,
@@ -77,6 +84,7 @@ def navigator(
         start=None if start is None else numbers(start, 3, "--start"),
         goal=None if goal is None else numbers(goal, 2, "--goal"),
         seconds=seconds,
+        local_map=local_map,
     )
     console.result(data, navigation_text(data))
 

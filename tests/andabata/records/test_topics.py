@@ -5,10 +5,12 @@ import re
 import pytest
 
 from andabata.records import topics
-from andabata.records.topics import TOPICS, message_types
+from andabata.records.topics import PLANNER_TOPICS, TOPICS, message_types
+
+OTHERS = (topics.TF_STATIC, topics.LASER_CLOUD, *PLANNER_TOPICS)
 
 
-@pytest.mark.parametrize("topic", [*TOPICS, topics.TF_STATIC, topics.LASER_CLOUD], ids=str)
+@pytest.mark.parametrize("topic", [*TOPICS, *OTHERS], ids=str)
 def test_types_are_known_and_names_legal(topic):
     """Both stores define the type, and no part of a ROS 2 name begins with a digit."""
     for ros in (1, 2):
@@ -26,4 +28,5 @@ def test_the_type_differs_where_ros_1_names_it_otherwise():
 def test_names_are_unique():
     """No two topics share a name in either version."""
     for ros in (1, 2):
-        assert len({topic.name(ros) for topic in TOPICS}) == len(TOPICS)
+        names = [topic.name(ros) for topic in (*TOPICS, *OTHERS)]
+        assert len(set(names)) == len(names)

@@ -10,7 +10,7 @@ from andabata.app.command import command
 from andabata.app.options import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
 
 app = typer.Typer(
-    help="Recordings, without ROS: info, replay, salvage, export.", no_args_is_help=True
+    help="Recordings, without ROS: info, replay, salvage, export, layout.", no_args_is_help=True
 )
 
 BagFile = Annotated[Path, typer.Argument(help="Recording: .bag, .mcap, .db3 or a ROS 2 folder.")]
@@ -178,3 +178,33 @@ def export(
     console.result(data, "\n".join(lines))
     if found.left_out:
         raise typer.Exit(3)
+
+
+@app.command()
+@command
+def layout(
+    *,
+    out: Annotated[Path, typer.Option(help="JSON file to write.")],
+    ros: Annotated[
+        int,
+        typer.Option(min=1, max=2, help="2 for .mcap and .db3 recordings, 1 for .bag files."),
+    ] = 2,
+    output: ConsoleOptions,
+) -> None:
+    """Write a layout for Foxglove: 3D scene, steering, heading error, speed and health.
+
+    In Foxglove open the recording, then the layout by "Import from file".
+
+    Examples:
+        andabata bag layout --out foxglove.json
+        andabata bag layout --out foxglove1.json --ros 1
+    """
+    import json
+
+    from andabata.records import atomic_io
+    from andabata.records.foxglove_layout import foxglove_layout
+
+    found = foxglove_layout(1 if ros == 1 else 2)
+    atomic_io.write(out, json.dumps(found, indent=2).encode())
+    data = {"file": str(out), "panels": list(found["configById"])}
+    output.console().result(data, f"layout for Foxglove in {out}")

@@ -10,26 +10,34 @@ from andabata.machine.geo_reference import GeoReference
 _FIELDS = ("latitude_deg", "longitude_deg", "altitude")
 
 
+def datum_fields(text: str | None) -> dict[str, float]:
+    """Return the fields of ``GeoReference`` that ``--datum LAT,LON[,ALT]`` gives, none without it.
+
+    Raises:
+        UsageError: If it is not two or three finite numbers, or out of bounds.
+    """
+    if text is None:
+        return {}
+    count = 3 if text.count(",") > 1 else 2
+    try:
+        found = dict(zip(_FIELDS, numbers(text, count, "--datum"), strict=False))
+        GeoReference(**found)
+    except ValueError as error:
+        raise UsageError(
+            "--datum: expected LAT,LON or LAT,LON,ALT in degrees and metres, latitude within 89, "
+            f"longitude within 180, altitude from -500 to 9000, got {text!r}"
+        ) from error
+    return found
+
+
 def datum_overrides(text: str | None) -> tuple[str, ...]:
     """Return the settings of ``--datum LAT,LON[,ALT]``, as ``--set`` writes them.
 
     Raises:
         UsageError: If it is not two or three finite numbers, or out of bounds.
     """
-    if text is None:
-        return ()
-    count = 3 if text.count(",") > 1 else 2
-    try:
-        found = numbers(text, count, "--datum")
-        GeoReference(**dict(zip(_FIELDS, found, strict=False)))
-    except ValueError as error:
-        raise UsageError(
-            "--datum: expected LAT,LON or LAT,LON,ALT in degrees and metres, latitude within 89, "
-            f"longitude within 180, altitude from -500 to 9000, got {text!r}"
-        ) from error
     return tuple(
-        f"sensing.geo_reference.{name}={value!r}"
-        for name, value in zip(_FIELDS, found, strict=False)
+        f"sensing.geo_reference.{name}={value!r}" for name, value in datum_fields(text).items()
     )
 
 

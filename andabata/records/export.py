@@ -1,12 +1,15 @@
-"""Export of recorded topics: clouds as PLY files, other messages as CSV files."""
+"""Export of recorded topics to a folder: clouds as files of points, other messages as CSV."""
 
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
+
+import numpy as np
 
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
@@ -20,7 +23,11 @@ from andabata.records.topics import POINT_CLOUD, RosMessage
 from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
-from traversability.formats import ply
+from traversability.formats import las, pcd, ply
+from traversability.formats.table import COORDINATES, Columns
+
+CLOUD_KINDS = ("ply", "pcd", "las", "laz")
+"""Formats of exported clouds."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +117,7 @@ def export_bag(
     out: Path,
     topics: tuple[str, ...] | None = None,
     on_message: Callable[[], None] | None = None,
+    clouds: str = "ply",
 ) -> ExportResult:
     """Write the topics of a recording to a folder.
 
@@ -121,18 +129,21 @@ def export_bag(
         out: Path of the folder, which is created if it does not exist.
         topics: Names of the topics; None for all.
         on_message: Function called after each message.
+        clouds: Format of the clouds, one of ``CLOUD_KINDS``. Only PLY keeps points without a
+            return, whose coordinates are NaN.
 
     Raises:
-        BagError: If a topic is not in the recording.
+        BagError: If a topic is not in the recording, or the format's package is not installed.
         OSError: If a file cannot be written.
     """
+    _check_cloud_kind(clouds)
     with Bag(path, damaged=True) as bag:
         missing = sorted(set(topics or ()) - set(bag.topics))
         if missing:
             known = ", ".join(sorted(bag.topics))
             raise BagError(f"--topic: expected some of {known}, got {', '.join(missing)}")
         with _staged(out) as folder, ExitStack() as tables:
-            export = _Export(bag, folder, tables)
+            export = _Export(bag, folder, tables, clouds)
             for message in bag.messages(topics):
                 export.add(message)
                 if on_message is not None:
@@ -154,7 +165,8 @@ class _Export:
         bad_clouds: Clouds that cannot be decoded, by topic.
     """
 
-    def __init__(self, bag: Bag, folder: Path, tables: ExitStack) -> None:
+    def __init__(self, bag: Bag, folder: Path, tables: ExitStack, clouds: str) -> None:
+        self._clouds = clouds
         self._names = file_names([(each.topic, each.kind) for each in bag.connections])
         self._folder, self._open_tables = folder, tables
         self._tables: dict[str, CsvTable] = {}
@@ -179,11 +191,11 @@ class _Export:
         number = self._counts.get(name, 0)
         self._counts[name] = number + 1
         try:
-            data = ply.render(point_columns(message.content))
+            data = _render(point_columns(message.content), self._clouds)
         except PointCloudError as error:
             self.bad_clouds[message.topic] = _one_more(self.bad_clouds, message.topic, str(error))
             return
-        self.files.append(f"{name}_{number:05d}.ply")
+        self.files.append(f"{name}_{number:05d}.{self._clouds}")
         (self._folder / self.files[-1]).write_bytes(data)
 
     def finish(self) -> None:
@@ -191,6 +203,30 @@ class _Export:
         for name, table in self._tables.items():
             self.files.append(table.finish().name)
             self.notes += [f"{name}.csv: {note}" for note in table.notes]
+
+
+def _check_cloud_kind(kind: str) -> None:
+    """Check that clouds can be written in a format.
+
+    Raises:
+        BagError: If it is unknown, or its package is not installed.
+    """
+    if kind not in CLOUD_KINDS:
+        raise BagError(f"clouds: expected one of {', '.join(CLOUD_KINDS)}, got {kind!r}")
+    if kind in ("las", "laz") and find_spec("laspy") is None:
+        raise BagError(
+            f"clouds: expected laspy for {kind}, got none; install the extra `las` "
+            "(pip install -e '.[las]'), or choose ply or pcd"
+        )
+
+
+def _render(columns: Columns, kind: str) -> bytes:
+    """Return the file of a cloud's columns."""
+    if kind == "ply":
+        return ply.render(columns)
+    are_returns = np.isfinite(np.stack([columns[name] for name in COORDINATES])).all(axis=0)
+    kept = {name: column[are_returns] for name, column in columns.items()}
+    return pcd.render(kept) if kind == "pcd" else las.render(kept, kind == "laz")
 
 
 @contextmanager

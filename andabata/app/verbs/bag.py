@@ -146,36 +146,55 @@ def salvage(
 @command
 def export(
     *,
-    file: BagFile,
-    out: Annotated[Path, typer.Option(help="Folder for the files.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Recording: .bag, .mcap, .db3 or a ROS 2 folder; or the run folder of a drive."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder; or a file: .rrd (rerun), .tum, .geojson, .ply, .las, .laz."),
+    ],
     topic: Annotated[
         list[str] | None,
         typer.Option(help="Topic to export; may be repeated; all by default."),
     ] = None,
+    clouds: Annotated[
+        str | None, typer.Option(help="Format of the clouds in a folder: ply, pcd, las or laz.")
+    ] = None,
+    datum: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON[,ALT]",
+            help="Origin of the map for .geojson, in degrees and metres; by default the recorded.",
+        ),
+    ] = None,
     output: ConsoleOptions,
 ) -> None:
-    """Write clouds as PLY with all their fields and everything else as CSV.
+    """Write a recording for other tools; the suffix of --out chooses the format.
 
-    Arrays of more than 64 bytes are written as base64, others of more than 4,096 values as a JSON
-    list. The exit code is 3 when messages were left out.
+    A folder gets clouds as PLY with all their fields and everything else as CSV. Arrays of more
+    than 64 bytes are written as base64, others of more than 4,096 values as a JSON list. A file
+    gets the robot's tracks: .tum with times and rotations, .geojson on Earth with goals and fixes,
+    .ply, .las and .laz as points in the map; or the whole scene for rerun, .rrd. The exit code is 3
+    when messages were left out.
 
     Examples:
         andabata bag export drive.bag --out exported
-        andabata bag export drive.bag --out clouds --topic /3D_cloud --json
+        andabata bag export drive.bag --out clouds --topic /3D_cloud --clouds las --json
+        andabata bag export drive.mcap --out drive.rrd
+        andabata bag export drive.mcap --out path.geojson --datum 36.715,-4.478
+        andabata bag export data/runs/drive --out path.geojson
     """
-    from andabata.app.tables import left_out_notes
-    from andabata.records.export import export_bag
+    from andabata.app.bag_exports import ExportRequest
+    from andabata.app.bag_exports import export as write
 
     console = output.console()
+    request = ExportRequest(file, out, tuple(topic) if topic else None, clouds, datum)
     with console.progress("messages", None) as step:
-        found = export_bag(file, out, tuple(topic) if topic else None, lambda: step(1))
-    data = {
-        "files": [str(path) for path in found.files],
-        "left_out": [asdict(each) for each in found.left_out],
-        "notes": list(found.notes),
-    }
-    lines = [f"{len(found.files)} files in {out}", *left_out_notes(found.left_out, found.notes)]
-    console.result(data, "\n".join(lines))
+        found = write(request, lambda: step(1))
+    console.result(found.data, found.text)
     if found.left_out:
         raise typer.Exit(3)
 

@@ -4,6 +4,7 @@ import platform
 import sys
 from importlib import import_module
 from importlib.util import find_spec
+from shutil import which
 from typing import Any
 
 from andabata.app.import_guard import check_origins
@@ -26,11 +27,19 @@ MODULES = (
 EXTRAS = {
     "laspy": "extra las",
     "onnx": "extra onnx",
+    "viser": "extra viewer",
+    "tensorboardX": "extra tensorboard",
+    "rerun": "extra rerun",
+    "zensical": "extra docs",
     "CSF": "extra peers",
     "pypatchworkpp": "extra peers",
     "rospy": "make ros",
+    "chromium": "make browser",
 }
-"""Packages that only some commands need, and the way to install each."""
+"""Packages and programs that only some commands and tests need, and the way to install each."""
+
+_PROGRAMS = ("chromium",)
+"""Those among them that are no Python packages."""
 
 SYSTEM = (
     "apt-get install -y libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1 (Debian)"
@@ -66,7 +75,16 @@ def version(name: str) -> str:
 
 def _is_installed(name: str) -> bool:
     """Return True if an optional package is installed; ROS's may lie where Debian puts it."""
+    if name in _PROGRAMS:
+        return which(name) is not None
     return find_spec(name) is not None or (name == "rospy" and (DEBIAN / name).is_dir())
+
+
+def _missing(way: str) -> str:
+    """Return how to install an optional package, as the line to type."""
+    kind, _, name = way.partition(" ")
+    line = f"pip install -e '.[{name}]'" if kind == "extra" else way
+    return f"not installed, optional ({line})"
 
 
 def installation_text(found: dict[str, Any]) -> str:
@@ -75,7 +93,7 @@ def installation_text(found: dict[str, Any]) -> str:
     lines += [f"{name:12} {text}" for name, text in found["modules"].items()]
     for name, way in EXTRAS.items():
         installed = found["extras"][name]
-        lines.append(f"{name:12} {'here' if installed else f'not installed, optional ({way})'}")
+        lines.append(f"{name:12} {'here' if installed else _missing(way)}")
     lines.append(f"packages lie beside each other in {found['origins']['andabata']}")
     if not found["ok"]:
         lines.append(f"a system library may be missing: {SYSTEM}")

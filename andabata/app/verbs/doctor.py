@@ -1,5 +1,7 @@
 """``andabata doctor``: check of the installation."""
 
+from typing import Annotated
+
 import typer
 
 from andabata.app.command import command
@@ -7,16 +9,39 @@ from andabata.app.options import ConsoleOptions
 
 
 @command
-def doctor(output: ConsoleOptions) -> None:
-    """Check the installation: versions, system libraries, package origins.
+def doctor(
+    *,
+    self_test: Annotated[
+        bool,
+        typer.Option(
+            "--self-test",
+            help="Solve small problems with known answers, too: rays, filter, classifier, policy, "
+            "recordings, cache. Seconds; a minute at the first start, which compiles.",
+        ),
+    ] = False,
+    output: ConsoleOptions,
+) -> None:
+    """Check the installation: versions, system libraries, package origins, optional packages.
+
+    The exit code is 1 when something is broken or a check of the self-test fails.
 
     Examples:
         andabata doctor
         andabata doctor --json
+        andabata doctor --self-test
     """
     from andabata.app.installation import check_installation, installation_text
 
-    found = check_installation()
-    output.console().result(found, installation_text(found))
+    console, found = output.console(), check_installation()
+    text = installation_text(found)
+    if self_test:
+        from andabata.app.self_test import self_test as run
+        from andabata.app.self_test import self_test_text
+
+        with console.progress("checks", None) as step:
+            found["self_test"] = run(lambda name: step(1))
+        found["ok"] = found["ok"] and found["self_test"]["ok"]
+        text = f"{text}\n\n{self_test_text(found['self_test'])}"
+    console.result(found, text)
     if not found["ok"]:
         raise typer.Exit(1)

@@ -35,5 +35,21 @@ def test_every_package_has_its_line():
     found = check_installation()
     assert (found["ok"], set(found["modules"])) == (True, set(MODULES))
     text = installation_text(found | {"extras": dict.fromkeys(EXTRAS, False)})
-    assert "onnx         not installed, optional (extra onnx)" in text.splitlines()
+    lines = text.splitlines()
+    assert "onnx         not installed, optional (pip install -e '.[onnx]')" in lines
+    assert "rospy        not installed, optional (make ros)" in lines
     assert "apt-get" not in text
+
+
+def test_every_extra_is_one_of_the_projects():
+    """The line that installs a package names an extra of pyproject.toml, or a target of make."""
+    import tomllib
+    from pathlib import Path
+
+    home = Path(__file__).resolve().parents[3]
+    project = tomllib.loads((home / "pyproject.toml").read_text())["project"]
+    known = {f"extra {name}" for name in project["optional-dependencies"]}
+    targets = {"make ros", "make browser"}
+    assert set(EXTRAS.values()) <= known | targets
+    for target in targets:
+        assert f"\n{target.removeprefix('make ')}:" in (home / "Makefile").read_text()

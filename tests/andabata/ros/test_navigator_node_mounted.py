@@ -8,6 +8,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.controller import Steering
+from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.reactive import StraightController
 from andabata.records import topics
 from andabata.records.frames import FrameError
@@ -51,7 +52,7 @@ STATIC = [
 ]
 
 
-def run(path, seconds=3.0):
+def run(path, seconds=3.0, **options):
     """Return the result or error of a node on a recording, its status lines, and the graph."""
     graph, status = PlayedGraph.of_bag(path), []
     config = SimulatedRobotConfig()
@@ -59,9 +60,10 @@ def run(path, seconds=3.0):
         graph,
         config,
         Models(),
-        Steering(StraightController(config.robot.speed)),
+        Steering(StraightController(config.robot.speed), LocalPlanner(config.grid)),
         topics.LASER_CLOUD,
         status=status.append,
+        **options,
     )
     start = Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0)
     try:
@@ -113,3 +115,15 @@ def test_our_own_frames_need_no_transforms(recorded, tmp_path):
     assert found["frames"]["laser"]["source"] == "assumed"
     assert status == []
     assert graph.now_ns() - graph.begin_ns < 3 * NS
+
+
+def test_the_local_map_is_published_or_not(recorded):
+    """Map, plan and the place of odom in the map come with the option, and nothing without."""
+    for local_map in (True, False):
+        _, _, graph = run(recorded, 2.0, local_map=local_map)
+        found = {topic: message for _, topic, message in graph.messages}
+        wanted = set(topics.PLANNER_TOPICS) if local_map else set()
+        assert set(found) & set(topics.PLANNER_TOPICS) == wanted
+        children = [each.child_frame_id for each in found[topics.TF].transforms]
+        assert children == (["base_footprint", "odom"] if local_map else ["base_footprint"])
+    assert topics.VIRTUAL_SCAN in found

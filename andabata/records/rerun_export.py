@@ -37,6 +37,12 @@ MAP, ODOM, BASE = "map", "map/odom", "map/odom/base_footprint"
 """Entities of the frames."""
 
 _TIMELINE = "time"
+_EYE = np.array([-9.0, -9.0, 8.0])
+"""Place of the eye from the robot's first place in the map [m]."""
+
+_COMMANDED, _TRUE = [0, 90, 200], [208, 0, 111]
+"""Colours of what the robot believes or commands, and of what is true."""
+
 _POSE_PERIOD, _CELL_PERIOD = 0.05, 0.5
 """Time between two poses, and between two clouds whose cells are classified again [s]."""
 
@@ -92,10 +98,11 @@ def export_rerun(
         # In memory, in one piece: the SDK's own files are silently short on a full disk.
         sink = stream.binary_stream()
         stream.set_log_time_enabled(False)
-        stream.send_blueprint(_blueprint())
+        stream.send_blueprint(_blueprint(tracks[0].positions[0]))
         logger = _Logger(rerun, stream, scan, grid)
         for track in tracks:
             logger.track(track.name, track.frame, track.positions)
+        logger.styles()
         for message in bag.messages():
             logger.add(message)
             on_message()
@@ -119,8 +126,12 @@ def _sdk() -> Any:  # noqa: ANN401 - an optional package.
     return rerun
 
 
-def _blueprint() -> Any:  # noqa: ANN401 - an optional package's type.
-    """Return the blueprint: the scene beside steering, heading error, speed and health."""
+def _blueprint(start: NDArray[np.float64]) -> Any:  # noqa: ANN401 - an optional package's type.
+    """Return the blueprint: the scene beside steering, heading error, speed and health.
+
+    Args:
+        start: First place of the robot in the map [m], shape (3,).
+    """
     import rerun.blueprint as layout
 
     plots = [
@@ -131,10 +142,16 @@ def _blueprint() -> Any:  # noqa: ANN401 - an optional package's type.
             ("speed", "Speed [m/s]"),
         )
     ]
+    options: dict[str, Any] = {}
+    if hasattr(layout, "EyeControls3D"):  # Older SDKs look at the whole scene.
+        options["eye_controls"] = layout.EyeControls3D(
+            position=start + _EYE, look_target=start, tracking_entity=BASE
+        )
+    scene = layout.Spatial3DView(origin=MAP, name="Scene", **options)
     health = layout.TextLogView(origin="health", name="Health")
-    scene = layout.Spatial3DView(origin=MAP, name="Scene")
     beside = layout.Vertical(*plots, health)
-    return layout.Blueprint(layout.Horizontal(scene, beside, column_shares=[2, 1]))
+    parts = layout.Horizontal(scene, beside, column_shares=[2, 1])
+    return layout.Blueprint(parts, collapse_panels=True)
 
 
 class _Logger:
@@ -178,9 +195,20 @@ class _Logger:
     def track(self, name: str, frame: str, positions: NDArray[np.float64]) -> None:
         """Log a whole track."""
         entity = f"{ODOM if frame == 'odom' else MAP}/tracks/{name.strip('/').replace('/', '_')}"
-        colour = [208, 0, 111] if name == topics.GROUND_TRUTH.ros1 else [0, 90, 200]
+        colour = _TRUE if name == topics.GROUND_TRUTH.ros1 else _COMMANDED
         lines = self._rerun.LineStrips3D([positions], colors=[colour], radii=0.03)
         self._log(entity, lines, static=True)
+
+    def styles(self) -> None:
+        """Log what never changes: an arrow for the robot, and the colours of the plots."""
+        arrow = self._rerun.Arrows3D(
+            origins=[[-0.33, 0.0, 0.15]], vectors=[[0.67, 0.0, 0.0]], colors=[_TRUE], radii=0.08
+        )
+        self._log(f"{BASE}/robot", arrow, static=True)
+        for name in ("steering", "speed"):
+            for kind, colour in (("commanded", _COMMANDED), ("true", _TRUE)):
+                lines = self._rerun.SeriesLines(colors=[colour], names=[kind])
+                self._log(f"plots/{name}/{kind}", lines, static=True)
 
     def _log(self, entity: str, what: Any, static: bool = False) -> None:  # noqa: ANN401
         """Log an archetype at the time of the message."""
@@ -254,7 +282,8 @@ class _Logger:
     def _plan(self, content: RosMessage) -> None:
         """Log the plan."""
         places = [pose_of(each.pose).position for each in content.poses]
-        lines = self._rerun.LineStrips3D([places] if places else [], colors=[[10, 132, 255]])
+        strips = [places] if places else []
+        lines = self._rerun.LineStrips3D(strips, colors=[[10, 132, 255]], radii=0.05)
         self._log(f"{ODOM}/plan", lines)
 
     def _subgoal(self, content: RosMessage) -> None:

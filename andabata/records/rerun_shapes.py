@@ -15,6 +15,9 @@ CELL_COLOURS = np.array([[70, 180, 80, 150], [215, 65, 55, 190]], dtype=np.uint8
 _GROUND = 0.03
 """Height of the cells over the plane of ``base_footprint`` [m]."""
 
+_MAP_OPACITY = 0.75
+"""Opacity of the known cells of the map."""
+
 _LOW, _HIGH = np.array([60, 80, 140], dtype=np.float64), np.array([250, 220, 90], dtype=np.float64)
 """Colours of the lowest and the highest points."""
 
@@ -90,16 +93,33 @@ def map_archetype(rerun: Any, grid: RosMessage) -> Any:  # noqa: ANN401 - an opt
     if not hasattr(rerun, "GridMap"):
         return _map_points(rerun, values, cell, np.array([corner.x, corner.y, corner.z]))
     # An image begins at its upper row: the largest y.
+    pixels = map_pixels(values)[::-1]
     return rerun.GridMap(
-        data=np.ascontiguousarray(values[::-1]).tobytes(),
+        data=np.ascontiguousarray(pixels).tobytes(),
         format=rerun.components.ImageFormat(
-            width=width, height=height, color_model="L", channel_datatype="U8"
+            width=width, height=height, color_model="RGBA", channel_datatype="U8"
         ),
         cell_size=cell,
         translation=[corner.x, corner.y, corner.z],
-        opacity=0.6,
-        colormap=rerun.components.Colormap.RvizMap,
+        # Without an opacity of its own the viewer draws transparent pixels black.
+        opacity=_MAP_OPACITY,
     )
+
+
+def map_pixels(values: NDArray[np.int8]) -> NDArray[np.uint8]:
+    """Return the colours of cells, green to red by occupancy; unknown ones are transparent.
+
+    Args:
+        values: Occupancy [percent], -1 where unknown, int8, shape (rows, columns).
+
+    Returns:
+        Red, green, blue and opacity, uint8, shape (rows, columns, 4).
+    """
+    share = np.clip(values, 0, 100)[..., None] / 100.0
+    free, blocked = CELL_COLOURS[0].astype(np.float64), CELL_COLOURS[1].astype(np.float64)
+    pixels = (free + share * (blocked - free)).astype(np.uint8)
+    pixels[values < 0] = 0
+    return pixels
 
 
 def _map_points(
@@ -111,6 +131,4 @@ def _map_points(
     """Return the known cells as points, green to red."""
     rows, columns = np.nonzero(values >= 0)
     places = np.column_stack([columns + 0.5, rows + 0.5, np.zeros(len(rows))]) * cell + corner
-    share = values[rows, columns][:, None] / 100.0
-    colours = ((1 - share) * CELL_COLOURS[0, :3] + share * CELL_COLOURS[1, :3]).astype(np.uint8)
-    return rerun.Points3D(places, colors=colours, radii=cell / 2)
+    return rerun.Points3D(places, colors=map_pixels(values)[rows, columns, :3], radii=cell / 2)

@@ -8,6 +8,7 @@ from andabata.records.rerun_shapes import (
     CELL_COLOURS,
     height_colours,
     map_archetype,
+    map_pixels,
     polar_mesh,
     scan_points,
 )
@@ -70,3 +71,11 @@ def test_an_old_sdk_gets_the_map_as_points():
     np.testing.assert_allclose(places, [[10.75, 20.25, 1.0], [11.25, 20.75, 1.0]])
     np.testing.assert_array_equal(colours, CELL_COLOURS[:, :3])
     assert radius == 0.25
+
+
+def test_unknown_cells_are_transparent():
+    """Free is green, an obstacle red, in between mixed."""
+    pixels = map_pixels(np.array([[-1, 0, 50, 100]], dtype=np.int8))[0].astype(int)
+    assert pixels[0, 3] == 0
+    np.testing.assert_array_equal(pixels[[1, 3]], CELL_COLOURS)
+    assert CELL_COLOURS[0, 0] < pixels[2, 0] < CELL_COLOURS[1, 0]

@@ -29,6 +29,9 @@ _POSE_OF: dict[str, Callable[[RosMessage], tuple[str, RosMessage]]] = {
 }
 """Frame and pose of a message, by its type."""
 
+_PATH = "nav_msgs/msg/Path"
+"""Type whose last message is a whole track."""
+
 _TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 _PREFERRED = (topics.FILTERED_ODOMETRY, topics.GROUND_TRUTH)
 
@@ -66,34 +69,45 @@ def read_tracks(bag: Bag, names: tuple[str, ...] | None = None) -> list[Track]:
 
     Args:
         bag: Recording to read.
-        names: Topics of Odometry, PoseStamped, PoseWithCovarianceStamped or transforms to the
-            robot's body; None for all of Odometry, the filter's first.
+        names: Topics of Odometry, PoseStamped, PoseWithCovarianceStamped, Path, whose last message
+            counts, or transforms to the robot's body; None for all of Odometry, the filter's first.
 
     Raises:
         BagError: If a topic is missing or has no poses.
+    """
+    rows: dict[str, list[tuple[int, str, Pose]]] = {name: [] for name in _chosen(bag, names)}
+    for message in bag.messages(tuple(rows)):
+        if message.kind == _PATH:
+            rows[message.topic].clear()
+        rows[message.topic] += _poses(message.kind, message.content)
+    found = [_track(name, entries) for name, entries in rows.items() if entries]
+    if not found:
+        raise BagError(
+            f"{bag.path}: expected poses of the robot's body in {', '.join(rows)}, got "
+            "none; choose another topic by --topic"
+        )
+    return found
+
+
+def _chosen(bag: Bag, names: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Return the topics whose poses are asked for.
+
+    Raises:
+        BagError: If one of them has no poses, or there are none.
     """
     kinds = {topic: kind for topic, (kind, n) in bag.topics.items() if n}
     if names is None:
         odometry = [topic for topic, kind in kinds.items() if kind == _ODOMETRY]
         names = tuple(sorted(odometry, key=lambda topic: (_rank(topic), topic)))
-    known = ", ".join(f"{topic} ({kind.rsplit('/', 1)[-1]})" for topic, kind in kinds.items())
-    bad = [name for name in names if kinds.get(name) not in (*_POSE_OF, *_TRANSFORMS)]
+    bad = [name for name in names if kinds.get(name) not in (*_POSE_OF, _PATH, *_TRANSFORMS)]
     if bad or not names:
+        known = ", ".join(f"{topic} ({kind.rsplit('/', 1)[-1]})" for topic, kind in kinds.items())
+        wanted = "Odometry, PoseStamped, PoseWithCovarianceStamped, Path or /tf"
         raise BagError(
-            f"{bag.path}: expected poses (Odometry, PoseStamped, PoseWithCovarianceStamped or /tf)"
-            f"{' in ' + ', '.join(bad) if bad else ''}, got {known or 'no messages'}; choose a "
-            "topic that has some by --topic"
+            f"{bag.path}: expected poses ({wanted}){' in ' + ', '.join(bad) if bad else ''}, got "
+            f"{known or 'no messages'}; choose a topic that has some by --topic"
         )
-    rows: dict[str, list[tuple[int, str, Pose]]] = {name: [] for name in names}
-    for message in bag.messages(names):
-        rows[message.topic] += _poses(message.kind, message.content)
-    found = [_track(name, entries) for name, entries in rows.items() if entries]
-    if not found:
-        raise BagError(
-            f"{bag.path}: expected poses of the robot's body in {', '.join(names)}, got "
-            "none; choose another topic by --topic"
-        )
-    return found
+    return names
 
 
 def _rank(topic: str) -> int:
@@ -110,6 +124,11 @@ def _poses(kind: str, content: RosMessage) -> list[tuple[int, str, Pose]]:
             for each in content.transforms
             if is_base(str(each.child_frame_id))
         ]
+    if kind == _PATH:
+        frame = str(content.header.frame_id)
+        return [(header_ns(each), frame, pose_of(each.pose)) for each in content.poses]
+    if kind not in _POSE_OF:
+        return []  # Another type under the same name.
     frame, pose = _POSE_OF[kind](content)
     return [(header_ns(content), str(frame), pose_of(pose))]
 
@@ -123,18 +142,20 @@ def _pose_of_transform(transform: RosMessage) -> Pose:
 def _track(name: str, entries: list[tuple[int, str, Pose]]) -> Track:
     """Return the entries of a topic as a track, by time.
 
-    Those of other frames than the first's are left out, and the later ones of one time.
+    Those of other frames than the first's are left out, and the later ones of one time. A plan, all
+    of whose poses have one stamp, keeps its order and has no times.
     """
     frame = entries[0][1]
-    first: dict[int, tuple[int, str, Pose]] = {}
-    for entry in entries:
-        if entry[1] == frame:
-            first.setdefault(entry[0], entry)
-    entries = [first[stamp] for stamp in sorted(first)]
+    entries = [each for each in entries if each[1] == frame]
+    stamps = [stamp for stamp, _, _ in entries]
+    is_plan = len(entries) > 1 and len(set(stamps)) == 1
+    if not is_plan:
+        order = {stamp: k for k, stamp in reversed(list(enumerate(stamps)))}
+        entries = [entries[order[stamp]] for stamp in sorted(order)]
     return Track(
         name,
         local_name(frame),
-        np.array([stamp for stamp, _, _ in entries], dtype=np.int64),
+        None if is_plan else np.array([stamp for stamp, _, _ in entries], dtype=np.int64),
         np.array([pose.position for _, _, pose in entries]),
         np.array([pose.quaternion for _, _, pose in entries]),
     )

@@ -17,7 +17,7 @@ from andabata.records.tracks import (
     read_tracks,
     tum_text,
 )
-from tests.planned_drive import START, T_MAP_ODOM, in_map, record_drive
+from tests.planned_drive import GOAL, START, T_MAP_ODOM, in_map, record_drive
 
 EPOCH = 1_700_000_000
 
@@ -58,6 +58,18 @@ def test_transforms_give_the_track_of_the_body(drive):
     np.testing.assert_allclose(
         track.positions[-1, :2], START.position[:2] + np.array([np.cos(0.2), np.sin(0.2)])
     )
+
+
+def test_the_last_plan_is_a_track_without_times(drive):
+    """Its poses have one stamp: they keep their order, from the robot to the goal."""
+    with Bag(drive) as bag:
+        (track,) = read_tracks(bag, ("/plan",))
+    assert (track.frame, track.stamps_ns) == ("odom", None)
+    np.testing.assert_allclose(track.positions[-1, :2], GOAL, atol=1e-9)
+    ahead = START.position[:2] + 0.8 * np.array([np.cos(0.2), np.sin(0.2)])
+    np.testing.assert_allclose(track.positions[0, :2], ahead)
+    with pytest.raises(TrackError, match="expected times and rotations for TUM"):
+        tum_text(track)
 
 
 def test_a_recording_without_poses_is_refused_with_its_topics(tmp_path):

@@ -182,9 +182,9 @@ def export(
 
     Examples:
         andabata bag export drive.bag --out exported
-        andabata bag export drive.bag --out clouds --topic /3D_cloud --clouds las --json
+        andabata bag export drive.bag --out x --topic /3D_cloud --clouds pcd
         andabata bag export drive.mcap --out drive.rrd
-        andabata bag export drive.mcap --out path.geojson --datum 36.715,-4.478
+        andabata bag export drive.mcap --out path.tum --topic /ground_truth
         andabata bag export data/runs/drive --out path.geojson
     """
     from andabata.app.bag_exports import ExportRequest

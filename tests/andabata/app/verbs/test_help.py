@@ -1,5 +1,6 @@
 """Help of every command: a few examples that fit 80 columns, parse, and run."""
 
+import json
 import shlex
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from andabata.records import topics
 from andabata.records.bags import open_writer
 from andabata.records.messages import MessageBuilder
 from tests.documents import verbs
+from tests.planned_drive import record_drive
 from tests.sdf_worlds import PLANE, POST, document, solid
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
@@ -36,6 +38,7 @@ FAST = (
     "bag info",
     "bag salvage",
     "bag export",
+    "bag layout",
 )
 """First words of the examples that take about a second."""
 INPUTS = {"f/forest.npz": "forest.npz", "my_policy.safetensors": "policy.safetensors"}
@@ -115,6 +118,12 @@ def folder(tmp_path_factory):
     for path, shipped in INPUTS.items():
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_bytes((models / shipped).read_bytes())
+    record_drive(folder / "drive.mcap", 0.3)
+    drive = folder / "data/runs/drive"
+    drive.mkdir(parents=True)
+    (drive / "drive.json").write_text(json.dumps({"path": [[0, 0, 0], [3, 4, 0]], "goals": []}))
+    config = {"sensing": {"geo_reference": {"latitude_deg": 36.715}}}
+    (drive / "run.json").write_text(json.dumps({"config": config}))
     run = folder / "data/runs/train"
     run.mkdir(parents=True)
     (run / "policy.safetensors").write_bytes((models / "policy.safetensors").read_bytes())

@@ -17,7 +17,7 @@ from andabata.records import atomic_io, topics
 from andabata.records.bags import Bag, LeftOut, Message
 from andabata.records.frames import is_base, local_name
 from andabata.records.messages import NS, header_ns, pose_of, sweep_angles
-from andabata.records.point_cloud2 import cloud_of
+from andabata.records.point_cloud2 import PointCloudError, cloud_of
 from andabata.records.rerun_shapes import (
     CELL_COLOURS,
     height_colours,
@@ -25,7 +25,7 @@ from andabata.records.rerun_shapes import (
     polar_mesh,
     scan_points,
 )
-from andabata.records.topics import RosMessage
+from andabata.records.topics import RosMessage, Topic
 from andabata.records.tracks import read_tracks
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
@@ -103,11 +103,12 @@ def export_rerun(
         for track in tracks:
             logger.track(track.name, track.frame, track.positions)
         logger.styles()
-        for message in bag.messages():
+        for message in bag.messages(logger.topics):
             logger.add(message)
             on_message()
         atomic_io.write(out, sink.read() or b"")
-        return RerunExport(logger.counts, tuple(bag.left_out), tuple(bag.notes))
+        notes = [f"{n} messages not drawn: {text}" for text, n in logger.notes.items()]
+        return RerunExport(logger.counts, tuple(bag.left_out), (*bag.notes, *notes))
 
 
 def _sdk() -> Any:  # noqa: ANN401 - an optional package.
@@ -159,6 +160,7 @@ class _Logger:
 
     Attributes:
         counts: Number of what was logged, by entity.
+        notes: Number of messages that were not drawn, by reason.
     """
 
     def __init__(self, rerun: Any, stream: Any, scan: Scan, grid: PolarGrid) -> None:  # noqa: ANN401
@@ -166,7 +168,8 @@ class _Logger:
         self.counts: dict[str, int] = {}
         self._last: dict[str, float] = {}
         self._stamp_ns = 0
-        self._handlers: dict[str, Callable[[RosMessage], None]] = {}
+        self._handlers: dict[str, tuple[Topic, Callable[[RosMessage], None]]] = {}
+        self.notes: dict[str, int] = {}
         for topic, handler in (
             (topics.TF, self._transforms),
             (topics.CLOUD, self._cloud),
@@ -181,16 +184,29 @@ class _Logger:
             (topics.GROUND_TRUTH, self._truth),
             (topics.DIAGNOSTICS, self._diagnostics),
         ):
-            self._handlers |= {topic.ros1: handler, topic.ros2: handler}
+            self._handlers |= dict.fromkeys((topic.ros1, topic.ros2), (topic, handler))
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of the topics that are logged."""
+        return tuple(self._handlers)
 
     def add(self, message: Message) -> None:
-        """Log a message, if its topic is one of ours."""
-        handler = self._handlers.get(message.topic)
-        if handler is None:
+        """Log a message of one of ``topics``, unless it is of another type or cannot be drawn."""
+        topic, handler = self._handlers[message.topic]
+        if message.kind not in (topic.kind, topic.kind1):
+            self._note(f"{message.topic}: expected {topic.kind}, got {message.kind}")
             return
         content = message.content
         self._stamp_ns = header_ns(content) if hasattr(content, "header") else message.stamp_ns
-        handler(content)
+        try:
+            handler(content)
+        except PointCloudError as error:
+            self._note(f"{message.topic}: {error}")
+
+    def _note(self, text: str) -> None:
+        """Count a message that is not drawn, by its reason."""
+        self.notes[text] = self.notes.get(text, 0) + 1
 
     def track(self, name: str, frame: str, positions: NDArray[np.float64]) -> None:
         """Log a whole track."""
@@ -246,8 +262,12 @@ class _Logger:
 
     def _cloud(self, content: RosMessage) -> None:
         """Log a cloud, coloured by height."""
+        frame = str(content.header.frame_id)
+        entity = f"{ODOM if local_name(frame) == 'odom' else BASE}/cloud"
+        if local_name(frame) != "odom" and not is_base(frame):
+            self._note(f"clouds in {frame!r}: expected odom or base_footprint")
+            return
         cloud = cloud_of(content)
-        entity = f"{ODOM if local_name(str(content.header.frame_id)) == 'odom' else BASE}/cloud"
         points = self._rerun.Points3D(
             cloud.points, colors=height_colours(cloud.points[:, 2]), radii=0.02
         )

@@ -16,6 +16,7 @@ from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import stamp, write_bag
 from traversability.cloud import PointCloud
+from traversability.files import decode_cloud_file
 from traversability.formats import ply
 
 BUILDER, TYPES = MessageBuilder(1), message_types(1)
@@ -205,6 +206,28 @@ def cloud(big=False, count=5, bad=False):
         data=data.ravel(),
         is_dense=False,
     )
+
+
+@pytest.mark.parametrize("kind", ["pcd", "las"])
+def test_other_formats_leave_out_points_without_a_return(tmp_path, kind):
+    """The others keep their places and fields; whole numbers of LAS have no NaN."""
+    if kind == "las":
+        pytest.importorskip("laspy", reason="laspy is not installed (extra `las`)")
+    columns, message = cloud()
+    path = write(tmp_path / "x.bag", [("/points", POINT_CLOUD, message)])
+    (file,) = export_bag(path, tmp_path / "out", clouds=kind).files
+    found = decode_cloud_file(file)
+    assert len(found.cloud) == 4
+    assert found.no_returns == 0
+    np.testing.assert_allclose(found.cloud.points[1:, 1], columns["y"][2:], atol=1e-4)
+    np.testing.assert_array_equal(found.others["ring"], np.delete(columns["ring"], 1))
+
+
+def test_an_unknown_format_of_clouds_is_refused(tmp_path):
+    """The message names the formats there are."""
+    path = write(tmp_path / "x.bag", [("/points", POINT_CLOUD, cloud()[1])])
+    with pytest.raises(BagError, match=r"expected one of ply, pcd, las, laz, got 'vtk'"):
+        export_bag(path, tmp_path / "out", clouds="vtk")
 
 
 @pytest.mark.parametrize("big", [False, True])

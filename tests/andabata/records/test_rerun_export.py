@@ -1,16 +1,20 @@
 """rerun's own reader finds the drive in the file, with its map as rerun itself reads it."""
 
+import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from andabata.app.cli import main
 from andabata.records import topics
-from andabata.records.bags import Bag
-from andabata.records.messages import NS
+from andabata.records.bags import Bag, open_writer
+from andabata.records.messages import NS, MessageBuilder
 from andabata.records.rerun_export import BASE, MAP, ODOM
+from andabata.records.topics import Topic
 from tests.planned_drive import START, record_drive
+from traversability.cloud import PointCloud
 
 SECONDS = 2.0
 
@@ -57,6 +61,8 @@ def test_poses_come_at_their_times(chunks):
     expected = START.position[:2] + 0.05 * np.array([np.cos(0.2), np.sin(0.2)])
     np.testing.assert_allclose(places[0, :2], expected, atol=1e-5)
     assert len(column(chunks, ODOM, "Transform3D:translation")) == 20
+    # A message without a header has the time of its recording.
+    assert stamps(chunks, "plots/heading_error")[0] == first
 
 
 def test_the_map_lies_where_rerun_itself_puts_it(chunks, drive):
@@ -98,9 +104,6 @@ def test_scene_and_plots_are_complete(chunks):
 
 def test_a_recording_without_poses_is_refused(capsys, tmp_path):
     """The message tells what is missing, and no file is left."""
-    from andabata.records.bags import open_writer
-    from andabata.records.messages import MessageBuilder
-
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra `rerun`)")
     path, out = tmp_path / "x.bag", tmp_path / "x.rrd"
     writer = open_writer(path)
@@ -109,6 +112,31 @@ def test_a_recording_without_poses_is_refused(capsys, tmp_path):
     assert main(["bag", "export", str(path), "--out", str(out)]) == 1
     assert "expected poses" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_messages_that_cannot_be_drawn_are_counted(capsys, tmp_path):
+    """Another type under our name, a laser in a frame of its own and a broken cloud are notes."""
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra `rerun`)")
+    path, out = tmp_path / "x.bag", tmp_path / "x.rrd"
+    writer, builder = open_writer(path), MessageBuilder(1)
+    points = PointCloud(np.ones((3, 3), dtype=np.float32), "odom")
+    clouds = [
+        builder.cloud(k, replace(points, frame=f)) for k, f in enumerate(("odom", "velodyne"))
+    ]
+    clouds.append(replace(clouds[0], fields=clouds[0].fields[:2]))
+    goal = Topic("/goal", "/goal", "geometry_msgs/msg/Twist", None)
+    rows = [(topics.FILTERED_ODOMETRY, builder.odometry(0.0, START)), (goal, builder.twist(1, 0))]
+    for topic, message in (*rows, *((topics.CLOUD, cloud) for cloud in clouds)):
+        writer.write(topic, 1_700_000_000 * NS, message)
+    writer.close()
+    assert main(["bag", "export", str(path), "--out", str(out), "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["entities"][f"{ODOM}/cloud"] == 1
+    assert sorted(note.split(": ")[1] for note in found["notes"]) == [
+        "/3D_cloud",
+        "/goal",
+        "clouds in 'velodyne'",
+    ]
 
 
 def test_without_the_sdk_the_extra_is_named(capsys, drive, tmp_path, monkeypatch):

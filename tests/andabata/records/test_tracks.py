@@ -60,6 +60,20 @@ def test_transforms_give_the_track_of_the_body(drive):
     )
 
 
+def test_the_bodys_transform_counts_wherever_it_stands(tmp_path):
+    """Transforms between other frames are no track, also where they come first."""
+    builder, kind = MessageBuilder(2), "tf2_msgs/msg/TFMessage"
+    rows = np.array([[1.0, 0, 0, 0, 0, 0, 1], [2.0, 0, 0, 0, 0, 0, 1]])
+    frames = (("map", "odom"), ("odom", "husky/base_link"))
+    parts = [
+        builder.stamped_transform(0.0, pair, row) for pair, row in zip(frames, rows, strict=True)
+    ]
+    path = write(tmp_path / "x.mcap", (topics.TF, builder.new(kind, transforms=parts)))
+    with Bag(path) as bag:
+        (track,) = read_tracks(bag, ("/tf",))
+    assert (track.frame, track.positions[:, 0].tolist()) == ("odom", [2.0])
+
+
 def test_the_last_plan_is_a_track_without_times(drive):
     """Its poses have one stamp: they keep their order, from the robot to the goal."""
     with Bag(drive) as bag:
@@ -98,11 +112,11 @@ def test_tum_lines_are_exact_and_in_its_order():
     """Stamps keep their nanoseconds; the rotation is x, y, z, w after the position."""
     turn = Pose.from_euler(np.zeros(3), 0.0, 0.0, np.pi / 2).quaternion
     track = Track(
-        "t", "map", np.array([EPOCH * NS + 123_456_789]), np.array([[1.5, -2, 3]]), turn[None]
+        "t", "map", np.array([EPOCH * NS + 23_456_789]), np.array([[1.5, -2, 3]]), turn[None]
     )
     comment, line = tum_text(track).splitlines()
     assert comment.startswith("#")
-    assert line == "1700000000.123456789 1.5 -2 3 0 0 0.707106781 0.707106781"
+    assert line == "1700000000.023456789 1.5 -2 3 0 0 0.707106781 0.707106781"
 
 
 def test_a_recorded_simulation_knows_its_place_on_earth(drive, tmp_path):

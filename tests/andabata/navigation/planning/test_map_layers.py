@@ -64,6 +64,23 @@ def test_the_map_shows_a_wall_where_it_stands(place):
     assert around("clearance", 1.0).min() > 0.8
 
 
+def test_the_plan_keeps_its_places_when_the_grid_moves_on():
+    """Costs and clearances of the last plan stay where they are; where it knew none is unknown."""
+    planner = LocalPlanner(GRID)
+    for _ in range(12):
+        planner.occupancy.update(odds_of(wall_ranges()), ORIGIN, 0.0)
+    planner.subgoal(ORIGIN, np.array([8.0, 0.0]))
+    before = map_layers(planner)
+    planner.occupancy.update(odds_of(np.inf), np.array([1.0, -0.6]), 0.0)
+    after = map_layers(planner)
+    assert not np.array_equal(before.corner, after.corner)
+    for name in ("clearance", "cost"):
+        old, new = before.layers[name], after.layers[name]
+        for place in ((3.3, 0.1), (2.5, 1.1), (-4.0, 2.0)):
+            assert new[index(after, place)] == old[index(before, place)]
+        assert np.isnan(new[-1, -1])
+
+
 def test_before_a_scan_nothing_is_known():
     """All layers are NaN without scans, plan and cloud."""
     assert all(np.isnan(values).all() for values in map_layers(LocalPlanner(GRID)).layers.values())

@@ -4,6 +4,7 @@ import platform
 import sys
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from shutil import which
 from typing import Any
 
@@ -94,7 +95,8 @@ def installation_text(found: dict[str, Any]) -> str:
     for name, way in EXTRAS.items():
         installed = found["extras"][name]
         lines.append(f"{name:12} {'here' if installed else _missing(way)}")
-    lines.append(f"packages lie beside each other in {found['origins']['andabata']}")
+    home = Path(found["origins"]["andabata"]).parent
+    lines.append(f"packages lie beside each other in {home}")
     if not found["ok"]:
         lines.append(f"a system library may be missing: {SYSTEM}")
     return "\n".join(lines)

@@ -1,10 +1,12 @@
 """Starts and goals on truly traversable ground, with clearance and a safe path between them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from worlds.truth import TraversabilityMap
+from worlds.truth import Reason, TraversabilityMap
 from worlds.world import Start, Task
 
 START_CLEARANCE = 1.3
@@ -14,8 +16,24 @@ PATH_CLEARANCE = 0.5
 """Clearance of the safe path of each task [m]."""
 
 
+_WORDS = {
+    Reason.SOLID: "a solid object",
+    Reason.VEGETATION: "high vegetation",
+    Reason.SLOPE: "a slope that is too steep",
+    Reason.STEP: "a step that is too high",
+    Reason.BORDER: "the border of the world",
+    Reason.WATER: "water",
+    Reason.LOW: "a low object",
+}
+"""What stands at a forbidden place, in an error."""
+
+
 class UnsolvableWorldError(ValueError):
     """Raised if no tasks with safe paths are found in a world."""
+
+
+class GoalError(ValueError):
+    """Raised for a given goal to which no safe path leads."""
 
 
 class FreeSpace:
@@ -79,6 +97,67 @@ class FreeSpace:
         fits = (distances >= near) & (distances <= far) & (self._region_of[first:last] == region)
         choices = np.flatnonzero(fits)
         return self._centre(cells[rng.choice(choices)]) if len(choices) else None
+
+    def check(self, start: Start, goal: tuple[float, float]) -> None:
+        """Raise an error if no safe path leads from a start to a goal.
+
+        Args:
+            start: Initial pose of the robot.
+            goal: Map coordinates (x, y) [m].
+
+        Raises:
+            GoalError: If the goal is outside the world, forbidden, or in another region; its text
+                gives the nearest place that would do.
+        """
+        origin = np.array([self.truth.x_min, self.truth.y_min])
+        region = self._regions[_cell_of(self.truth, np.array([start.x, start.y]))]
+        low, high = origin, origin + self.truth.cell * np.array(self._regions.shape)
+        place = np.array(goal, dtype=np.float64)
+        if (place < low).any() or (place > high).any():
+            (x0, y0), (x1, y1) = low, high
+            wrong = f"a place outside x {x0:g} to {x1:g}, y {y0:g} to {y1:g}"
+        elif self._regions[_cell_of(self.truth, place)] == region != 0:
+            return
+        elif self.truth.forbidden_at(*place):
+            wrong = _WORDS[Reason(int(self.truth.reason_at(*place)))]
+        elif self.truth.clearance_at(*place) < PATH_CLEARANCE:
+            wrong = f"a place less than {PATH_CLEARANCE} m from forbidden ground"
+        else:
+            wrong = "a place that no safe path leads to"
+        cells = np.argwhere((self._regions == region) & (self._regions > 0))
+        hint = "there is none in this world"
+        if len(cells):
+            centres = origin + (cells + 0.5) * self.truth.cell
+            near = centres[np.argmin(np.hypot(*(centres - place).T))]
+            hint = f"the nearest that would do is {near[0]:.2f},{near[1]:.2f}"
+        raise GoalError(
+            f"goal: expected a place that a safe path leads to, got {wrong} at "
+            f"{place[0]:g},{place[1]:g}; {hint}"
+        )
+
+
+def _cell_of(truth: TraversabilityMap, place: NDArray[np.float64]) -> tuple[int, int]:
+    """Return the indices of the cell of a place [m]; beyond the border, those of the border."""
+    index = (place - [truth.x_min, truth.y_min]) / truth.cell
+    i, j = np.clip(index, 0, np.array(truth.reason.shape) - 1).astype(int)
+    return int(i), int(j)
+
+
+def task_to(truth: TraversabilityMap, start: Start, goals: Sequence[tuple[float, float]]) -> Task:
+    """Return a task with given goals.
+
+    Args:
+        truth: True map of the world.
+        start: Initial pose of the robot.
+        goals: Map coordinates (x, y) of each goal [m], in order.
+
+    Raises:
+        GoalError: If no safe path leads to one of them.
+    """
+    space = FreeSpace(truth)
+    for goal in goals:
+        space.check(start, goal)
+    return Task(start, tuple(goals))
 
 
 def sample_task(

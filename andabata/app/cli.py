@@ -130,10 +130,12 @@ def _code(error: Exception) -> int:
     from andabata.app.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
+    from worlds.goals import GoalError
     from worlds.room_catalogue import UnknownRoomError
 
-    usage = SettingsError | UsageError | UnknownWorldError | UnknownRoomError | UnknownSensorError
-    return USAGE if isinstance(error, usage) else FAILED
+    usage = SettingsError | UsageError | GoalError
+    unknown = UnknownWorldError | UnknownRoomError | UnknownSensorError
+    return USAGE if isinstance(error, usage | unknown) else FAILED
 
 
 def _one_line(error: Exception) -> str:

@@ -1,7 +1,7 @@
 """One drive, from a world's name to a path."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
+from worlds.goals import task_to
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 from worlds.walking import Walkers
@@ -161,8 +162,9 @@ def drive_once(
     record: Recording | None = None,
     time_limit: float = 300.0,
     on_robot: Callable[[SimulatedRobot], None] | None = None,
+    goals: Sequence[tuple[float, float]] = (),
 ) -> Driven:
-    """Visit the goals of a world's first task.
+    """Visit the goals of a world's first task, or given ones, from its start.
 
     Args:
         world: World preset.
@@ -174,11 +176,16 @@ def drive_once(
         record: Destination of a recording; None for none.
         time_limit: Longest drive to each goal [s].
         on_robot: Function that is called with the robot before it drives, to add observers.
+        goals: Map coordinates (x, y) of goals [m] instead of the task's; none for the task's.
 
     Raises:
+        GoalError: If no safe path leads to one of the given goals.
         BagError: If the recording cannot be begun.
     """
     scene = SceneCache(1).get(world, evaluation_world(seed, 0))
+    task = choose_task(scene.world.tasks, 0)
+    if goals:
+        task = task_to(scene.world.truth, task.start, goals)
     models = models or Models()
     steering = make_steering(controller, scene.world, config, models)
     simulated_robot = SimulatedRobot(
@@ -186,7 +193,6 @@ def drive_once(
     )
     if on_robot is not None:
         on_robot(simulated_robot)
-    task = choose_task(scene.world.tasks, 0)
     writer = None
     if record is not None:
         about = {"world": world, "seed": seed, "controller": controller}

@@ -11,10 +11,13 @@ from worlds.goals import (
     PATH_CLEARANCE,
     START_CLEARANCE,
     FreeSpace,
+    GoalError,
     UnsolvableWorldError,
     sample_task,
     sample_tasks,
+    task_to,
 )
+from worlds.world import Start
 
 WALL = box(SemanticClass.WALL, (0.0, 0.0, 1.0), (0.4, 40.0, 2.0))
 
@@ -89,3 +92,32 @@ def test_a_world_without_free_places_is_refused(make_ground):
     truth = make_ground(lambda x, y: x).truth
     with pytest.raises(UnsolvableWorldError, match=r"expected a place with 1\.3 m of clearance"):
         FreeSpace(truth).sample(np.random.default_rng(0))
+
+
+def test_given_goals_are_kept_in_their_order(divided):
+    """A goal on the start's side with the path's clearance is taken as it is."""
+    start, goals = Start(4.0, 1.0, 0.5), ((5.0, -3.0), (2.5, 6.25))
+    assert task_to(divided, start, goals).goals == goals
+    assert task_to(divided, start, goals).start == start
+
+
+@pytest.mark.parametrize(
+    ("goal", "wrong", "near"),
+    [
+        ((0.0, 1.0), "a solid object at 0,1", (0.8, 1.0)),
+        ((0.5, 1.0), "less than 0.5 m from forbidden ground at 0.5,1", (0.8, 1.0)),
+        ((-4.0, 1.0), "that no safe path leads to at -4,1", (0.8, 1.0)),
+        ((4.0, 30.0), "outside x -10 to 10, y -10 to 10 at 4,30", (4.0, 8.5)),
+        ((4.0, 9.5), "the border of the world at 4,9.5", (4.0, 8.5)),
+    ],
+)
+def test_other_goals_are_refused_with_the_nearest_that_would_do(divided, goal, wrong, near):
+    """The error names what is there, and its place is taken."""
+    start = Start(4.0, 1.0, 0.0)
+    with pytest.raises(GoalError) as caught:
+        task_to(divided, start, (goal,))
+    text = str(caught.value)
+    assert wrong in text
+    x, y = (float(word) for word in text.rsplit(" ", 1)[1].split(","))
+    assert (x, y) == pytest.approx(near, abs=0.15)
+    assert task_to(divided, start, ((x, y),)).goals == ((x, y),)

@@ -26,6 +26,13 @@ def drive(
             "straight, random+planner, away+planner or oracle."
         ),
     ] = "policy+planner",
+    goal: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y",
+            help="Goal of your own in the map, in metres, instead of the world's; may be repeated.",
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),
@@ -59,6 +66,7 @@ def drive(
     Examples:
         andabata drive
         andabata drive --world hill --seed 3 --out data/runs/hill
+        andabata drive --world hill --seed 7300 --goal -15,-30 --goal -5,-40
         andabata drive --world natural-test --seed 7300 --clip drive.gif
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
@@ -66,7 +74,7 @@ def drive(
     from andabata.app.plots.clip import ClipRecorder
     from andabata.app.run_folders import write_drive
     from andabata.app.tables import drive_text
-    from andabata.app.usage import UsageError, words
+    from andabata.app.usage import UsageError, numbers, words
     from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
@@ -76,6 +84,7 @@ def drive(
     config = settings.resolve(SimulatedRobotConfig, robot.base())
     if clip is not None and clip.suffix != ".gif":
         raise UsageError(f"--clip: expected a file that ends in .gif, got {clip}")
+    goals = [(x, y) for x, y in (numbers(text, 2, "--goal") for text in goal or ())]
     console, loaded = output.console(), models.load()
     clips: list[ClipRecorder] = []
 
@@ -94,6 +103,7 @@ def drive(
             record=Recording(record, clouds, local_map) if record else None,
             time_limit=time_limit,
             on_robot=watch,
+            goals=goals,
         )
     data = write_drive(out, driven, config.model_dump(mode="json"), seed)
     data |= {"record": str(record)} if record else {}

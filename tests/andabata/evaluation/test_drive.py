@@ -47,6 +47,24 @@ def test_the_time_limit_is_that_of_each_goal():
     )
 
 
+def test_own_goals_take_the_place_of_the_worlds():
+    """The robot starts at the world's start and drives to the goals in their order."""
+    driven = short()
+    x, y = driven.task.start.x, driven.task.start.y
+    own = short(goals=((x, y), *driven.task.goals))
+    assert own.task.start == driven.task.start
+    assert own.task.goals == ((x, y), *driven.task.goals)
+    assert [one.outcome for one in own.attempts] == [Outcome.GOAL, Outcome.TIMEOUT]
+
+
+def test_the_command_refuses_a_goal_outside(capsys):
+    """One line that names the bounds, and the exit code of a wrong option."""
+    assert main(["drive", "--world", "maze", "--goal", "500,0", "--quiet"]) == 2
+    assert "expected a place that a safe path leads to" in capsys.readouterr().err
+    assert main(["drive", "--goal", "5"]) == 2
+    assert "--goal: expected 2 numbers" in capsys.readouterr().err
+
+
 def attempt(goal, outcome):
     return GoalAttempt(
         goal=goal,

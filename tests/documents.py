@@ -2,7 +2,6 @@
 
 import re
 import shlex
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import typer
 
 from andabata.app.cli import app
+from andabata.app.reference.commands import walk
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -94,18 +94,12 @@ def settings(text: str) -> list[str]:
 
 def verbs() -> list[tuple[str, Any]]:
     """Return every command and group of commands with its words."""
-    return list(_walk("", _root()))
+    return list(walk())
 
 
 def options(command: Any) -> set[str]:
     """Return the options of a command, under all their names."""
     return {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
-
-
-def _walk(path: str, command: Any) -> Iterator[tuple[str, Any]]:
-    yield path, command
-    for name, child in _group(command).items():
-        yield from _walk(f"{path} {name}".strip(), child)
 
 
 def _root() -> Any:

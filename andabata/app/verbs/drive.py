@@ -65,8 +65,7 @@ def drive(
 
     Examples:
         andabata drive
-        andabata drive --world hill --seed 3 --out data/runs/hill
-        andabata drive --world hill --seed 7300 --goal -15,-30 --goal -5,-40
+        andabata drive --world hill --seed 7300 --goal -15,-30 --out hill
         andabata drive --world natural-test --seed 7300 --clip drive.gif
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60

@@ -66,7 +66,8 @@ class RoomFolder:
             atomic_io.write(self._policy(number), policy.to_bytes())
         write_json(self.path / RESULT, data)
         about = {"task": config.task.task, "cells": config.model_dump(mode="json")}
-        about["policies"] = policy_hashes(policies)
+        # JSON's keys are sorted when they are written: the order of the files stands in a list.
+        about |= {"policies": policy_hashes(policies), "policy_names": list(policies)}
         write_json(self.path / "run.json", describe(verb, data["config"], config.seed) | about)
 
     @cached_property
@@ -101,8 +102,7 @@ class RoomFolder:
         Raises:
             PolicyFileError: If a file is no policy.
         """
-        names = enumerate(self.about["policies"])
-        return {name: load_policy(self._policy(number)) for number, name in names}
+        return {name: load_policy(self._policy(number)) for number, name in enumerate(self._names)}
 
     def drives(self, cell: Cell) -> list[RoomDrive]:
         """Return the drives of a cell.
@@ -110,8 +110,17 @@ class RoomFolder:
         Raises:
             ValueError: If there is no such cell, or its file is damaged.
         """
-        path = self._drives(cells_of(self.config, tuple(self.about["policies"])).index(cell))
+        path = self._drives(cells_of(self.config, self._names).index(cell))
         return drives_from_bytes(path.read_bytes(), str(path))
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        """Names of the policies in the order of their files."""
+        if "policy_names" in self.about:
+            return tuple(self.about["policy_names"])
+        # Folders of earlier versions: results are in that order.
+        found = self.result.get("policies") or [row["policy"] for row in self.result["rows"]]
+        return tuple(dict.fromkeys(found))
 
     def _drives(self, number: int) -> Path:
         """Return the path of the drives of a cell."""

@@ -9,6 +9,7 @@ from andabata.app.cli import main
 from andabata.app.room_folder import RoomFolder
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import drive_cell, tasks_of
+from andabata.records.runs import write_json
 from worlds.room_catalogue import make_room
 
 WORDS = "evaluate --task spn --policy proportional --rooms env0,env1 --lidars ten-beams --pairs 3"
@@ -54,6 +55,33 @@ def test_the_folder_has_all_that_a_report_needs(capsys, tmp_path):
         np.testing.assert_allclose(one.path, other.path, atol=1e-5)
     with pytest.raises(ValueError, match="not in list"):
         folder.drives(Cell("proportional", "ten-beams", "spn-env7", "reactive"))
+
+
+@pytest.mark.parametrize("is_old", [False, True])
+def test_drives_are_those_of_the_policy_of_that_name(capsys, tmp_path, is_old):
+    """Policies keep the order in which they were given, also in folders that do not tell it."""
+    words = ["evaluate", "--task", "spn", "--policy", "proportional", "--policy", "heading"]
+    words += ["--rooms", "env0", "--lidars", "ten-beams", "--memory", "reactive", "--pairs", "2"]
+    assert main([*words, "--workers", "1", "--json", "--out", str(tmp_path)]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    if is_old:
+        about = json.loads((tmp_path / "run.json").read_text())
+        del about["policy_names"]
+        write_json(tmp_path / "run.json", about)
+    folder = RoomFolder(tmp_path)
+    assert list(folder.policies) == ["proportional", "heading"]
+    steps = {
+        name: [
+            drive.steps for drive in folder.drives(Cell(name, "ten-beams", "spn-env0", "reactive"))
+        ]
+        for name in folder.policies
+    }
+    assert steps["proportional"] != steps["heading"]
+    files = {name: policy.to_bytes() for name, policy in folder.policies.items()}
+    for name, kept in steps.items():
+        cell = Cell(name, "ten-beams", "spn-env0", "reactive")
+        assert [drive.steps for drive in drive_cell(folder.config, files, cell)] == kept
+    assert [row["policy"] for row in rows] == ["proportional", "heading"]
 
 
 def test_a_killed_evaluation_goes_on(capsys, tmp_path):

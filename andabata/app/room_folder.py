@@ -65,9 +65,10 @@ class RoomFolder:
         for number, policy in enumerate(policies.values()):
             atomic_io.write(self._policy(number), policy.to_bytes())
         write_json(self.path / RESULT, data)
-        about = {"task": config.task.task, "cells": config.model_dump(mode="json")}
+        about: dict[str, Any] = {"task": config.task.task, "cells": config.model_dump(mode="json")}
         # JSON's keys are sorted when they are written: the order of the files stands in a list.
-        about |= {"policies": policy_hashes(policies), "policy_names": list(policies)}
+        about["policies"] = policy_hashes(policies)
+        about["policy_names"] = list(policies)
         write_json(self.path / "run.json", describe(verb, data["config"], config.seed) | about)
 
     @cached_property

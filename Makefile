@@ -9,7 +9,7 @@ APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 ROS_PACKAGES := ros-core python3-rospy python3-rosbag python3-geometry-msgs python3-nav-msgs \
 	python3-sensor-msgs python3-diagnostic-msgs python3-tf
 
-.PHONY: demo test check bench soak peers clean install ros browser
+.PHONY: demo test check bench soak peers clean install ros browser docs gallery
 
 demo: install
 	$(BIN)/andabata demo
@@ -51,6 +51,15 @@ ros:
 # Debian's Chromium, for the tests of the live view and of the reports; nothing else needs it.
 browser:
 	@bash .ci/apt.sh chromium
+
+# The documents as a site in build/docs; nothing is fetched when it is viewed.
+docs: install
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(BIN)/zensical build --strict
+
+# The pictures of the documents, by the commands in docs/gallery.md; takes ten minutes.
+gallery: install
+	$(BIN)/python -m andabata.bench.gallery
 
 # The tools that `andabata bench` compares with.
 peers: install

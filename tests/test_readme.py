@@ -75,6 +75,7 @@ REDUCED = {
 # Targets of make, which set up a virtual environment of their own: their commands are listed with
 # `make -n`, and run elsewhere.
 MAKE = {
+    "install": "every other target runs it first, and `.ci/run` them",
     "demo": "tests/andabata/app/test_demonstration.py runs the verb",
     "test": "runs this test",
     "check": "`.ci/run` runs it in a fresh clone",
@@ -82,6 +83,8 @@ MAKE = {
     "browser": "installs Chromium; `.ci/run` runs it, and the tests of pages need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; the options of its commands are checked here",
+    "docs": "installs packages; tests/test_documents.py builds the site where they are",
+    "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
     "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")

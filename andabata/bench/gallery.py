@@ -1,0 +1,132 @@
+"""Gallery: makes the pictures of the documents anew, by the commands that stand beside them.
+
+``python -m andabata.bench.gallery [NAME...]`` reads the table of ``docs/gallery.md``, runs the
+command of each picture (or of those named) in an empty folder, and writes the pictures, made
+smaller, into ``docs/pictures``. It takes about ten minutes.
+"""
+
+import argparse
+import base64
+import io
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from PIL import Image, ImageSequence
+
+from andabata.records import atomic_io
+
+TABLE = Path("docs/gallery.md")
+"""Document with the table, from the root of the project."""
+
+_ROW = re.compile(
+    r"^\| !\[[^\]]*\]\((pictures/[^)]+)\) \| `([^`]+)` \| `([^`]+)` \| (\d+) \|", re.M
+)
+_PICTURE = re.compile(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)"')
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """A picture of the documents.
+
+    Attributes:
+        path: Path of the picture beside the table's document.
+        command: Command lines, joined by ``&&``.
+        source: File that the command writes; behind a ``#`` the beginning of the caption of a
+            picture in a page.
+        width: Largest width [pixels].
+    """
+
+    path: str
+    command: str
+    source: str
+    width: int
+
+    @property
+    def lines(self) -> list[list[str]]:
+        """Words of each command line, without the program's name."""
+        return [shlex.split(line)[1:] for line in self.command.split(" && ")]
+
+
+def exhibits(text: str) -> list[Exhibit]:
+    """Return the pictures of a document's table."""
+    found = _ROW.findall(text)
+    return [Exhibit(path, command, source, int(width)) for path, command, source, width in found]
+
+
+def make(exhibit: Exhibit) -> bytes:
+    """Return a picture, made anew.
+
+    Args:
+        exhibit: Picture to make.
+
+    Raises:
+        subprocess.CalledProcessError: If a command fails.
+        ValueError: If a page has no picture with that caption.
+    """
+    with TemporaryDirectory() as folder:
+        for words in exhibit.lines:
+            command = [sys.executable, "-m", "andabata", *words, "--quiet"]
+            subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        name, _, caption = exhibit.source.partition("#")
+        data = (Path(folder) / name).read_bytes()
+    return fitted(_from_page(data.decode(), caption) if caption else data, exhibit.width)
+
+
+def _from_page(page: str, caption: str) -> bytes:
+    """Return the first picture of a page whose caption begins with a text."""
+    for found, data in _PICTURE.findall(page):
+        if found.startswith(caption):
+            return base64.b64decode(data)
+    raise ValueError(f"page: expected a picture with the caption {caption!r}, got none")
+
+
+def fitted(data: bytes, width: int) -> bytes:
+    """Return a PNG or GIF picture of a largest width; a GIF made narrower loses half its frames.
+
+    Args:
+        data: Picture.
+        width: Largest width [pixels].
+    """
+    picture = Image.open(io.BytesIO(data))
+    if picture.width <= width and picture.format == "GIF":
+        return data
+    size = (width, round(picture.height * width / picture.width))
+    size = size if picture.width > width else picture.size
+    out = io.BytesIO()
+    if picture.format != "GIF":
+        small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        small.quantize(128).save(out, "PNG", optimize=True)
+        return out.getvalue()
+    # The iterator gives one object that moves on: each frame is copied while it is the present one.
+    frames = [
+        frame.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        for number, frame in enumerate(ImageSequence.Iterator(picture))
+        if number % 2 == 0
+    ]
+    # One palette for all frames: palettes of their own would flicker.
+    palette = frames[len(frames) // 2].quantize(96)
+    frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    duration = 2 * int(picture.info["duration"])
+    frames[0].save(out, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
+    return out.getvalue()
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Make the pictures of the table, or those whose names the arguments give."""
+    parser = argparse.ArgumentParser(prog="python -m andabata.bench.gallery", description=__doc__)
+    parser.add_argument("names", nargs="*", help="Names of pictures; all by default.")
+    names = parser.parse_args(argv).names
+    for exhibit in exhibits(TABLE.read_text(encoding="utf-8")):
+        if not names or Path(exhibit.path).name in names:
+            sys.stderr.write(f"{exhibit.path}: {exhibit.command}\n")
+            atomic_io.write(TABLE.parent / exhibit.path, make(exhibit))
+
+
+if __name__ == "__main__":
+    main()

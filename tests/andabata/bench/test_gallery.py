@@ -1,0 +1,112 @@
+"""Gallery: the table of pictures and commands, and pictures made smaller."""
+
+import base64
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from andabata.bench.gallery import TABLE, Exhibit, exhibits, fitted, make
+from tests.documents import ROOT, complaint, documents
+
+EXHIBITS = exhibits((ROOT / TABLE).read_text(encoding="utf-8"))
+PICTURES = ROOT / TABLE.parent / "pictures"
+MOST_BYTES = 6_000_000
+
+
+def test_a_row_is_read_from_the_table():
+    """Path, command, file and width; other lines of the document are no rows."""
+    text = (
+        "| picture |\n| ![a (b)](pictures/a.gif) | `andabata x && andabata y` | `a.gif` | 320 |\n"
+    )
+    (found,) = exhibits(text)
+    assert found == Exhibit("pictures/a.gif", "andabata x && andabata y", "a.gif", 320)
+    assert found.lines == [["x"], ["y"]]
+
+
+@pytest.mark.parametrize("exhibit", EXHIBITS, ids=lambda each: each.path)
+def test_each_picture_is_there_with_a_command_that_exists(exhibit):
+    """Options are known, the picture is not wider than the table says."""
+    assert complaint(exhibit.command) is None
+    picture = Image.open(io.BytesIO((PICTURES.parent / exhibit.path).read_bytes()))
+    assert 100 < picture.width <= exhibit.width
+    assert picture.format == Path(exhibit.path).suffix[1:].upper()
+    assert picture.format != "GIF" or picture.n_frames > 10
+
+
+def test_every_picture_is_in_the_table_and_used():
+    """No picture without a command or a reader; all together stay small."""
+    files = {path.name for path in PICTURES.iterdir()}
+    assert files == {Path(each.path).name for each in EXHIBITS}
+    assert sum(path.stat().st_size for path in PICTURES.iterdir()) < MOST_BYTES
+    texts = [(ROOT / name).read_text() for name in documents() if name != TABLE.as_posix()]
+    assert {
+        name for name in files if not any(f"pictures/{name})" in text for text in texts)
+    } == set()
+
+
+def gif(width, height, count):
+    """Return an animation of a ramp of greys that moves to the left, by 20 a frame."""
+    ramp = np.tile(np.linspace(0, 200, width), (height, 1))
+    frames = [
+        Image.fromarray((ramp + 20 * number).clip(0, 255).astype(np.uint8))
+        for number in range(count)
+    ]
+    out = io.BytesIO()
+    frames[0].save(out, "GIF", save_all=True, append_images=frames[1:], duration=100)
+    return out.getvalue()
+
+
+def test_a_narrower_clip_has_half_the_frames_at_half_the_rate():
+    """It lasts as long, and its frames differ."""
+    picture = Image.open(io.BytesIO(fitted(gif(200, 100, 8), 100)))
+    assert (picture.size, picture.n_frames, picture.info["duration"]) == ((100, 50), 4, 200)
+    shades = []
+    for number in range(4):
+        picture.seek(number)
+        shades.append(picture.convert("L").getpixel((50, 5)))
+    # The palette is that of the third frame, from 80 to 255.
+    assert shades == pytest.approx([101, 141, 181, 221], abs=6)
+
+
+def test_a_clip_that_fits_stays_as_it_is():
+    """The same bytes."""
+    assert fitted(gif(100, 50, 3), 100) == gif(100, 50, 3)
+
+
+def test_a_picture_keeps_its_proportions():
+    """A wide one is made smaller, a small one not larger."""
+    out = io.BytesIO()
+    Image.new("RGB", (400, 100), "red").save(out, "PNG")
+    assert Image.open(io.BytesIO(fitted(out.getvalue(), 200))).size == (200, 50)
+    assert Image.open(io.BytesIO(fitted(out.getvalue(), 900))).size == (400, 100)
+
+
+def page(folder, monkeypatch):
+    """Let commands write a page with two pictures instead of running."""
+    pictures = {}
+    for caption, colour in (("First", "red"), ("Second: b", "blue")):
+        out = io.BytesIO()
+        Image.new("RGB", (10, 10), colour).save(out, "PNG")
+        pictures[caption] = base64.b64encode(out.getvalue()).decode()
+    body = "".join(
+        f'<img alt="{caption}" src="data:image/png;base64,{data}">'
+        for caption, data in pictures.items()
+    )
+
+    def run(command, cwd, **others):
+        assert command[1:] == ["-m", "andabata", "report", "run", "--quiet"]
+        (Path(cwd) / "page.html").write_text(body)
+
+    monkeypatch.setattr("andabata.bench.gallery.subprocess.run", run)
+
+
+def test_a_picture_of_a_page_is_found_by_its_caption(tmp_path, monkeypatch):
+    """The beginning of the caption is enough; a caption that is not there is refused."""
+    page(tmp_path, monkeypatch)
+    made = make(Exhibit("b.png", "andabata report run", "page.html#Second", 100))
+    assert Image.open(io.BytesIO(made)).convert("RGB").getpixel((1, 1))[2] > 200
+    with pytest.raises(ValueError, match="caption 'Third'"):
+        make(Exhibit("b.png", "andabata report run", "page.html#Third", 100))

@@ -109,8 +109,11 @@ def fitted(data: bytes, width: int) -> bytes:
         for number, frame in enumerate(ImageSequence.Iterator(picture))
         if number % 2 == 0
     ]
-    # One palette for all frames: palettes of their own would flicker.
-    palette = frames[len(frames) // 2].quantize(96)
+    # One palette for all, of three of them: palettes of their own would flicker.
+    strip = Image.new("RGB", (size[0], 3 * size[1]))
+    for place, frame in enumerate((frames[0], frames[len(frames) // 2], frames[-1])):
+        strip.paste(frame, (0, place * size[1]))
+    palette = strip.quantize(96)
     frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     duration = 2 * int(picture.info["duration"])
     frames[0].save(out, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)

@@ -67,7 +67,6 @@ def test_a_narrower_clip_has_half_the_frames_at_half_the_rate():
     for number in range(4):
         picture.seek(number)
         shades.append(picture.convert("L").getpixel((50, 5)))
-    # The palette is that of the third frame, from 80 to 255.
     assert shades == pytest.approx([101, 141, 181, 221], abs=6)
 
 

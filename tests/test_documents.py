@@ -147,3 +147,28 @@ def test_pages_fetch_nothing_from_the_network(site):
             assert not re.search(r"(?:src|href)=[\"']?(?:https?:)?//", tag), f"{page.name}: {tag}"
     for style in site.rglob("*.css"):
         assert not re.search(r"url\([\"']?(?:https?:)?//", style.read_text()), style.name
+
+
+def messages():
+    """Return the sources of the packages with adjacent literals joined and fields left out."""
+    text = "\n".join(
+        path.read_text(encoding="utf-8")
+        for name in PACKAGES
+        for path in (ROOT / name).rglob("*.py")
+    )
+    return re.sub(r"\{[^{}]*\}", "#", re.sub(r"\"\s*\n\s*f?\"", "", text))
+
+
+def test_troubleshooting_quotes_what_the_program_prints():
+    """Every quoted text stands in a message, but for its numbers and what is left out."""
+    page = prose((ROOT / "docs/troubleshooting.md").read_text(encoding="utf-8"))
+    quoted = [
+        text
+        for row in re.findall(r"^\|([^|]*)\|", page, re.M)
+        for text in re.findall(r'"([^"]+)"', row)
+    ]
+    assert len(quoted) > 20
+    known = messages()
+    for text in quoted:
+        for part in re.split(r"[\d.]+(?= |$)|\.\.\.", text):
+            assert part.strip(" .") in known, text

@@ -48,5 +48,5 @@ def run_barn_evaluation(
         "seed": config.seed,
     }
     if made:
-        write_evaluation(made, data)
+        write_evaluation(made, data, "barn")
     return data

@@ -1,13 +1,14 @@
 """Training of the classifiers on labelled clouds, with the files that it leaves in a folder."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from andabata.app.console import Console
-from andabata.app.plots.perception import confusion_picture, importance_picture
+from andabata.app.plots.axes import png
+from andabata.app.plots.perception import confusions_figure, importance_figure
 from andabata.evaluation.classifier import score_forest, score_ground_classifier
 from andabata.records import atomic_io
 from andabata.records.runs import describe, make_folder, write_json
@@ -67,16 +68,22 @@ def train_cell_classifier(
     # Written before the evaluation: training took minutes.
     atomic_io.write(out / "forest.npz", forest.to_bytes())
     scores = score_forest(forest, folders[0], manifests[0], "validation")
-    atomic_io.write(out / "confusion.png", confusion_picture(scores))
+    title = f"balanced accuracy {scores['balanced_accuracy']:.3f}"
+    atomic_io.write(out / "confusion.png", png(confusions_figure({title: scores["confusion"]})))
     weights = importances(forest, samples, seed)
-    atomic_io.write(out / "importances.png", importance_picture(weights))
+    atomic_io.write(out / "importances.png", png(importance_figure(weights)))
     data: dict[str, Any] = {
         **scores,
         "importances": weights,
         "thresholds": forest.thresholds.model_dump(),
+        "training_cells": {
+            "free": int((~samples.blocked).sum()),
+            "blocked": int(samples.blocked.sum()),
+            "empty": samples.n_empty,
+        },
         "out": str(out),
     }
-    _write(out, data, describe("classifier train", config.model_dump(), seed))
+    write_scores(out, data, describe("classifier train", config.model_dump(), seed))
     return data, samples
 
 
@@ -114,7 +121,7 @@ def train_ground(
     rng = np.random.default_rng([seed, 2])
     samples = ground_samples(validation, config.share, rng, classifier.first)
     data = {**score_ground_classifier(classifier, samples), "out": str(out)}
-    _write(out, data, describe("classifier ground", config.model_dump(), seed))
+    write_scores(out, data, describe("classifier ground", config.model_dump(), seed))
     return data
 
 
@@ -126,7 +133,7 @@ def _origin(manifests: Sequence[Manifest]) -> dict[str, Any]:
     }
 
 
-def _write(folder: Path, scores: dict[str, Any], about: dict[str, Any]) -> None:
-    """Write the scores of a classifier and the settings that made it."""
+def write_scores(folder: Path, scores: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+    """Write the scores of a classifier and the settings that made them."""
     write_json(folder / "scores.json", scores)
     write_json(folder / "run.json", about)

@@ -6,10 +6,14 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.app.classifier_report import SCORE_COLUMNS
 from andabata.app.console import Console
-from andabata.app.plots.drives import drive_picture, world_picture
-from andabata.app.plots.perception import confusion_picture, scan_picture
-from andabata.app.plots.training import learning_picture
+from andabata.app.drive_report import ATTEMPT_COLUMNS
+from andabata.app.evaluation_report import add_goals_table, several
+from andabata.app.plots.axes import png
+from andabata.app.plots.drives import drive_figure, world_figure
+from andabata.app.plots.perception import confusions_figure, scan_figure
+from andabata.app.plots.training import learning_figure
 from andabata.app.report import Report
 from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.app.settings import resolve, with_parts
@@ -28,9 +32,13 @@ from andabata.training.run import HISTORY, learn, read_history
 from traversability.dataset import Split, read_manifest, split_samples
 from traversability.forest_training import ForestConfig, train_forest
 from traversability.grid import PolarGrid
+from traversability.scores import PAPER
 from worlds.splits import EVALUATIONS
 
 _WORLD = "natural-test"
+
+_LONG = ("path", "walkers", "trace")
+"""Long lists of a drive, which the figures leave out."""
 
 
 class DemonstrationConfig(BaseModel):
@@ -127,8 +135,14 @@ class Demonstration:
             f"{counts['train']} labelled clouds for training and {counts['validation']} for "
             f"validation, from other worlds; {len(samples.blocked)} training cells.",
         )
-        self._report.table([{k: v for k, v in scores.items() if isinstance(v, float)}])
-        self._report.picture(confusion_picture(scores), "Cells of the validation clouds")
+        self._report.table([scores], SCORE_COLUMNS)
+        self._report.figure(
+            confusions_figure(
+                {"ours": scores["confusion"], "the paper's": PAPER.as_dict()["confusion"]}
+            ),
+            "confusion",
+            "Cells of the validation clouds (Table 1)",
+        )
 
     def _train_policy(self) -> None:
         """Begin the curriculum: enough for a learning curve, too little for a good policy."""
@@ -155,9 +169,8 @@ class Demonstration:
             f"The first {episodes} episodes of stage 1, {result['steps']} control steps at "
             f"{result['steps_per_s']:.0f} a second. The shipped policy comes from the full budget.",
         )
-        self._report.picture(
-            learning_picture(read_history(run / HISTORY)), "Goals reached while exploring"
-        )
+        figure = learning_figure(read_history(run / HISTORY))
+        self._report.figure(figure, "learning", "Goals reached while exploring", drawn=True)
 
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that is used for no training."""
@@ -168,16 +181,17 @@ class Demonstration:
             )
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
-        self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k != "path"}
+        self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k not in _LONG}
         self._console.status(driven.title)
         self._report.section(
             "A drive", driven.title + ", in bullet, with the shipped forest and policy."
         )
-        picture = drive_picture(driven.world, driven.path, driven.task.goals, driven.title, others)
-        atomic_io.write(self._folder / "drive.png", picture)
-        self._report.picture(picture, "The driven path and the oracle's, on the true map")
-        self._report.table(self._figures["drive"]["attempts"])
-        self._report.picture(world_picture(driven.world), "The world")
+        figure = drive_figure(driven.world, driven.path, driven.task.goals, driven.title, others)
+        atomic_io.write(self._folder / "drive.png", png(figure))
+        caption = "The driven path and the oracle's, on the true map"
+        self._report.figure(figure, "path", caption, drawn=True, light=True)
+        self._report.table(self._figures["drive"]["attempts"], ATTEMPT_COLUMNS, every="All columns")
+        self._report.figure(world_figure(driven.world), "world", "The world")
         return driven
 
     def _show_scan(self, driven: Driven) -> None:
@@ -188,7 +202,7 @@ class Demonstration:
         self._report.section(
             "The last scan", "The last cloud of the drive, its cells and virtual scan."
         )
-        self._report.picture(scan_picture(scanned, "last cloud"), "Points, cells, ranges")
+        self._report.figure(scan_figure(scanned, "last cloud"), "scan", "Points, cells, ranges")
 
     def _evaluate(self) -> None:
         """Evaluate controllers in a few trials."""
@@ -207,7 +221,7 @@ class Demonstration:
         table = summarise(rows, config)
         self._figures["evaluation"] = table
         self._report.section(
-            "Controllers side by side",
-            f"{trials} trials show the form of the table; the intervals are wide.",
+            f"{several(len(config.controllers), 'controller')} side by side",
+            f"{several(trials, 'trial')} of each show the form of the table; intervals are wide.",
         )
-        self._report.table(table)
+        add_goals_table(self._report, table, "All columns")

@@ -49,5 +49,5 @@ def run_evaluation(
         "seed": seed,
     }
     if made:
-        write_evaluation(made, data)
+        write_evaluation(made, data, "offroad")
     return data

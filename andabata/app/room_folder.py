@@ -1,12 +1,18 @@
 """Folder of an evaluation in rooms: policies, drives, journal and results."""
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from andabata.app.report_folder import (
+    ABOUT,
+    check_keys,
+    read_about,
+    read_result,
+    settings_of,
+)
 from andabata.evaluation.room_drives import RoomDrive, drives_from_bytes, drives_to_bytes
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cells_of
@@ -76,9 +82,10 @@ class RoomFolder:
         """How the evaluation was made.
 
         Raises:
-            FileNotFoundError: If there is no finished evaluation.
+            RunFolderError: If there is no finished evaluation.
         """
-        found: dict[str, Any] = json.loads((self.path / "run.json").read_text(encoding="utf-8"))
+        found = read_about(self.path)
+        check_keys(found, ("cells", "policies"), self.path / ABOUT, self.path)
         return found
 
     @cached_property
@@ -86,15 +93,14 @@ class RoomFolder:
         """Result of the command.
 
         Raises:
-            FileNotFoundError: If there is no finished evaluation.
+            RunFolderError: If there is no finished evaluation.
         """
-        found: dict[str, Any] = json.loads((self.path / RESULT).read_text(encoding="utf-8"))
-        return found
+        return read_result(self.path, RESULT, ("rows",))
 
     @cached_property
     def config(self) -> RoomEvaluationConfig:
         """Settings of the cells."""
-        return RoomEvaluationConfig.model_validate(self.about["cells"])
+        return settings_of(RoomEvaluationConfig, self.about["cells"], self.path)
 
     @cached_property
     def policies(self) -> dict[str, Policy]:

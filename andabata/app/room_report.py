@@ -3,15 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from andabata.app.plots.room_curves import study_picture
+from andabata.app.columns import counted
+from andabata.app.plots.room_curves import study_figure
 from andabata.app.plots.rooms import (
-    ends_picture,
+    ends_figure,
     memory_text,
     moment_of,
-    sudden_picture,
-    support_points_picture,
-    tour_picture,
-    trajectories_picture,
+    sudden_figure,
+    support_points_figure,
+    tour_figure,
+    trajectories_figure,
 )
 from andabata.app.report import Report
 from andabata.app.room_folder import RoomFolder
@@ -39,6 +40,18 @@ _SHOWN_ROOMS = 4
 _SHOWN_TASKS = 4
 """Number of tasks of a room that support points are shown for, as in Fig. 6."""
 
+_CELL = ("room", "policy", "lidar", "memory")
+"""Columns that say what a cell is."""
+
+_MEASURES = ("steps_to_oracle", "spl")
+"""Measures of a cell beside its ends."""
+
+_DIFFERENCES = ("policy", "against", "lidar", "memory", "tasks", "success_rate", "difference")
+"""Columns of a difference between policies."""
+
+_STUDY = ("text", "reached", "success_rate", "collisions", "timeouts", "difference")
+"""Columns of a laser of a study that are not folded."""
+
 _OTHER_ROOMS = (
     "Rooms and rulings differ from the paper's, which are not all published: Env0 to Env3 are this "
     "project's own, as are those of the improved TD3; Env4 to Env7 follow the paper's references. "
@@ -47,31 +60,38 @@ _OTHER_ROOMS = (
 )
 
 
-def report_rooms(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
-    """Return an HTML page about an evaluation in rooms, and its figures.
+def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+    """Return a page about an evaluation in rooms, and its figures.
 
     Args:
         folder: Folder of the evaluation.
     """
     result, config = folder.result, folder.config
-    page = Report("Navigation in rooms")
+    page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
+    is_td3 = config.task.task == "td3"
     page.section("Success", f"{config.pairs or 'Fixed'} tasks a cell. {_OTHER_ROOMS}")
     for names in _groups(result):
         rows = [row for row in result["rows"] if row["policy"] in names]
         text = ", ".join(names)
-        page.picture(ends_picture(rows, text), f"How drives ended (Fig. 8): {text}")
-    page.table([_table_row(row) for row in [*result["pooled"], *result["rows"]]])
+        number = "Fig. 4b" if is_td3 else "Fig. 8"
+        page.figure(ends_figure(rows, text), "ends", f"How drives ended ({number}): {text}")
+    every = [*result["pooled"], *result["rows"]]
+    page.table(
+        [row | {"reached": counted(row)} for row in every],
+        _cell_columns(every),
+        every="All columns",
+    )
     if result["differences"]:
         page.note("Differences in success, all rooms together, on the same tasks:")
-        page.table(result["differences"])
+        page.table(result["differences"], _DIFFERENCES)
     shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
     _drives(page, folder, {lidar: lidar for lidar in shown[:3]}, _rooms(config))
     data: dict[str, Any] = {name: result[name] for name in ("rows", "pooled", "differences")}
     return _with_moments(page, folder, _rooms(config), data)
 
 
-def report_study(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
-    """Return an HTML page about a study of a laser, and its figures.
+def report_study(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+    """Return a page about a study of a laser, and its figures.
 
     Args:
         folder: Folder of the study.
@@ -83,12 +103,13 @@ def report_study(folder: RoomFolder) -> tuple[bytes, dict[str, Any]]:
     page.note("Each interval below is that of one laser; the advice allows for all poses at once.")
     title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
     caption = "Success with each laser against the laser as it is, on the same tasks"
-    page.picture(study_picture(rows, title), caption)
-    page.table([{name: row[name] for name in row if name != "by_room"} for row in rows])
+    page.figure(study_figure(rows, title), "differences", caption)
+    shown = [row | {"reached": counted(row)} for row in rows]
+    page.table(shown, _STUDY, every="All columns")
     ordered = sorted(rows[1:], key=lambda row: float(row["difference"]))
-    shown = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
+    chosen = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
     rooms = _rooms(folder.config)[:_SHOWN_ROOMS]
-    _drives(page, folder, {row["text"]: row["lidar"] for row in shown}, rooms)
+    _drives(page, folder, {row["text"]: row["lidar"] for row in chosen}, rooms)
     return _with_moments(page, folder, rooms, {"rows": rows, "advice": result["advice"]})
 
 
@@ -106,32 +127,11 @@ def _groups(result: Mapping[str, Any]) -> list[list[str]]:
     return groups + [[name] for name in names if name not in together]
 
 
-def _table_row(row: Mapping[str, Any]) -> Row:
-    """Return a row of the evaluation as the page shows it."""
-    return {
-        "room": row["room"],
-        "policy": row["policy"],
-        "lidar": row["lidar"],
-        "memory": row["memory"],
-        "reached": f"{row['successes']}/{row['trials']}",
-        "95 %": f"{row['wilson_low']:.3f} to {row['wilson_high']:.3f}",
-        "crashes": row["collisions"],
-        **_hits(row),
-        "time-outs": row["timeouts"],
-        "T/oracle": row["steps_to_oracle"],
-        "SPL": row["spl"],
-        "score": row["score"],
-    }
-
-
-def _hits(row: Mapping[str, Any]) -> Row:
-    """Return how many of the crashes movers caused, in rooms that have some."""
-    if not row.get("movers"):
-        return {}
-    return {
-        "of them hit by a mover": row["hit_by_mover"],
-        "hit while standing": row["hit_at_rest"],
-    }
+def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the columns of cells that are not folded: those that tell the rows apart."""
+    several = [key for key in _CELL if len({row[key] for row in rows}) > 1] or ["room"]
+    hits = ["hit_by_mover", "hit_at_rest"] if any(row.get("movers") for row in rows) else []
+    return [*several, "reached", "success_rate", "collisions", *hits, "timeouts", *_MEASURES]
 
 
 def _drives(
@@ -156,12 +156,13 @@ def _drives(
                 for text, lidar in lidars.items()
                 for room in some
             }
-            page.picture(trajectories_picture(found, some, title), f"Paths and ends: {title}")
+            figure = trajectories_figure(found, some, title)
+            page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
 
 
 def _with_moments(
     page: Report, folder: RoomFolder, rooms: Sequence[Room], data: dict[str, Any]
-) -> tuple[bytes, dict[str, Any]]:
+) -> tuple[Report, dict[str, Any]]:
     """Add what is driven anew: support points, tours and obstacles that appear."""
     config, policies = folder.config, folder.policies
     on_points = {
@@ -180,7 +181,7 @@ def _with_moments(
         page.section("Tours and obstacles that appear", "Driven from start to end (Fig. 10).")
     data["tours"] = [_tour(page, folder, room) for room in rooms if _is_tour(room)]
     data["appearances"] = [_sudden(page, folder, room) for room in rooms if room.appearances]
-    return page.to_bytes(), data
+    return page, data
 
 
 def _support_points(
@@ -195,8 +196,8 @@ def _support_points(
         )
         for name, policy in list(policies.items())[:_SHOWN_POLICIES]
     }
-    picture = support_points_picture(found, room, f"{room.name}: support points")
-    page.picture(picture, f"Support points in {room.name}")
+    figure = support_points_figure(found, room, f"{room.name}: support points")
+    page.figure(figure, f"support-{room.name}", f"Support points in {room.name} (Fig. 6)")
 
 
 def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
@@ -208,7 +209,8 @@ def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
         )
         for driver, (policy, cell) in _drivers(folder, room).items()
     }
-    page.picture(tour_picture(drives, room, f"{room.name}: goals in a row"), f"Tour of {room.name}")
+    figure = tour_figure(drives, room, f"{room.name}: goals in a row")
+    page.figure(figure, f"tour-{room.name}", f"Tour of {room.name} (Fig. 10a)")
     legs = {name: [_drive_row(leg) for leg in driven] for name, driven in drives.items()}
     return {"room": room.name, "goals": len(goals), "legs": legs}
 
@@ -219,8 +221,8 @@ def _sudden(page: Report, folder: RoomFolder, room: Room) -> Row:
         driver: drive_tasks(policy, cell_task(cell, folder.config, policy), room.tasks[:1])[0]
         for driver, (policy, cell) in _drivers(folder, room).items()
     }
-    picture = sudden_picture(drives, room, f"{room.name}: obstacles that appear")
-    page.picture(picture, f"Obstacles that appear in {room.name}")
+    figure = sudden_figure(drives, room, f"{room.name}: obstacles that appear")
+    page.figure(figure, f"sudden-{room.name}", f"Obstacles that appear in {room.name} (Fig. 10b)")
     return {
         "room": room.name,
         "drives": {

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.plots.room_curves import LearningCurves, learning_curves_picture
-from andabata.app.plots.rooms import trajectories_picture
+from andabata.app.plots.room_curves import LearningCurves, learning_curves_figure
+from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Report
 from andabata.app.training_report import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
@@ -33,6 +33,18 @@ TABLE_1 = {
     "K = 50": (3.619, 14.389),
 }
 """Best scores of the paper in Env3, and in Env0 to Env3 (Table I, whose row labels are swapped)."""
+
+_RUN_COLUMNS = (
+    "actor",
+    "seed",
+    "first_steps_with_all_tasks",
+    "best_reached",
+    "best_score",
+    "chosen_reached",
+    "chosen_score",
+    "chosen_steps_to_oracle",
+)
+"""Columns of a run that are not folded."""
 
 _LAST = 5
 """Number of tests at the end whose mean says whether a policy holds what it has learnt."""
@@ -103,15 +115,15 @@ class Group:
         return LearningCurves(steps, np.array(scores))
 
 
-def report_room_training(folders: Sequence[Path]) -> tuple[bytes, dict[str, Any]]:
-    """Return an HTML page about training runs in rooms, and its figures.
+def report_room_training(folders: Sequence[Path]) -> tuple[Report, dict[str, Any]]:
+    """Return a page about training runs in rooms, and its figures.
 
     Args:
         folders: Folders of the runs: several seeds of one plan or of several.
 
     Raises:
-        FileNotFoundError: If a folder holds no run.
-        ValueError: If no stage of a run is over, it had no tests, the rooms of two runs differ, or
+        RunFolderError: If a folder holds no run, or one without a stage that is over.
+        ValueError: If it had no tests, the rooms of two runs differ, or
             two runs of one plan have the same seed.
     """
     runs = [TrainingRun.read(folder) for folder in folders]
@@ -127,12 +139,13 @@ def report_room_training(folders: Sequence[Path]) -> tuple[bytes, dict[str, Any]
     oracle = _oracle(task, rooms)
     groups = _groups(runs)
     chosen = {run.folder: _chosen_drives(run) for run in runs}
-    page = Report("Learning to drive in rooms")
+    page = Report("Learning to drive in rooms", f"{len(runs)} runs of {len(groups)} actors.")
     page.section("Tests during training", _NOTE)
     curves = {group.name: group.curves(places, len(rooms)) for group in groups}
     counts = np.bincount(places, minlength=len(rooms)).tolist()
-    picture = learning_curves_picture(curves, task.rooms, counts)
-    page.picture(picture, "Score of the tests by room: mean over seeds, lowest to highest (Fig. 5)")
+    figure = learning_curves_figure(curves, task.rooms, counts)
+    caption = "Score of the tests by room: mean over seeds, lowest to highest (Fig. 5)"
+    page.figure(figure, "learning", caption, drawn=True)
     data: dict[str, Any] = {
         "groups": [_group_row(group, places == len(rooms) - 1, oracle) for group in groups],
         "runs": [row for group in groups for row in _run_rows(group, chosen, oracle)],
@@ -145,14 +158,17 @@ def report_room_training(folders: Sequence[Path]) -> tuple[bytes, dict[str, Any]
     )
     page.table(group_table(data["groups"]))
     page.section("Runs", "The chosen policy is the one that validation on random tasks chose.")
-    page.table(data["runs"])
+    page.table(data["runs"], _RUN_COLUMNS, every="All columns")
     page.section("Tests of the chosen policies", "The first run of each actor.")
     for group in groups:
         driven = chosen[group.runs[0].folder]
         found = {(group.name, room.name): driven[room.name] for room in rooms}
         title = f"{group.name}, seed {group.runs[0].seed}"
-        page.picture(trajectories_picture(found, rooms, title), f"Fixed tasks: {title}")
-    return page.to_bytes(), data
+        figure = trajectories_figure(found, rooms, title)
+        page.figure(
+            figure, f"tasks-{group.name}", f"Fixed tasks: {title} (rooms: Fig. 4)", drawn=True
+        )
+    return page, data
 
 
 def _task(run: TrainingRun) -> SpnConfig:

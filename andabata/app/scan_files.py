@@ -5,7 +5,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from andabata.app.plots.perception import scan_picture
+from matplotlib.figure import Figure
+
+from andabata.app.plots.axes import png
+from andabata.app.plots.perception import scan_figure
 from andabata.app.report import Report
 from andabata.app.scan_diagnosis import diagnose
 from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
@@ -85,12 +88,12 @@ def scan_files(
             on_note(f"error: {found[-1]['error']}")
             continue
         path = picture or Path(f"{file.stem}_scan.png")
-        atomic_io.write(path, drawn)
+        atomic_io.write(path, png(drawn))
         found.append({"file": str(file), **data, "picture": str(path)})
         for note in data["notes"]:
             on_note(f"note: {file.name}: {note}")
         page.section(file.name, " ".join([scan_text(data), *data["notes"]]))
-        page.picture(drawn, "Points, cells and ranges")
+        page.figure(drawn, f"scan-{file.stem}", "Points, cells and ranges")
     if report is not None:
         atomic_io.write(report, page.to_bytes())
     return found
@@ -98,7 +101,7 @@ def scan_files(
 
 def scan_file(
     decoded: DecodedCloud, name: str, config: ScanConfig, forest: Forest
-) -> tuple[dict[str, Any], bytes]:
+) -> tuple[dict[str, Any], Figure]:
     """Return the scan of one cloud with its notes, ready for JSON, and its picture."""
     scanned = scan_cloud(decoded.cloud, config, forest)
     data = scan_result(scanned) | {
@@ -108,7 +111,7 @@ def scan_file(
         "data_lost": decoded.data_lost,
         "notes": [*decoded.remarks, *_unscored(decoded), *diagnose(scanned, config)],
     }
-    return data, scan_picture(scanned, name)
+    return data, scan_figure(scanned, name)
 
 
 def exit_code(found: Sequence[Mapping[str, Any]]) -> int:

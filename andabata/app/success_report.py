@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from andabata.app.plots.room_curves import SuccessCurves, success_picture
-from andabata.app.plots.rooms import trajectories_picture
-from andabata.app.report import Report
+from andabata.app.plots.room_curves import SuccessCurves, success_figure
+from andabata.app.plots.rooms import trajectories_figure
+from andabata.app.report import Fact, Report
 from andabata.app.room_training_report import runs_by_plan
 from andabata.app.training_report import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
@@ -44,15 +44,15 @@ _NOTE = (
 )
 
 
-def report_success(folders: Sequence[Path]) -> tuple[bytes, Row]:
-    """Return an HTML page about training runs of TD3's task, and its figures.
+def report_success(folders: Sequence[Path]) -> tuple[Report, Row]:
+    """Return a page about training runs of TD3's task, and its figures.
 
     Args:
         folders: Folders of the runs: several seeds of one plan or of several.
 
     Raises:
-        FileNotFoundError: If a folder holds no run.
-        ValueError: If no stage of a run is over, or two runs of one plan have the same seed.
+        RunFolderError: If a folder holds no run, or one without a stage that is over.
+        ValueError: If two runs of one plan have the same seed.
     """
     groups = runs_by_plan([TrainingRun.read(folder) for folder in folders], plan_name)
     curves = {name: success_curves(runs) for name, runs in groups.items()}
@@ -61,10 +61,12 @@ def report_success(folders: Sequence[Path]) -> tuple[bytes, Row]:
         "groups": rows,
         "runs": [_run_row(n, run) for n, some in groups.items() for run in some],
     }
-    page = Report("Learning to drive without a map")
+    page = Report("Learning to drive without a map", f"{len(folders)} runs of {len(groups)} plans.")
+    page.facts([_fact(row) for row in rows])
     page.section("Success during training", _NOTE)
     title = "mean over seeds, lowest to highest"
-    page.picture(success_picture(curves, title), f"Success against episodes (Fig. 4a): {title}")
+    caption = f"Success against episodes (Fig. 4a): {title}"
+    page.figure(success_figure(curves, title), "success", caption, drawn=True)
     page.table(success_table(rows))
     page.section("Runs", "Validation: random tasks in rooms that no pool holds, not exploring.")
     page.table(data["runs"])
@@ -72,8 +74,9 @@ def report_success(folders: Sequence[Path]) -> tuple[bytes, Row]:
     for name, (run, *_) in groups.items():
         drives, rooms = _shown_drives(name, run)
         text = f"{name}, seed {run.seed}"
-        page.picture(trajectories_picture(drives, rooms, text), f"Paths and ends: {text}")
-    return page.to_bytes(), data
+        figure = trajectories_figure(drives, rooms, text)
+        page.figure(figure, f"paths-{name}", f"Paths and ends: {text} (rooms: Fig. 3)", drawn=True)
+    return page, data
 
 
 def plan_name(run: TrainingRun) -> str:
@@ -113,6 +116,12 @@ def success_table(rows: Sequence[Row]) -> list[Row]:
         }
         for row in rows
     ]
+
+
+def _fact(row: Row) -> Fact:
+    """Return the success of a plan at the end of its training."""
+    text = f"lowest of {row['seeds']} seeds {row['lowest_success']:.3f}"
+    return Fact(row["plan"], f"{row['success']:.3f}", text)
 
 
 def _counted(run: TrainingRun) -> list[Row]:

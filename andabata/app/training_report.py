@@ -1,6 +1,5 @@
 """Report of training runs, with the figures of the paper (Sanchez et al. 2023, section 5)."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -9,9 +8,16 @@ from typing import Any, Self
 
 import numpy as np
 
-from andabata.app.plots.drives import sights_picture, tests_picture, world_picture
-from andabata.app.plots.training import learning_picture, rewards_picture
-from andabata.app.report import Report
+from andabata.app.plots.drives import sights_figure, tests_figure, world_figure
+from andabata.app.plots.training import learning_figure, rewards_figure
+from andabata.app.report import Fact, Report
+from andabata.app.report_folder import (
+    RunFolderError,
+    check_keys,
+    read_about,
+    read_rows,
+    settings_of,
+)
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine import run_tasks
@@ -21,7 +27,7 @@ from andabata.models import Models
 from andabata.navigation.navigator import StepResult
 from andabata.tasks.offroad import OffroadConfig
 from andabata.training.plans import StagePlan, TrainingPlan
-from andabata.training.run import HISTORY, read_history
+from andabata.training.run import HISTORY
 from rl.policy import Policy, load_policy
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
@@ -29,8 +35,26 @@ from worlds.scenes import SceneCache
 from worlds.world import World, choose_task
 
 Row = dict[str, Any]
+_STAGE_COLUMNS = (
+    "run",
+    "stage",
+    "episodes",
+    "mean_time_s",
+    "first 40",
+    "last 40",
+    "most_circling",
+    "validation",
+)
+"""Columns of a stage that are not folded."""
+
 Test = tuple[int, str, int]
 """Index of a run, name of a stage and index of a test drive."""
+
+_PAPER_TIMES = "83.4 s, 78.6 s and 94.6 s"
+"""Mean durations of an episode in the paper's three stages of 200 episodes (section 5)."""
+
+_COUNTED = ("goal", "collision", "tipover", "timeout")
+"""Ends of episodes that are counted."""
 
 _FEW = 40
 """Number of episodes at the beginning and at the end of a stage that are counted."""
@@ -59,25 +83,25 @@ class TrainingRun:
         """Return the run of a folder.
 
         Raises:
-            FileNotFoundError: If the folder holds no run.
-            ValueError: If the run is another command's or version's, or none of its stages is over.
+            RunFolderError: If the run is incomplete, another command's or version's, or none of its
+                stages is over.
         """
-        about = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        about = read_about(folder)
         if about.get("verb") != "train":
-            raise ValueError(
+            raise RunFolderError(
                 f"{folder}: expected a run of train, got one of {about.get('verb')}; "
                 "give the folder of train --out"
             )
-        history = read_history(folder / HISTORY)
-        if not any(row["is_last"] for row in history):
-            raise ValueError(f"{folder}: expected a stage that is over, got none; train --resume")
-        if "mean_steps" not in history[0]:
-            raise ValueError(
-                f"{folder}: expected mean_steps in {HISTORY}, got none: an earlier version's run; "
-                "train again"
+        history = read_rows(folder / HISTORY)
+        if not any(row.get("is_last") for row in history):
+            raise RunFolderError(
+                f"{folder}: expected a stage that is over, got none; train --resume"
             )
-        hashes = {name: about[name] for name in ("forest", "ground_classifier")}
-        plan = TrainingPlan.model_validate(about["config"])
+        check_keys(history[0], ("name", "mean_steps", "steps"), folder / HISTORY, folder)
+        models = ("forest", "ground_classifier")
+        check_keys(about, ("seed", "config", *models), folder / "run.json", folder)
+        hashes = {name: about[name] for name in models}
+        plan = settings_of(TrainingPlan, about["config"], folder)
         return cls(folder, about["seed"], plan, hashes, history)
 
     @property
@@ -111,8 +135,8 @@ def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
         models: Classifiers of the runs.
 
     Raises:
-        FileNotFoundError: If a folder holds no run.
-        ValueError: If one holds another command's run, if their plans or classifiers differ, or if
+        RunFolderError: If a folder holds no run, or another command's.
+        ValueError: If their plans or classifiers differ, or if
             two have the same seed.
     """
     runs = [TrainingRun.read(folder) for folder in folders]
@@ -154,8 +178,8 @@ def report_runs(
     tests: int = 3,
     workers: int = 2,
     on_test: Callable[[], None] | None = None,
-) -> tuple[bytes, dict[str, Any]]:
-    """Return an HTML page about runs of one plan, and its figures.
+) -> tuple[Report, dict[str, Any]]:
+    """Return a page about runs of one plan, and its figures.
 
     Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
 
@@ -180,14 +204,18 @@ def report_runs(
             for (k, name, n), (attempt, _) in driven.items()
         ],
     }
-    page = Report(f"Learning to drive: {runs[0].plan.learner.algorithm}")
+    page = Report(
+        f"Learning to drive: {runs[0].plan.learner.algorithm}",
+        f"{', '.join(run.name for run in runs)}; stages {', '.join(s.name for s in stages)}.",
+    )
+    page.facts([_fact(stage.name, data["stages"]) for stage in stages])
     worlds = {stage.name: _world(stage) for stage in stages}
     _rewards(page, runs, data)
     _places(page, worlds)
     _scans(page, stages, worlds, driven)
     _tests(page, runs, worlds, driven)
     page.table(data["tests"])
-    return page.to_bytes(), data
+    return page, data
 
 
 def offroad(stage: StagePlan) -> OffroadConfig:
@@ -269,11 +297,21 @@ def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
         **{
             f"{outcome}_{end}_{_FEW}": sum(row["outcomes"].get(outcome, 0) for row in part)
             for end, part in ends.items()
-            for outcome in ("goal", "collision", "tipover", "timeout")
+            for outcome in _COUNTED
         },
         "most_circling": max(row["circling"] for row in rows),
         "validation": rows[-1]["validation"],
     }
+
+
+def _fact(stage: str, rows: Sequence[Row]) -> Fact:
+    """Return how many of the last episodes of a stage reached their goals, over all runs."""
+    mine = [row for row in rows if row["stage"] == stage]
+    reached = sum(row[f"goal_last_{_FEW}"] for row in mine)
+    played = sum(row[f"{end}_last_{_FEW}"] for row in mine for end in _COUNTED)
+    validation = [row["validation"][stage] for row in mine if stage in row["validation"]]
+    more = f"validation {np.mean(validation):.2f}" if validation else "not validated"
+    return Fact(f"{stage}, last episodes", f"{reached} of {played} goals", more)
 
 
 def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
@@ -298,24 +336,34 @@ def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) ->
         "latest 1000 steps of one robot, several robots drive here between two updates.",
     )
     histories = {run.name: run.history for run in runs}
-    page.picture(rewards_picture(histories), "Reward of a control step, whole and by term")
+    caption = "Reward of a control step, whole and by term (Fig. 17)"
+    page.figure(rewards_figure(histories), "rewards", caption, drawn=True)
     for run in runs:
-        page.picture(learning_picture(run.history), f"{run.name}: goals reached while exploring")
+        caption = f"{run.name}: goals reached while exploring"
+        page.figure(learning_figure(run.history), f"learning-{run.name}", caption, drawn=True)
     page.section(
-        "Stages", "Validation: success in worlds that are kept for it, without exploration."
+        "Stages",
+        "Validation: success in worlds that are kept for it, without exploration. The paper's "
+        f"episodes took {_PAPER_TIMES} on average in its stages of 200 episodes each.",
     )
-    shown = [
-        row | {"validation": ", ".join(f"{k} {v:.2f}" for k, v in row["validation"].items())}
-        for row in data["stages"]
-    ]
-    page.table(shown)
+    page.table([row | _reached(row) for row in data["stages"]], _STAGE_COLUMNS, every="All counts")
+
+
+def _reached(row: Row) -> Row:
+    """Return how many of a stage's first and last episodes reached their goals."""
+    return {
+        f"{end} {_FEW}": f"{row[f'goal_{end}_{_FEW}']} of "
+        f"{sum(row[f'{outcome}_{end}_{_FEW}'] for outcome in _COUNTED)}"
+        for end in ("first", "last")
+    }
 
 
 def _places(page: Report, worlds: Mapping[str, World]) -> None:
     """Add a world of each family, with its starts and goals (Figures 12 and 15)."""
     page.section("Worlds", "The first world of each family that is kept for validation.")
     for world in {world.name: world for world in worlds.values()}.values():
-        page.picture(world_picture(world), f"{world.name}: starts and goals")
+        caption = f"{world.name}: starts and goals (Fig. 12, 15)"
+        page.figure(world_figure(world), f"world-{world.name}", caption)
 
 
 def _scans(
@@ -335,7 +383,8 @@ def _scans(
             sights[name] = (worlds[stage.name], sight.pose, sight.scan)
     if sights:
         grid = offroad(stages[0]).simulated_robot.grid
-        page.picture(sights_picture(sights, grid), ", ".join(sights))
+        caption = f"{', '.join(sights)} (Fig. 13)"
+        page.figure(sights_figure(sights, grid), "scans", caption)
 
 
 def _tests(
@@ -356,4 +405,6 @@ def _tests(
             if name == stage:
                 drives[runs[k].name].append(attempt)
         title = f"after {stage}: {world.name} {world.seed}"
-        page.picture(tests_picture(world, drives, title), title)
+        figure = tests_figure(world, drives, title)
+        caption = f"Tests {title} (Fig. 14, 16)"
+        page.figure(figure, f"tests-{stage}", caption, drawn=True, light=True)

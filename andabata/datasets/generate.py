@@ -14,7 +14,7 @@ from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, take_clo
 from andabata.engine import run_tasks
 from andabata.machine.pose import Pose
 from andabata.records import atomic_io
-from andabata.records.runs import make_folder
+from andabata.records.runs import describe, make_folder, write_json
 from traversability.dataset import (
     MANIFEST,
     CloudEntry,
@@ -90,12 +90,20 @@ def generate_dataset(
     manifest = Manifest(
         seed=seed, config=resolved, config_sha256=config_hash(resolved), clouds=tuple(entries)
     )
+    counted = {
+        split: dict(zip(CELL_COUNTS, row.tolist(), strict=True)) for split, row in cells.items()
+    }
+    about = describe("clouds generate", resolved, seed) | {"cells": counted}
+    write_json(folder / "run.json", about)
     atomic_io.write(folder / "README.md", dataset_card(manifest, cells).encode())
     atomic_io.write(folder / MANIFEST, manifest.to_bytes())
     return manifest
 
 
 _SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
+
+CELL_COUNTS = ("empty", "free", "blocked", "rule_hits", "rule_false_alarms", "rule_misses")
+"""Numbers of cells of a split: by state, and of the height rule on them."""
 
 
 @dataclass(frozen=True)

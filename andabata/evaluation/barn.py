@@ -26,6 +26,7 @@ from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
 from andabata.records.runs import commit
 from andabata.tasks.planar_drive import (
     BARN_LIDAR,
+    DriveResult,
     DriveRules,
     SimulatedPlanarRobot,
     drive_to_goal,
@@ -138,7 +139,24 @@ def drive_world(config: BarnEvaluationConfig, name: str) -> list[BarnRun]:
 def drive_once(
     config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
 ) -> BarnRun:
-    """Return one run.
+    """Return one run; see ``drive_path`` for the arguments."""
+    result = drive_path(config, world, name, controller, trial)
+    return BarnRun(
+        controller=controller,
+        world=name,
+        trial=trial,
+        outcome=result.outcome,
+        time=round(result.time, 6),
+        optimal_time=world.optimal_time,
+        left=result.left,
+        speed=result.speed,
+    )
+
+
+def drive_path(
+    config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
+) -> DriveResult:
+    """Return one run with its path; the same arguments give the same path.
 
     Args:
         config: Settings.
@@ -158,17 +176,7 @@ def drive_once(
     )
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
-    result = drive_to_goal(navigator, robot, task, config.rules)
-    return BarnRun(
-        controller=controller,
-        world=name,
-        trial=trial,
-        outcome=result.outcome,
-        time=round(result.time, 6),
-        optimal_time=world.optimal_time,
-        left=result.left,
-        speed=result.speed,
-    )
+    return drive_to_goal(navigator, robot, task, config.rules)
 
 
 def evaluate_barn(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.evaluation.drive_trace import DriveTrace
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
@@ -44,6 +45,7 @@ class Driven:
         cloud: Last levelled cloud around the robot, None with the horizontal scanner.
         walkers: Rows of the world's walkers at each second, as in ``SensorReadings``, float64,
             shape (k, m, 5); m is 0 without any.
+        trace: Motion and error of the pose over time, see ``DriveTrace``; None for none.
     """
 
     world: World
@@ -52,6 +54,7 @@ class Driven:
     attempts: tuple[GoalAttempt, ...]
     cloud: PointCloud | None
     walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
+    trace: dict[str, Any] | None = None
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -92,6 +95,7 @@ class Driven:
             ],
             "path": np.round(self.path, 3).tolist(),
             "walkers": self._walkers(),
+            "trace": self.trace,
         }
 
     def _walkers(self) -> list[dict[str, Any]]:
@@ -199,8 +203,10 @@ def drive_once(
         about |= {"simulated_robot": config.model_dump(mode="json"), "models": models.hashes}
         writer = record.watch(simulated_robot, about)
     walkers = _WalkersSeen(simulated_robot.simulator.walkers)
+    trace = DriveTrace(simulated_robot.localizer)
 
     def on_step(readings: SensorReadings) -> None:
+        trace.add(readings)
         if round(readings.stamp * 10) % 10:
             return
         walkers.add(readings)
@@ -222,7 +228,7 @@ def drive_once(
         write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
     cloud = simulated_robot.last_cloud()
     simulated_robot.close()
-    return Driven(scene.world, task, controller, attempts, cloud, walkers.rows)
+    return Driven(scene.world, task, controller, attempts, cloud, walkers.rows, trace.as_dict())
 
 
 class _WalkersSeen:

@@ -33,6 +33,9 @@ Row = dict[str, Any]
 _CAUSED_BY_WALKERS = {"hit_by_mover": Contact.HIT, "hit_at_rest": Contact.HIT_AT_REST}
 """Columns of collisions that walkers caused, while the robot drove and while it stood."""
 
+_PATH_STRIDE = 20
+"""Number of control steps between the positions of a path that are kept: 2 s."""
+
 _SHOWN_WALKERS = 50
 """Number of control steps before a failure whose walkers are kept: 5 s."""
 
@@ -137,7 +140,7 @@ def run_one(
             simulated_robot, task, config.terminations, rng, partial(_keep_walkers, walkers)
         )
         rows.extend(
-            _attempt_row(attempt, name, trial, scene.world, len(task.goals)) for attempt in attempts
+            _attempt_row(attempt, name, trial, scene.world, task.goals) for attempt in attempts
         )
         if on_failure is not None and attempts[-1].outcome is not Outcome.GOAL:
             goal = task.goals[len(attempts) - 1]
@@ -174,7 +177,11 @@ def _keep_walkers(kept: list[NDArray[np.float64]], readings: SensorReadings) -> 
 
 
 def _attempt_row(
-    attempt: GoalAttempt, controller: str, trial: int, world: World, goals: int
+    attempt: GoalAttempt,
+    controller: str,
+    trial: int,
+    world: World,
+    goals: Sequence[tuple[float, float]],
 ) -> Row:
     """Return the measures of one attempt, ready for JSON."""
     return {
@@ -184,7 +191,7 @@ def _attempt_row(
         "world_seed": world.seed,
         "difficulty": world.difficulty,
         "goal": attempt.goal,
-        "goals": goals,
+        "goals": len(goals),
         "outcome": str(attempt.outcome),
         "cause": failure_cause(world, attempt.path[-1], attempt.outcome, attempt.contact),
         "contact": attempt.contact.label,
@@ -196,6 +203,8 @@ def _attempt_row(
         "energy_j": attempt.energy,
         "min_clearance_m": attempt.min_clearance,
         "end_xy": attempt.path[-1, :2].tolist(),
+        "goal_xy": list(goals[attempt.goal - 1]),
+        "path": np.round(attempt.path[::_PATH_STRIDE, :2], 2).tolist(),
     }
 
 

@@ -2,7 +2,9 @@
 
 import json
 import platform
+import shlex
 import subprocess
+import sys
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,7 +32,7 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
 
 
 def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """Return the description of a run for its folder: settings, seed, commit and versions.
+    """Return the description of a run for its folder: settings, seed, command, commit and versions.
 
     Args:
         verb: Command that was run.
@@ -42,10 +44,17 @@ def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
         "seed": seed,
         "config": dict(config),
         "config_sha256": config_hash(dict(config)),
+        "command": command_line(),
         "commit": commit(),
         "python": platform.python_version(),
         "versions": versions(),
     }
+
+
+def command_line() -> str:
+    """Return the command line of this process, without the folder of its program."""
+    program, *words = sys.argv or [""]
+    return shlex.join([Path(program).name, *words])
 
 
 def commit() -> str | None:

@@ -1,1 +1,1 @@
-"""Pictures as PNG bytes: drives, perception, training and benchmarks."""
+"""Figures: drives, perception, training and benchmarks, as PNG, SVG and parts of pages."""

@@ -1,4 +1,4 @@
-"""Pictures of benchmarks as PNG bytes, drawn without a screen."""
+"""Figures of benchmarks, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,17 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from andabata.app.plots.axes import png
 
-
-def vehicle_picture(found: Mapping[str, Any]) -> bytes:
+def vehicle_figure(found: Mapping[str, Any]) -> Figure:
     """Return a picture of a body's turning and of its speeds on slopes.
 
     Args:
         found: Result of ``andabata.bench.vehicle.bench_vehicle``, and the ``robot``'s name.
-
-    Returns:
-        PNG bytes.
     """
     figure = Figure(figsize=(12, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -40,17 +35,14 @@ def vehicle_picture(found: Mapping[str, Any]) -> bytes:
     right.set_ylabel("speed [m/s]")
     right.set_title("slopes")
     right.legend()
-    return png(figure)
+    return figure
 
 
-def speed_picture(rows: Sequence[Mapping[str, Any]]) -> bytes:
+def speed_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Return a picture of speeds: a bar for each subject, on logarithmic scales.
 
     Args:
         rows: Rows of ``andabata.bench.speed.bench_speed``.
-
-    Returns:
-        PNG bytes.
     """
     names = list(dict.fromkeys(row["name"] for row in rows))
     counts = [sum(row["name"] == name for row in rows) for name in names]
@@ -70,4 +62,4 @@ def speed_picture(rows: Sequence[Mapping[str, Any]]) -> bytes:
             place.text(row["high"] * 1.1, k, f"{row['value']:.3g}", va="center", fontsize=8)
         place.set_title(f"{name} [{group[0]['unit']}]", fontsize=9, loc="left")
         place.tick_params(labelsize=8)
-    return png(figure)
+    return figure

@@ -1,4 +1,4 @@
-"""Pictures of worlds and drives as PNG bytes, drawn without a screen."""
+"""Figures of worlds and drives, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
 from andabata.app.plots.axes import draw_ranges, png
@@ -34,6 +34,20 @@ _REASON_COLOURS = {
     Reason.LOW: "#7a5a48",
 }
 
+_REASON_WORDS = {
+    Reason.SOLID: "solid object",
+    Reason.VEGETATION: "high vegetation",
+    Reason.SLOPE: "too steep",
+    Reason.STEP: "too high a step",
+    Reason.BORDER: "border",
+    Reason.WATER: "water",
+    Reason.LOW: "low object",
+}
+"""Forbidden ground in words."""
+
+_STAMP_BOX: dict[str, Any] = {"facecolor": "#ffffffcc", "edgecolor": "none", "pad": 1.0}
+"""Background of texts on the map."""
+
 _CLASS_COLOURS = {
     SemanticClass.TRUNK: "#6b4a2b",
     SemanticClass.FOLIAGE: "#4f8f46",
@@ -52,7 +66,7 @@ _CLASS_COLOURS = {
 _WALKER_COLOUR = "#7a2fb5"
 
 
-def world_picture(world: World) -> bytes:
+def world_figure(world: World) -> Figure:
     """Return a world from above and in 3D."""
     figure = Figure(figsize=(14, 7), layout="constrained")
     above = figure.add_subplot(1, 2, 1)
@@ -65,17 +79,19 @@ def world_picture(world: World) -> bytes:
     above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
     solid = figure.add_subplot(1, 2, 2, projection="3d")
     _draw_solid(solid, world)
-    return png(figure)
+    return figure
 
 
-def drive_picture(
+def drive_figure(
     world: World,
     path: NDArray[np.float64],
     goals: Sequence[tuple[float, float]],
     title: str,
     others: Mapping[str, NDArray[np.float64]] | None = None,
     walkers: NDArray[np.float64] | None = None,
-) -> bytes:
+    stamps: Sequence[tuple[int, str]] = (),
+    name: str = "driven",
+) -> Figure:
     """Return a drive from above, on the true map.
 
     Args:
@@ -86,15 +102,17 @@ def drive_picture(
         others: Other paths by name, for comparison.
         walkers: Rows of x, y, z, radius and height of each walker at each second [m], shape
             (t, m, 5).
+        stamps: Indices of positions and texts beside them, see ``drive_traces.stamps_of``.
+        name: Name of the path.
     """
     figure = Figure(figsize=(9, 9), layout="constrained")
     axes = figure.add_subplot()
     _draw_ground(axes, world)
     if walkers is not None and walkers.size:
         _draw_walkers(axes, walkers)
-    for name, other in (others or {}).items():
-        axes.plot(other[:, 0], other[:, 1], linewidth=1.2, linestyle="--", label=name)
-    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label="driven")
+    for other_name, other in (others or {}).items():
+        axes.plot(other[:, 0], other[:, 1], linewidth=1.6, label=other_name)
+    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label=name)
     axes.plot(*path[0, :2], "o", color="black")
     for number, goal in enumerate(goals, start=1):
         axes.plot(*goal, "*", color="#0047c8", markersize=14)
@@ -104,12 +122,17 @@ def drive_picture(
     half, middle = (high - low).max() / 2, (high + low) / 2
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
+    for place, text in stamps:
+        axes.plot(*path[place, :2], "o", color="#d0006f", markersize=5, markeredgecolor="white")
+        offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (7, -3), "fontsize": 8}
+        axes.annotate(text, (path[place, 0], path[place, 1]), bbox=_STAMP_BOX, **offset)
     axes.legend(loc="upper right")
+    _reason_legend(figure, world)
     axes.set_title(title)
-    return png(figure)
+    return figure
 
 
-def tests_picture(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> bytes:
+def tests_figure(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> Figure:
     """Return drives in one world from above, on the true map, with a cross at each failure.
 
     Args:
@@ -129,10 +152,10 @@ def tests_picture(world: World, drives: Mapping[str, Sequence[GoalAttempt]], tit
         _draw_tasks(axes, world.tasks[: len(attempts)])
     axes.legend(loc="upper right")
     axes.set_title(title)
-    return png(figure)
+    return figure
 
 
-def sights_picture(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: PolarGrid) -> bytes:
+def sights_figure(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: PolarGrid) -> Figure:
     """Return virtual scans side by side, each on the true map around its robot.
 
     Args:
@@ -148,7 +171,7 @@ def sights_picture(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: 
         axes.set_xlim(pose.position[0] - reach, pose.position[0] + reach)
         axes.set_ylim(pose.position[1] - reach, pose.position[1] + reach)
         axes.set_title(name)
-    return png(figure)
+    return figure
 
 
 def write_failure(folder: Path, failure: Failure) -> None:
@@ -156,10 +179,10 @@ def write_failure(folder: Path, failure: Failure) -> None:
     row = failure.row
     name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
     title = f"{name}: {row['outcome']}, {row['cause']}"
-    atomic_io.write(folder / f"{name}.png", failure_picture(failure, title))
+    atomic_io.write(folder / f"{name}.png", png(failure_figure(failure, title)))
 
 
-def failure_picture(failure: Failure, title: str) -> bytes:
+def failure_figure(failure: Failure, title: str) -> Figure:
     """Return the place of a failure on the true map, and the virtual scan at that place.
 
     Args:
@@ -180,7 +203,7 @@ def failure_picture(failure: Failure, title: str) -> bytes:
     _draw_sight(right, failure.pose, failure.scan, failure.grid)
     left.set_title(title)
     right.set_title("the last 6 m: forbidden ground in colours, the virtual scan in blue")
-    return png(figure)
+    return figure
 
 
 def _draw_ground(axes: Axes, world: World) -> None:
@@ -198,6 +221,17 @@ def _draw_ground(axes: Axes, world: World) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x, east [m]")
     axes.set_ylabel("y, north [m]")
+
+
+def _reason_legend(figure: Figure, world: World) -> None:
+    """Say below a figure what the colours of forbidden ground mean, of those that are there."""
+    there = [Reason(value) for value in np.unique(world.truth.reason)]
+    handles = [
+        Patch(color=_REASON_COLOURS[reason], alpha=0.75, label=_REASON_WORDS[reason])
+        for reason in there
+        if reason is not Reason.FREE
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
 
 
 def _draw_walkers(axes: Axes, walkers: NDArray[np.float64]) -> None:

@@ -1,7 +1,6 @@
-"""Pictures of virtual scans and classifiers as PNG bytes, drawn without a screen."""
+"""Figures of virtual scans and classifiers, drawn without a screen."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 
-from andabata.app.plots.axes import draw_ranges, png, range_legend
+from andabata.app.plots.axes import draw_ranges, range_legend
 from andabata.app.scanning import Scanned
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
@@ -22,7 +21,7 @@ _STATE_COLOURS = {
 }
 
 
-def scan_picture(scanned: Scanned, title: str) -> bytes:
+def scan_figure(scanned: Scanned, title: str) -> Figure:
     """Return a cloud from above, its cells by state and the virtual scan on it."""
     figure = Figure(figsize=(14, 7.4), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -47,29 +46,10 @@ def scan_picture(scanned: Scanned, title: str) -> bytes:
         axes.set_xlabel("x, forward [m]")
         axes.set_ylabel("y, left [m]")
     right.legend(handles=range_legend(), loc="upper right", fontsize=9)
-    return png(figure)
+    return figure
 
 
-def confusion_picture(scores: Mapping[str, Any]) -> bytes:
-    """Return a confusion matrix of cells.
-
-    Args:
-        scores: ``confusion`` and ``balanced_accuracy`` of a classifier.
-    """
-    counts = scores["confusion"]
-    matrix = np.array([[counts["tn"], counts["fp"]], [counts["fn"], counts["tp"]]])
-    figure = Figure(figsize=(4.5, 4), layout="constrained")
-    axes = figure.add_subplot()
-    axes.imshow(matrix / matrix.sum(axis=1, keepdims=True).clip(min=1), cmap="Greens", vmin=0)
-    for (row, column), count in np.ndenumerate(matrix):
-        axes.text(column, row, str(count), ha="center", va="center", fontsize=14)
-    axes.set_xticks([0, 1], ["classified green", "classified red"])
-    axes.set_yticks([0, 1], ["green", "red"])
-    axes.set_title(f"balanced accuracy {scores['balanced_accuracy']:.3f}")
-    return png(figure)
-
-
-def importance_picture(importances: Mapping[str, float], most: int = 25) -> bytes:
+def importance_figure(importances: Mapping[str, float], most: int = 25) -> Figure:
     """Return the most important features of a forest.
 
     Args:
@@ -81,7 +61,94 @@ def importance_picture(importances: Mapping[str, float], most: int = 25) -> byte
     axes = figure.add_subplot()
     axes.barh(names, [importances[name] for name in names], color="#58a55c")
     axes.set_xlabel("cross-entropy lost when the feature is shuffled [nats a cell]")
-    return png(figure)
+    return figure
+
+
+def labelled_figure(
+    points: NDArray[np.float32],
+    blocked: NDArray[np.bool_],
+    cells: NDArray[np.uint8],
+    grid: PolarGrid,
+    title: str,
+) -> Figure:
+    """Return a labelled cloud from above and its cells (Sanchez et al. 2023, Fig. 3).
+
+    Args:
+        points: Points in ``base_footprint`` [m], shape (n, 3).
+        blocked: True for points that are not traversable, shape (n,).
+        cells: State of each cell by the labels, shape (n_sectors, n_rings).
+        grid: Polar grid of the cells.
+        title: Title of the figure.
+    """
+    figure = Figure(figsize=(12, 6.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    near = np.hypot(points[:, 0], points[:, 1]) < 1.05 * grid.outer_radius
+    for chosen, state in (
+        (~blocked, CellState.TRAVERSABLE),
+        (blocked, CellState.NON_TRAVERSABLE),
+    ):
+        x, y = points[near & chosen, :2].T
+        left.scatter(x, y, s=1.0, color=_STATE_COLOURS[state], linewidths=0)
+    left.set_title(f"{title}: points, green traversable, red not")
+    _draw_cells(right, cells, grid, alpha=0.9)
+    right.set_title("cells by the labels, white empty")
+    for axes in (left, right):
+        axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
+        axes.set_aspect("equal")
+        axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+        axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+        axes.set_xlabel("x, forward [m]")
+        axes.set_ylabel("y, left [m]")
+    return figure
+
+
+def confusions_figure(confusions: Mapping[str, Mapping[str, int]]) -> Figure:
+    """Return confusion matrices side by side.
+
+    Args:
+        confusions: Counts ``tp``, ``tn``, ``fp`` and ``fn`` by title.
+    """
+    figure = Figure(figsize=(4.2 * len(confusions), 3.6), layout="constrained")
+    places = figure.subplots(1, len(confusions), squeeze=False)[0]
+    for axes, (title, counts) in zip(places, confusions.items(), strict=True):
+        _draw_confusion(axes, counts)
+        axes.set_title(title)
+    return figure
+
+
+def bands_figure(bands: Mapping[str, Mapping[str, float]]) -> Figure:
+    """Return scores of ground cells by distance.
+
+    Args:
+        bands: Scores by name of the band.
+    """
+    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    axes = figure.add_subplot()
+    scores = (
+        ("balanced_accuracy", "balanced accuracy", "#1e78c8"),
+        ("precision", "precision", "#e08a1e"),
+        ("recall", "recall", "#d0006f"),
+    )
+    for name, text, colour in scores:
+        axes.plot(
+            list(bands), [band[name] for band in bands.values()], "o-", label=text, color=colour
+        )
+    axes.set_ylim(0, 1.03)
+    axes.set_xlabel("distance from the robot")
+    axes.grid(axis="y", alpha=0.25)
+    axes.legend(loc="lower left")
+    return figure
+
+
+def _draw_confusion(axes: Axes, counts: Mapping[str, int]) -> None:
+    """Draw a confusion matrix, the truth by row."""
+    matrix = np.array([[counts["tn"], counts["fp"]], [counts["fn"], counts["tp"]]])
+    shares = matrix / matrix.sum(axis=1, keepdims=True).clip(min=1)
+    axes.imshow(shares, cmap="Greens", vmin=0, vmax=1.4)
+    for (row, column), count in np.ndenumerate(matrix):
+        axes.text(column, row, f"{count}\n{shares[row, column]:.0%}", ha="center", va="center")
+    axes.set_xticks([0, 1], ["called free", "called blocked"])
+    axes.set_yticks([0, 1], ["free", "blocked"])
 
 
 def _draw_cells(axes: Axes, cells: NDArray[np.uint8], grid: PolarGrid, alpha: float) -> None:

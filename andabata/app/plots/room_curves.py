@@ -1,4 +1,4 @@
-"""Pictures of learning in rooms and of studies of a laser as PNG bytes, drawn without a screen."""
+"""Figures of learning in rooms and of studies of a laser, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-
-from andabata.app.plots.axes import png
 
 _BETTER, _WORSE, _UNCLEAR = "#2f7d32", "#d1483f", "#777777"
 
@@ -24,9 +22,9 @@ class LearningCurves(NamedTuple):
     scores: NDArray[np.float64]
 
 
-def learning_curves_picture(
+def learning_curves_figure(
     curves: Mapping[str, LearningCurves], rooms: Sequence[str], tasks: Sequence[int]
-) -> bytes:
+) -> Figure:
     """Return scores over control steps, a panel a room and one for all together (Fig. 5).
 
     Lines are means over the seeds, areas reach from the lowest to the highest.
@@ -52,7 +50,7 @@ def learning_curves_picture(
         axes.set_xlabel("control steps [thousands]")
     places[0].set_ylabel("score of the test")
     figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
-    return png(figure)
+    return figure
 
 
 class SuccessCurves(NamedTuple):
@@ -69,7 +67,7 @@ class SuccessCurves(NamedTuple):
     rates: NDArray[np.float64]
 
 
-def success_picture(curves: Mapping[str, SuccessCurves], title: str) -> bytes:
+def success_figure(curves: Mapping[str, SuccessCurves], title: str) -> Figure:
     """Return success over episodes, and over control steps beside (Guo et al., Fig. 4a).
 
     Lines are means over the seeds, areas reach from the lowest to the highest.
@@ -94,10 +92,10 @@ def success_picture(curves: Mapping[str, SuccessCurves], title: str) -> bytes:
     handles = by_episodes.get_legend_handles_labels()
     figure.legend(*handles, loc="outside lower center", ncols=3)
     figure.suptitle(title, fontsize=11)
-    return png(figure)
+    return figure
 
 
-def study_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
+def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
     """Return the differences of a study of a laser with their intervals.
 
     Args:
@@ -122,4 +120,4 @@ def study_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
         "with 95 % intervals of the pairs"
     )
     axes.set_title(title, fontsize=11)
-    return png(figure)
+    return figure

@@ -1,4 +1,4 @@
-"""Pictures of drives in rooms as PNG bytes, drawn without a screen.
+"""Figures of drives in rooms, drawn without a screen.
 
 They follow the figures of Zhang et al. (arXiv 2010.10209), whose numbers stand beside.
 """
@@ -16,7 +16,6 @@ from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as MplPath
 from numpy.typing import NDArray
 
-from andabata.app.plots.axes import png
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
@@ -61,9 +60,9 @@ Moments = Sequence[tuple[RoomDrive, Sequence[SupportPoints]]]
 """Drives with the support points at some moments of each."""
 
 
-def trajectories_picture(
+def trajectories_figure(
     drives: Mapping[tuple[str, str], Sequence[RoomDrive]], rooms: Sequence[Room], title: str
-) -> bytes:
+) -> Figure:
     """Return paths and ends, a row a laser and a column a room (Fig. 7).
 
     Args:
@@ -78,7 +77,7 @@ def trajectories_picture(
     for row, lidar in zip(places, lidars, strict=True):
         for axes, room in zip(row, rooms, strict=True):
             mine = drives[lidar, room.name]
-            _draw_room(axes, room)
+            draw_room(axes, room)
             for one in room.appearances:
                 axes.add_patch(Circle(one.circle[:2], one.circle[2], **_MAY_APPEAR))
             _draw_drives(axes, mine)
@@ -86,10 +85,10 @@ def trajectories_picture(
     figure.suptitle(title, fontsize=11)
     hits = any(drive.contact in _HITS for some in drives.values() for drive in some)
     _end_legend(figure, hits=hits)
-    return png(figure)
+    return figure
 
 
-def ends_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
+def ends_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
     """Return how drives ended as bars, a group a room and a bar a laser (Fig. 8).
 
     Args:
@@ -115,10 +114,10 @@ def ends_picture(rows: Sequence[Mapping[str, Any]], title: str) -> bytes:
         line[0].set_ylabel("share of drives")
     figure.suptitle(title, fontsize=11)
     _end_legend(figure, bars=True, hits=any(_hits(row) for row in rows))
-    return png(figure)
+    return figure
 
 
-def support_points_picture(found: Mapping[str, Moments], room: Room, title: str) -> bytes:
+def support_points_figure(found: Mapping[str, Moments], room: Room, title: str) -> Figure:
     """Return support points on the map, a panel a policy (Fig. 6).
 
     Markers tell the goal, colours the moment, as those of the robot's footprints; the more features
@@ -134,7 +133,7 @@ def support_points_picture(found: Mapping[str, Moments], room: Room, title: str)
     steps = [moment.step for drives in found.values() for _, some in drives for moment in some]
     norm, colours = Normalize(0, max(min(max(steps), _LONG), 1)), _moments()
     for axes, (name, drives) in zip(places, found.items(), strict=True):
-        _draw_room(axes, room)
+        draw_room(axes, room)
         for k, (drive, moments) in enumerate(drives):
             axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=0.7, alpha=0.7)
             for moment in (each for each in moments if each.step <= _LONG):
@@ -162,10 +161,10 @@ def support_points_picture(found: Mapping[str, Moments], room: Room, title: str)
     columns = min(3, 1 + len(found))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8)
     figure.suptitle(title, fontsize=11)
-    return png(figure)
+    return figure
 
 
-def tour_picture(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: str) -> bytes:
+def tour_figure(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: str) -> Figure:
     """Return a tour of several goals in a row, a panel a driver (Fig. 10a).
 
     Args:
@@ -175,7 +174,7 @@ def tour_picture(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: s
     """
     figure, places = _panels(len(drives), room)
     for axes, (name, legs) in zip(places, drives.items(), strict=True):
-        _draw_room(axes, room)
+        draw_room(axes, room)
         for k, leg in enumerate(legs):
             colour = _LEGS[k % len(_LEGS)]
             axes.plot(*leg.path[:, :2].T, color=colour, linewidth=1.8)
@@ -187,10 +186,10 @@ def tour_picture(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: s
         axes.set_title(f"{name}: {reached} of {len(room.tasks)} goals in {steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
     _end_legend(figure)
-    return png(figure)
+    return figure
 
 
-def sudden_picture(drives: Mapping[str, RoomDrive], room: Room, title: str) -> bytes:
+def sudden_figure(drives: Mapping[str, RoomDrive], room: Room, title: str) -> Figure:
     """Return drives past obstacles that appear, each with its moment, a panel a driver (Fig. 10b).
 
     Args:
@@ -200,7 +199,7 @@ def sudden_picture(drives: Mapping[str, RoomDrive], room: Room, title: str) -> b
     """
     figure, places = _panels(len(drives), room)
     for axes, (name, drive) in zip(places, drives.items(), strict=True):
-        _draw_room(axes, room)
+        draw_room(axes, room)
         axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=1.8)
         for number, one in enumerate(room.appearances, start=1):
             _draw_appearance(axes, drive, one, number)
@@ -211,7 +210,7 @@ def sudden_picture(drives: Mapping[str, RoomDrive], room: Room, title: str) -> b
         axes.set_title(f"{name}: {ending} after {drive.steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
     _end_legend(figure)
-    return png(figure)
+    return figure
 
 
 def moment_of(drive: RoomDrive, one: MoverPlan) -> int | None:
@@ -244,7 +243,7 @@ def _moments() -> Colormap:
     return LinearSegmentedColormap.from_list("moments", ["black", "#1540c4", "#d0006f", "#f0a000"])
 
 
-def _draw_room(axes: Axes, room: Room) -> None:
+def draw_room(axes: Axes, room: Room) -> None:
     """Draw walls, boxes and posts."""
     for x_low, y_low, x_high, y_high in room.boxes.tolist():
         box = Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, color=_SOLID, linewidth=0.8)

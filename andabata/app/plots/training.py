@@ -1,4 +1,4 @@
-"""Pictures of training runs as PNG bytes, drawn without a screen."""
+"""Figures of training runs, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from andabata.app.plots.axes import png
-
 _TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
 """Colour of each term of the reward, and of their sum, ``whole``."""
 
 
-def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
+def learning_figure(history: Sequence[Mapping[str, Any]]) -> Figure:
     """Return success over episodes, stage after stage, and its mean over eight updates.
 
     Args:
@@ -33,10 +31,10 @@ def learning_picture(history: Sequence[Mapping[str, Any]]) -> bytes:
     axes.set_xlabel("episodes")
     axes.set_ylabel("goals reached while exploring")
     axes.legend()
-    return png(figure)
+    return figure
 
 
-def rewards_picture(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> bytes:
+def rewards_figure(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
     """Return the mean reward of a control step over each stage, whole and by term.
 
     Args:
@@ -60,4 +58,4 @@ def rewards_picture(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> byt
         axes.set_xlabel("episodes")
     places[0].set_ylabel("mean reward of a control step")
     places[0].legend()
-    return png(figure)
+    return figure

@@ -47,14 +47,15 @@ def speed(
     if context.invoked_subcommand is not None:
         return
     from andabata.app.console import table_of
-    from andabata.app.plots.bench import speed_picture
+    from andabata.app.plots.axes import png
+    from andabata.app.plots.bench import speed_figure
     from andabata.bench.speed import bench_speed, speed_table
     from andabata.records import atomic_io
 
     console = output.console()
     rows = bench_speed(world, seed, runs, seconds, only, console)
     if out is not None:
-        atomic_io.write(out, speed_picture(rows))
+        atomic_io.write(out, png(speed_figure(rows)))
     console.result({"rows": rows}, table_of(speed_table(rows), f"medians of {runs} turns"))
 
 
@@ -173,7 +174,8 @@ def vehicle(
         andabata bench vehicle --robot jackal --json
     """
     from andabata.app.console import table_of
-    from andabata.app.plots.bench import vehicle_picture
+    from andabata.app.plots.axes import png
+    from andabata.app.plots.bench import vehicle_figure
     from andabata.bench.vehicle import bench_vehicle, vehicle_tables
     from andabata.machine.robot import RobotModel
     from andabata.records import atomic_io
@@ -182,7 +184,7 @@ def vehicle(
     with console.progress("parts", 5) as step:
         data = {"robot": robot, **bench_vehicle(model, seed, step)}
     if picture is not None:
-        atomic_io.write(picture, vehicle_picture(data))
+        atomic_io.write(picture, png(vehicle_figure(data)))
     console.result(data, *(table_of(rows, title) for title, rows in vehicle_tables(data)))
 
 

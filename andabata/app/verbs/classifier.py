@@ -73,6 +73,9 @@ def evaluate(
     *,
     clouds: Clouds,
     split: Annotated[SplitName, typer.Option(help="Split of the clouds.")] = SplitName.VALIDATION,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the scores, for `andabata report`.")
+    ] = None,
     forest: ForestOptions,
     output: ConsoleOptions,
 ) -> None:
@@ -82,13 +85,20 @@ def evaluate(
         andabata classifier evaluate --clouds data/clouds
         andabata classifier evaluate --clouds data/clouds --split train --json
         andabata classifier evaluate --clouds data/clouds --forest f/forest.npz
+        andabata classifier evaluate --clouds data/clouds --out data/scores
     """
+    from andabata.app.classifier_training import write_scores
     from andabata.evaluation.classifier import score_forest, tables
+    from andabata.records.runs import describe, make_folder
     from traversability.dataset import read_manifest
 
-    loaded = forest.load()
-    scores = score_forest(loaded, clouds, read_manifest(clouds), split.value)
+    loaded, manifest = forest.load(), read_manifest(clouds)
+    scores = score_forest(loaded, clouds, manifest, split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
+    if out is not None:
+        settings = {"clouds": str(clouds), "clouds_sha256": manifest.config_sha256, "split": split}
+        about = describe("classifier evaluate", settings, manifest.seed)
+        write_scores(make_folder(out), data, about)
     output.console().result(data, tables(data))
 
 

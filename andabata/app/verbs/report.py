@@ -15,8 +15,8 @@ def report(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            help="Folders of training runs, a seed each; or one of evaluate in rooms or of "
-            "lidar-study."
+            help="Folder of any run: clouds generate, classifier, train, drive, evaluate, "
+            "lidar-study. Several of train, a seed or plan each, or of drive in one world."
         ),
     ],
     tests: Annotated[
@@ -28,26 +28,35 @@ def report(
     out: Annotated[
         Path | None, typer.Option(help="HTML file; report.html in the first folder by default.")
     ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(help="Folder for each figure of the page as PNG and as SVG.")
+    ] = None,
     models: ClassifierOptions,
     workers: Workers = 2,
     output: ConsoleOptions,
 ) -> None:
-    """Draw the rewards, worlds, scans and test drives of training runs on one HTML page.
+    """Write one HTML page about runs: tables, the papers' figures, failures, and how to repeat it.
 
-    Of runs in rooms: learning curves, ends and paths, support points, tours.
+    The page needs no network: it is one file, for light and dark screens and for paper. Lines in it
+    are zoomed by buttons, dragged, and read under the pointer.
 
     Examples:
         andabata report data/runs/train
         andabata report data/runs/train/seed-0 data/runs/train/seed-1 --tests 2
         andabata report data/runs/spn --out report.html --json
-        andabata report data/runs/study
+        andabata report data/runs/drive --figures figures
+        andabata report data/runs/generalisation
     """
-    from andabata.app.reports import make_report, run_folders
+    from andabata.app.reports import ReportOptions, make_report, run_folders
     from andabata.records import atomic_io
     from andabata.records.runs import make_folder
 
-    path = out or runs[0] / "report.html"
-    made = make_report(run_folders(runs), models, tests, workers, console := output.console())
+    path, console = out or runs[0] / "report.html", output.console()
+    made = make_report(run_folders(runs), ReportOptions(models, tests, workers, console))
+    page = made.page.to_bytes()
     make_folder(path.parent)
-    atomic_io.write(path, made.page)
-    console.result(made.data | {"report": str(path)}, made.shown, f"report: {path}")
+    atomic_io.write(path, page)
+    data = made.data | {"report": str(path), "bytes": len(page)}
+    if figures is not None:
+        data["figures"] = made.page.write_figures(make_folder(figures))
+    console.result(data, made.shown, f"report: {path}")

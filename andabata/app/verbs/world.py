@@ -72,12 +72,13 @@ def render(
         andabata world render hill
         andabata world render natural --seed 7 --out natural_7.png
     """
-    from andabata.app.plots.drives import world_picture
+    from andabata.app.plots.axes import png
+    from andabata.app.plots.drives import world_figure
     from andabata.records import atomic_io
     from worlds.catalogue import make_world
 
     world = make_world(name, seed, difficulty)
-    atomic_io.write(out, world_picture(world))
+    atomic_io.write(out, png(world_figure(world)))
     output.console().result({"picture": str(out)}, f"picture: {out}")
 
 

@@ -3,21 +3,12 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 from andabata.app.plots import perception
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """Return a list that receives each figure instead of its PNG bytes."""
-    figures = []
-    monkeypatch.setattr(perception, "png", lambda figure: figures.append(figure) or b"")
-    return figures
 
 
 def test_cells_are_drawn_in_their_sector_ring_and_colour():
@@ -38,33 +29,35 @@ def test_cells_are_drawn_in_their_sector_ring_and_colour():
     assert red > max(green, blue)
 
 
-def test_a_confusion_matrix_has_truth_by_row(drawn):
+def test_a_confusion_matrix_has_truth_by_row():
     """Rows are the truth, columns the classifier's answer; red is positive."""
     confusion = {"tn": 1, "fp": 2, "fn": 3, "tp": 4}
-    perception.confusion_picture({"confusion": confusion, "balanced_accuracy": 0.5})
-    (axes,) = drawn[0].axes
+    figure = perception.confusions_figure({"ours": confusion})
+    (axes,) = figure.axes
     texts = {text.get_position(): text.get_text() for text in axes.texts}
-    assert texts == {(0, 0): "1", (1, 0): "2", (0, 1): "3", (1, 1): "4"}
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["green", "red"]
+    shown = {(0, 0): "1\n33%", (1, 0): "2\n67%", (0, 1): "3\n43%", (1, 1): "4\n57%"}
+    assert texts == shown
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["free", "blocked"]
+    assert axes.get_title() == "ours"
 
 
-def test_the_most_important_feature_is_on_top(drawn):
+def test_the_most_important_feature_is_on_top():
     """Bars stand by importance, at most as many as asked."""
-    perception.importance_picture({"a": 3.0, "b": 2.0, "c": 1.0}, most=2)
-    (axes,) = drawn[0].axes
+    figure = perception.importance_figure({"a": 3.0, "b": 2.0, "c": 1.0}, most=2)
+    (axes,) = figure.axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["b", "a"]
     assert [bar.get_width() for bar in axes.patches] == [2.0, 3.0]
 
 
-def test_a_scan_shows_points_near_and_low(drawn):
+def test_a_scan_shows_points_near_and_low():
     """Points beyond the grid or above the robot are not drawn."""
     grid = PolarGrid(n_sectors=4)
     points = np.array([[1, 2, 0], [1, 2, 3], [90, 0, 0]], dtype=np.float32)
     cells = np.zeros((4, grid.n_rings), dtype=np.uint8)
     scan = SimpleNamespace(ranges=np.full(4, np.inf, dtype=np.float32))
-    perception.scan_picture(
+    figure = perception.scan_figure(
         SimpleNamespace(cloud=SimpleNamespace(points=points), grid=grid, cells=cells, scan=scan),
         "name",
     )
-    left = drawn[0].axes[0]
+    left = figure.axes[0]
     np.testing.assert_allclose(left.collections[0].get_offsets(), [[1, 2]])

@@ -1,27 +1,18 @@
 """Pictures of learning in rooms and of studies of a laser."""
 
 import numpy as np
-import pytest
 from matplotlib.colors import to_hex
 
 from andabata.app.plots import room_curves
 from andabata.app.plots.room_curves import LearningCurves, SuccessCurves
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """Return a list that receives each figure instead of its PNG bytes."""
-    figures = []
-    monkeypatch.setattr(room_curves, "png", lambda figure: figures.append(figure) or b"")
-    return figures
-
-
-def test_curves_are_means_over_the_seeds_with_their_range(drawn):
+def test_curves_are_means_over_the_seeds_with_their_range():
     """A panel a room and one for the sum; the area reaches from the lowest to the highest seed."""
     scores = np.array([[[1.0, -2.0], [2.0, 2.0]], [[3.0, -4.0], [2.0, 3.0]]])
     curves = {"K = 20": LearningCurves(np.array([5000, 10000]), scores)}
-    room_curves.learning_curves_picture(curves, ["a", "b"], [4, 4])
-    a, b, every = drawn[0].axes
+    figure = room_curves.learning_curves_figure(curves, ["a", "b"], [4, 4])
+    a, b, every = figure.axes
     assert [axes.get_title() for axes in (a, b, every)] == ["a", "b", "all rooms"]
     for axes, mean, low, high in (
         (a, [2, 2], [1, 2], [3, 2]),
@@ -34,18 +25,18 @@ def test_curves_are_means_over_the_seeds_with_their_range(drawn):
         for x, bottom, top in zip((5, 10), low, high, strict=True):
             there = corners[np.isclose(corners[:, 0], x), 1]
             assert (there.min(), there.max()) == (bottom, top)
-    assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == ["K = 20"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["K = 20"]
 
 
-def test_success_is_shown_over_episodes_and_over_steps(drawn):
+def test_success_is_shown_over_episodes_and_over_steps():
     """The same means stand on both axes, which begin with the training."""
     rates = np.array([[0.2, 0.8], [0.4, 1.0]])
     curves = {"td3": SuccessCurves(np.array([100.0, 200.0]), np.array([5e3, 9e3]), rates)}
-    room_curves.success_picture(curves, "title")
-    for axes, amounts in zip(drawn[0].axes, ([100, 200], [5, 9]), strict=True):
+    figure = room_curves.success_figure(curves, "title")
+    for axes, amounts in zip(figure.axes, ([100, 200], [5, 9]), strict=True):
         np.testing.assert_allclose(axes.lines[0].get_data(), [amounts, [0.3, 0.9]])
         assert axes.get_xlim()[0] == 0
-    assert [text.get_text() for text in drawn[0].legends[0].get_texts()] == ["td3"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["td3"]
 
 
 def change(text, mean, low, high):
@@ -53,7 +44,7 @@ def change(text, mean, low, high):
     return {"text": text, "success_rate": 0.8, **found}
 
 
-def test_differences_are_coloured_by_their_intervals(drawn):
+def test_differences_are_coloured_by_their_intervals():
     """Green and red where the interval leaves zero out, grey where it holds it; in points."""
     rows = [
         change("as it is", None, None, None),
@@ -61,8 +52,8 @@ def test_differences_are_coloured_by_their_intervals(drawn):
         change("down", -0.05, -0.09, -0.01),
         change("same", 0.0, -0.02, 0.02),
     ]
-    room_curves.study_picture(rows, "title")
-    (axes,) = drawn[0].axes
+    figure = room_curves.study_figure(rows, "title")
+    (axes,) = figure.axes
     bars, dots = axes.lines[0:6:2], axes.lines[1:6:2]
     colours = [to_hex(bar.get_color()) for bar in bars]
     assert colours == [room_curves._BETTER, room_curves._WORSE, room_curves._UNCLEAR]

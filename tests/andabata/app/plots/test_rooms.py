@@ -19,14 +19,6 @@ ROOM = make_room("spn-env0")
 GREEN, RED, ORANGE = (style["color"] for style in rooms._END_STYLES.values())
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """Return a list that receives each figure instead of its PNG bytes."""
-    figures = []
-    monkeypatch.setattr(rooms, "png", lambda figure: figures.append(figure) or b"png")
-    return figures
-
-
 def drive(outcome=Outcome.GOAL, steps=10, y=0.0, speed=0.1):
     path = np.zeros((steps + 1, 3))
     path[:, 0], path[:, 1] = speed * np.arange(steps + 1) - 1, y
@@ -40,39 +32,39 @@ def markers(axes, colour):
     return np.array(found)
 
 
-def test_paths_end_with_the_markers_of_the_paper(drawn):
+def test_paths_end_with_the_markers_of_the_paper():
     """Green where the goal was reached, red in a crash, orange in a time-out, a panel a cell."""
     mixed = [drive(), drive(Outcome.COLLISION, y=1.0), drive(Outcome.TIMEOUT, y=2.0)]
     cells = {("a", ROOM.name): mixed, ("b", ROOM.name): [drive(), drive(y=1.5)]}
-    rooms.trajectories_picture(cells, [ROOM], "title")
-    first, second = drawn[0].axes
+    figure = rooms.trajectories_figure(cells, [ROOM], "title")
+    first, second = figure.axes
     for colour, y in ((GREEN, 0.0), (RED, 1.0), (ORANGE, 2.0)):
         np.testing.assert_allclose(markers(first, colour), [[0.0, y]], atol=1e-12)
     assert first.get_title() == f"{ROOM.name}\na: 1 success, 1 crash, 1 time-out"
     assert second.get_title() == f"{ROOM.name}\nb: 2 success"
-    legend = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["success", "crash", "time-out"]
 
 
-def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own(drawn):
+def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():
     """What a mover caused is no crash of the robot's; the legend tells it where there is some."""
     hit = replace(drive(Outcome.COLLISION, y=1.0), contact=Contact.HIT_AT_REST)
-    rooms.trajectories_picture({("trained", ROOM.name): [drive(), hit]}, [ROOM], "title")
+    figure = rooms.trajectories_figure({("trained", ROOM.name): [drive(), hit]}, [ROOM], "title")
     purple = rooms._HIT_STYLE["color"]
-    np.testing.assert_allclose(markers(drawn[0].axes[0], purple), [[0.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(markers(figure.axes[0], purple), [[0.0, 1.0]], atol=1e-12)
     cell = {"room": "r", "lidar": "trained", "memory": "map", "trials": 10, "successes": 4}
     row = cell | {"collisions": 5, "timeouts": 1, "hit_by_mover": 1, "hit_at_rest": 2}
-    rooms.ends_picture([row], "title")
-    bars = {to_hex(bar.get_facecolor()): bar.get_height() for bar in drawn[1].axes[0].patches}
+    ends = rooms.ends_figure([row], "title")
+    bars = {to_hex(bar.get_facecolor()): bar.get_height() for bar in ends.axes[0].patches}
     assert bars == pytest.approx({GREEN: 0.4, RED: 0.2, purple: 0.3, ORANGE: 0.1})
-    for figure in drawn:
-        assert "hit by a mover" in [text.get_text() for text in figure.legends[0].get_texts()]
+    for each in (figure, ends):
+        assert "hit by a mover" in [text.get_text() for text in each.legends[0].get_texts()]
 
 
-def test_rooms_are_drawn_in_metres(drawn):
+def test_rooms_are_drawn_in_metres():
     """Each box and circle is where it stands; the room is in view with equal scales."""
-    rooms.trajectories_picture({("a", ROOM.name): [drive()]}, [ROOM], "title")
-    (axes,) = drawn[0].axes
+    figure = rooms.trajectories_figure({("a", ROOM.name): [drive()]}, [ROOM], "title")
+    (axes,) = figure.axes
     boxes = [patch.get_bbox().extents for patch in axes.patches[: len(ROOM.boxes)]]
     np.testing.assert_allclose(boxes, ROOM.boxes)
     circles = [(*patch.center, patch.radius) for patch in axes.patches[len(ROOM.boxes) :]]
@@ -81,14 +73,14 @@ def test_rooms_are_drawn_in_metres(drawn):
     assert axes.get_xlim()[0] <= -4 < 4 <= axes.get_xlim()[1]
 
 
-def test_outlines_are_drawn_solid_but_for_their_holes(drawn):
+def test_outlines_are_drawn_solid_but_for_their_holes():
     """What is solid is filled, by any winding; a wall of two corners is a line."""
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     hole = ((0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4))
     outlines = (square, hole, ((-1.0, -1.0), (-0.5, -0.5)))
     made = Room.of("r", RoomPlan(about="", half=(2.0, 2.0), outlines=outlines))
-    rooms.trajectories_picture({("a", "r"): [drive()]}, [made], "title")
-    (patch,) = drawn[0].axes[0].patches[len(made.boxes) :]
+    figure = rooms.trajectories_figure({("a", "r"): [drive()]}, [made], "title")
+    (patch,) = figure.axes[0].patches[len(made.boxes) :]
     path = patch.get_path()
     starts = path.vertices[path.codes == path.MOVETO]
     np.testing.assert_allclose(starts, [each[0] for each in outlines])
@@ -102,7 +94,7 @@ def row(room, lidar, memory, ends, trials=10):
     return cell | dict(zip(names, ends, strict=True))
 
 
-def test_bars_are_the_shares_of_ends(drawn):
+def test_bars_are_the_shares_of_ends():
     """Rows of several policies add up; bars stand one on top of the other."""
     rows = [
         row("r", "ten-beams", "reactive", (6, 3, 1)),
@@ -111,8 +103,8 @@ def test_bars_are_the_shares_of_ends(drawn):
         row("r", "ten-beams", "map", (10, 0, 0)),
         row("r", "180|1|5|0", "map", (9, 0, 1)),
     ]
-    rooms.ends_picture(rows, "title")
-    reactive, mapped = drawn[0].axes
+    figure = rooms.ends_figure(rows, "title")
+    reactive, mapped = figure.axes
     heights = [patch.get_height() for patch in reactive.patches]
     np.testing.assert_allclose(heights, [0.8, 0.15, 0.05, 0.0, 1.0, 0.0])
     bottoms = [patch.get_y() for patch in reactive.patches]
@@ -129,12 +121,12 @@ def moment(step, counts, is_return=True):
     return SupportPoints(step, np.array([0.1 * step, 0.0, 0.0]), places, np.array(counts), seen)
 
 
-def test_support_points_grow_with_their_features(drawn):
+def test_support_points_grow_with_their_features():
     """Markers tell the goal, areas the count; late moments are left out, open ends are hollow."""
     first = (drive(), [moment(0, [1, 4]), moment(20, [2], is_return=False), moment(180, [9])])
     second = (drive(y=1.0), [moment(0, [3])])
-    rooms.support_points_picture({"K = 5": [first, second]}, ROOM, "title")
-    axes = drawn[0].axes[0]
+    figure = rooms.support_points_figure({"K = 5": [first, second]}, ROOM, "title")
+    axes = figure.axes[0]
     points = [each for each in axes.lines if each.get_zorder() == 3]
     assert [each.get_marker() for each in points] == ["o", "o", "o", "s"]
     areas = np.array([each.get_markersize() for each in points]) ** 2
@@ -145,18 +137,18 @@ def test_support_points_grow_with_their_features(drawn):
     assert names == ["G0", "G1", "S0", "S1"]
 
 
-def test_a_tour_names_its_goals_and_counts_them(drawn):
+def test_a_tour_names_its_goals_and_counts_them():
     """Each leg has its goal; the title says how many were reached in how many steps."""
     room = make_room("spn-crowded")
     legs = [drive(), drive(Outcome.COLLISION, steps=7, y=1.0)]
-    rooms.tour_picture({"reactive": legs}, room, "title")
-    (axes,) = drawn[0].axes
+    figure = rooms.tour_figure({"reactive": legs}, room, "title")
+    (axes,) = figure.axes
     assert axes.get_title() == "reactive: 1 of 5 goals in 17 steps"
     assert [text.get_text() for text in axes.texts] == ["G1", "G2", "S"]
     np.testing.assert_allclose(markers(axes, RED), [[-0.3, 1.0]], atol=1e-12)
 
 
-def test_an_obstacle_appears_where_the_robot_is_near_enough(drawn):
+def test_an_obstacle_appears_where_the_robot_is_near_enough():
     """The moment is the first step within its distance; one that never came is dotted."""
     room = make_room("spn-sudden")
     near = RoomDrive(
@@ -169,8 +161,8 @@ def test_an_obstacle_appears_where_the_robot_is_near_enough(drawn):
     # The circle of 0.3 m at the origin appears within 1.3 m of its edge: from x = -1.6 on.
     assert rooms.moment_of(near, first) == 17
     assert rooms.moment_of(near, second) is None
-    rooms.sudden_picture({"reactive": near}, room, "title")
-    (axes,) = drawn[0].axes
+    figure = rooms.sudden_figure({"reactive": near}, room, "title")
+    (axes,) = figure.axes
     texts = [text.get_text() for text in axes.texts]
     assert texts == ["O1", "O1 appears\nafter 17 steps", "O2", "G", "S"]
     assert axes.get_title() == "reactive: crash after 40 steps"

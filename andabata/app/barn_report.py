@@ -56,7 +56,12 @@ def report_barn(folder: Path) -> tuple[Report, Row]:
         f"BARN: {rows[0]['worlds']} fields of cylinders",
         f"{rows[0]['runs']} runs of each navigator; worlds: {data['worlds']}; {data['about']}.",
     )
-    page.facts([Fact(row["controller"], interval(row, "score"), counted(row)) for row in rows])
+    page.facts(
+        [
+            Fact(row["controller"], interval(row, "score"), counted(row, whole="runs"))
+            for row in rows
+        ]
+    )
     page.section(
         "Scores",
         "Success x optimal time / time, at most 0.5 by the official rule. Brackets hold 95 % "
@@ -74,7 +79,7 @@ def report_barn(folder: Path) -> tuple[Report, Row]:
         )
         page.table(data["differences"], _DIFFERENCES)
     _failures(page, folder, data["failures"])
-    return page, {key: data[key] for key in ("rows", "differences", "failures")}
+    return page, {key: data[key] for key in ("rows", "differences", "failures", "about")}
 
 
 def _with_reached(row: Mapping[str, Any]) -> Row:
@@ -111,7 +116,7 @@ def _failures(page: Report, folder: Path, failures: Sequence[Row]) -> None:
     config = settings_of(BarnEvaluationConfig, read_about(folder)["config"], folder)
     chosen = list({(row["controller"], row["failure"]): row for row in failures}.values())
     try:
-        driven = {_title(row): _driven(config, row) for row in chosen[:_SHOWN_FAILURES]}
+        driven = dict(_driven(config, row) for row in chosen[:_SHOWN_FAILURES])
     except (OSError, ValueError) as error:
         page.note(f"The runs cannot be driven anew for a picture: {error}")
     else:
@@ -121,12 +126,16 @@ def _failures(page: Report, folder: Path, failures: Sequence[Row]) -> None:
         page.table(failures, _FAILED)
 
 
-def _driven(config: BarnEvaluationConfig, row: Row) -> tuple[Any, Any, str]:
-    """Return room, path and end of a run that is driven anew."""
+def _driven(config: BarnEvaluationConfig, row: Row) -> tuple[str, tuple[Any, Any, str]]:
+    """Return title, and room, path and end of a run that is driven anew."""
     name, controller = row["world"], row["controller"]
     world = load_world(config, name)
     result = drive_path(config, world, name, controller, row["trial"])
-    return world.room, result.path, str(result.outcome)
+    end = str(result.outcome)
+    # A time-out that never left its start has a name of its own in the table.
+    changed = end not in (row["failure"], "timeout")
+    now = f"\n(by this code: {word(end)})" if changed else ""
+    return _title(row) + now, (world.room, result.path, end)
 
 
 def _title(row: Row) -> str:

@@ -43,6 +43,8 @@ _SHOWN = (
 
 _FAILED = ("world", "world_seed", "controller", "goal", "outcome", "cause", "time_s", "distance_m")
 
+_CAUSES = ("world", "controller", "outcome", "cause", "count")
+
 MOST_BYTES = 7_000_000
 """Largest number of bytes of all pictures of failures on a page."""
 
@@ -193,7 +195,7 @@ def _failures(page: Report, folder: Path, causes: Sequence[Row], attempts: Seque
     page.section("Failures", "" if causes else "None.")
     if not causes:
         return
-    page.table(causes)
+    page.table(causes, _CAUSES)
     pictures = _pictures(folder / FAILURES, attempts)
     kept = _within(pictures, MOST_BYTES)
     left_out = sum(map(len, pictures.values())) - sum(map(len, kept.values()))

@@ -17,6 +17,12 @@ from andabata.app.plots.axes import png
 from andabata.app.plots.svg import inline_figure, svg
 from andabata.records import atomic_io
 
+_WIDTH = 100
+"""Largest width of an inch of a drawn figure [pixels]."""
+
+_NUMBER = re.compile(r"[+-]?\d[\d.,]*%?( of \d+)?( \[.*\])?")
+"""Texts that stand right in their column."""
+
 MOST_COLUMNS = 8
 """Largest number of columns of a table side by side; a wider one is told in several."""
 
@@ -126,8 +132,9 @@ class Report:
         axes = html.escape(json.dumps(inline.axes))
         markup = inline.markup.replace("<svg", f'<svg role="img" aria-label="{text}"', 1)
         kind = ' class="light"' if light else ""
+        width = round(figure.get_figwidth() * _WIDTH)
         self._parts.append(
-            f'<figure id="{name}"{kind} data-axes="{axes}">{markup}'
+            f'<figure id="{name}"{kind} style="max-width:{width}px" data-axes="{axes}">{markup}'
             f"<figcaption>{text}</figcaption></figure>"
         )
 
@@ -235,9 +242,9 @@ def _plain(text: str) -> str:
 
 def _is_name(rows: Sequence[Mapping[str, Any]], key: str) -> bool:
     """Return True if a column holds words rather than numbers."""
-    known = [row.get(key) for row in rows if row.get(key) is not None]
-    return bool(known) and all(
-        isinstance(value, str) and value[:1].strip("0123456789+-") != "" for value in known
+    known = [row[key] for row in rows if row.get(key) is not None]
+    return bool(known) and any(
+        isinstance(value, str) and not _NUMBER.fullmatch(value) for value in known
     )
 
 

@@ -46,7 +46,8 @@ for (const figure of document.querySelectorAll("figure[data-axes]")) {
   }
   const tip = document.createElement("div");
   tip.className = "tip";
-  figure.append(buttons, tip);
+  figure.querySelector("figcaption").prepend(buttons);
+  figure.append(tip);
 
   // The wheel scrolls the page; with Ctrl or Shift it zooms.
   svg.addEventListener("wheel", (event) => {

@@ -4,7 +4,6 @@ The view is cast with the world's own rays, from a camera that follows the robot
 graphics card are needed.
 """
 
-import io
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from andabata.app.plots.film import film
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -162,14 +162,16 @@ class ClipRecorder:
         moved = np.stack([c * x - s * y, s * x + c * y, z], axis=1) + pose.position
         return moved.astype(np.float32), (stamps.max() - stamps).astype(np.float32)
 
-    def gif(self, seconds: float = 8.0, rate: float = 10.0) -> bytes:
-        """Return the drive as an animated GIF.
+    def film(self, kind: str = ".gif", seconds: float = 8.0, rate: float = 10.0) -> bytes:
+        """Return the drive as a film's file.
 
         Args:
+            kind: End of the file's name: ``.gif`` or ``.mp4``.
             seconds: Longest duration of the clip [s]; longer drives are shown faster.
             rate: Number of pictures a second [Hz].
 
         Raises:
+            FilmError: If there is no ffmpeg for an MP4.
             ValueError: If there are no frames.
         """
         if not self.frames:
@@ -183,7 +185,7 @@ class ClipRecorder:
             camera = Camera.behind(frame.pose, yaw)
             shown = path[: frame.n_positions]
             pictures.append(_picture(frame, shown, camera, self._scene.rays, self._config))
-        return _animation(pictures, rate)
+        return film(pictures, rate, kind)
 
 
 class Camera(NamedTuple):
@@ -229,23 +231,6 @@ class Camera(NamedTuple):
         row = HEIGHT / 2 + _FOCAL * WIDTH * y / depth
         distance = np.linalg.norm(points - self.place, axis=1)
         return np.stack([column, row, np.where(np.isfinite(depth), distance, np.nan)], axis=1)
-
-
-def _animation(pictures: list[Image.Image], rate: float) -> bytes:
-    """Return pictures as an animated GIF of one palette: palettes of their own would flicker."""
-    palette = pictures[len(pictures) // 2].quantize(96, method=Image.Quantize.MEDIANCUT)
-    frames = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
-    stream = io.BytesIO()
-    frames[0].save(
-        stream,
-        format="GIF",
-        save_all=True,
-        append_images=frames[1:],
-        duration=round(1000 / rate),
-        loop=0,
-        optimize=True,
-    )
-    return stream.getvalue()
 
 
 def _picture(

@@ -50,7 +50,10 @@ def drive(
         ),
     ] = True,
     clip: Annotated[
-        Path | None, typer.Option(help="Draw the drive as an animated picture: a .gif file.")
+        Path | None,
+        typer.Option(
+            help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg."
+        ),
     ] = None,
     time_limit: Annotated[
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
@@ -71,6 +74,7 @@ def drive(
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
     from andabata.app.plots.clip import ClipRecorder
+    from andabata.app.plots.film import FilmError, check_film
     from andabata.app.run_folders import write_drive
     from andabata.app.tables import drive_text
     from andabata.app.usage import UsageError, numbers, words
@@ -78,11 +82,15 @@ def drive(
     from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
     from andabata.records import atomic_io
+    from andabata.records.runs import make_folder
 
     (name,) = words(controller, CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
-    if clip is not None and clip.suffix != ".gif":
-        raise UsageError(f"--clip: expected a file that ends in .gif, got {clip}")
+    if clip is not None:
+        try:
+            check_film(clip)
+        except FilmError as error:
+            raise UsageError(str(error)) from error
     goals = [(x, y) for x, y in (numbers(text, 2, "--goal") for text in goal or ())]
     console, loaded = output.console(), models.load()
     clips: list[ClipRecorder] = []
@@ -104,9 +112,9 @@ def drive(
             on_robot=watch,
             goals=goals,
         )
-    data = write_drive(out, driven, config.model_dump(mode="json"), seed)
-    data |= {"record": str(record)} if record else {}
     if clip is not None:
-        atomic_io.write(clip, clips[0].gif())
-        data |= {"clip": str(clip)}
+        make_folder(clip.parent)
+        atomic_io.write(clip, clips[0].film(clip.suffix))
+    data = write_drive(out, driven, config.model_dump(mode="json"), seed, clip)
+    data |= {"record": str(record)} if record else {}
     console.result(data, drive_text(driven.title, data))

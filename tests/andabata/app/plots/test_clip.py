@@ -128,12 +128,12 @@ def test_a_long_drive_keeps_few_frames(driven, monkeypatch):
 
 def test_the_clip_is_a_moving_picture_of_the_asked_length(driven):
     """Ten pictures in a second, no more than there are frames; they differ."""
-    moving = Image.open(io.BytesIO(driven.gif(seconds=0.5, rate=10.0)))
+    moving = Image.open(io.BytesIO(driven.film(seconds=0.5, rate=10.0)))
     assert (moving.n_frames, moving.size) == (5, (clip.WIDTH, clip.HEIGHT))
     first = np.asarray(moving.convert("RGB"))
     moving.seek(4)
     assert (first != np.asarray(moving.convert("RGB"))).any()
-    assert Image.open(io.BytesIO(driven.gif(seconds=8.0))).n_frames == len(driven.frames)
+    assert Image.open(io.BytesIO(driven.film(seconds=8.0))).n_frames == len(driven.frames)
 
 
 def test_cells_are_tinted_where_they_are():
@@ -181,4 +181,4 @@ def test_no_frames_make_no_clip(scenes):
     scene = scenes.get("natural", 3)
     steering = make_steering("straight", scene.world, CONFIG, Models())
     with pytest.raises(ValueError, match="expected a drive of two steps"):
-        ClipRecorder(SimulatedRobot(scene, CONFIG, Models(), steering)).gif()
+        ClipRecorder(SimulatedRobot(scene, CONFIG, Models(), steering)).film()

@@ -62,7 +62,7 @@ COLUMNS: Mapping[str, Column] = {
     "wilson_high": Column("success, upper bound"),
     "success_low": Column("success, lower bound"),
     "success_high": Column("success, upper bound"),
-    "spl": Column("SPL (success by path length)"),
+    "spl": Column("SPL"),
     "trespass_m": Column("on forbidden ground", "m", ".1f"),
     "trespass_share": Column("way on forbidden ground", *_SHARE),
     "distance_m": Column("driven", "m", ".1f"),
@@ -255,3 +255,9 @@ def spoken(row: Row, keys: Iterable[str] | None = None) -> dict[str, str]:
 def counted(row: Row, part: str = "successes", whole: str = "trials") -> str:
     """Return a count of a row as ``12 of 24``."""
     return f"{row[part]} of {row[whole]}"
+
+
+def several(count: int, what: str) -> str:
+    """Return a count in words."""
+    words = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+    return f"{words[count] if count < len(words) else count} {what}{'s' if count != 1 else ''}"

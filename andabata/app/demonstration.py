@@ -7,9 +7,10 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.classifier_report import SCORE_COLUMNS
+from andabata.app.columns import several
 from andabata.app.console import Console
 from andabata.app.drive_report import ATTEMPT_COLUMNS
-from andabata.app.evaluation_report import add_goals_table, several
+from andabata.app.evaluation_report import add_goals_table
 from andabata.app.plots.axes import png
 from andabata.app.plots.drives import drive_figure, world_figure
 from andabata.app.plots.perception import confusions_figure, scan_figure

@@ -107,7 +107,7 @@ def report_drives(folders: Sequence[Path]) -> tuple[Report, Row]:
     page.facts([_fact(run) for run in runs])
     _paths(page, runs, world, where)
     _clips(page, runs)
-    page.section("Goals", "An attempt for each goal that was tried, in a row until one fails.")
+    page.section("Goals", "In a row until one fails. SPL is success weighted by path length.")
     names = ("drive",) if len(runs) > 1 else ()
     page.table(rows, (*names, *ATTEMPT_COLUMNS), every="All columns")
     failed = [row for row in rows if row["outcome"] != "goal"]

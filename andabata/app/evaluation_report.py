@@ -7,7 +7,7 @@ from typing import Any
 
 from PIL import Image
 
-from andabata.app.columns import counted, interval, word
+from andabata.app.columns import counted, interval, several, word
 from andabata.app.plots.evaluation import difficulty_figure, goals_figure, paths_figure
 from andabata.app.report import Fact, Report
 from andabata.app.report_folder import check_keys, read_result, read_rows
@@ -94,7 +94,7 @@ def _success(page: Report, rows: Sequence[Row], worlds: Sequence[str]) -> None:
     page.section(
         "Success",
         "A goal counts as tried in every trial, so that the figures are those of goals in a row. "
-        "Brackets hold 95 % intervals (Wilson).",
+        "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length.",
     )
     there = PAPER_WORLD in worlds
     paper = {PAPER_WORLD: PAPER_GOALS} if there else {}
@@ -262,9 +262,3 @@ def _fact(row: Row) -> Fact:
 def _names(rows: Sequence[Row], key: str) -> list[str]:
     """Return the values of a column, each once."""
     return list(dict.fromkeys(row[key] for row in rows))
-
-
-def several(count: int, what: str) -> str:
-    """Return a count in words."""
-    words = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
-    return f"{words[count] if count < len(words) else count} {what}{'s' if count != 1 else ''}"

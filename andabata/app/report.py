@@ -23,6 +23,9 @@ _WIDTH = 100
 _NUMBER = re.compile(r"[+-]?\d[\d.,]*%?( of \d+)?( \[.*\])?")
 """Texts that stand right in their column."""
 
+_LONG = 40
+"""Length of texts that are wrapped in their column."""
+
 MOST_COLUMNS = 8
 """Largest number of columns of a table side by side; a wider one is told in several."""
 
@@ -190,13 +193,19 @@ class Report:
 
     def _part(self, rows: Sequence[Mapping[str, Any]], keys: Sequence[str], caption: str) -> None:
         """Add one table of texts; columns of names stand left, those of numbers right."""
-        left = {key: ' class="t"' if _is_name(rows, key) else "" for key in keys}
+        texts = [{key: interval(row, key) for key in keys} for row in rows]
+        left = {
+            key: ' class="t"'
+            if _is_name(rows, key) or any(len(row[key]) > _LONG for row in texts)
+            else ""
+            for key in keys
+        }
         head = "".join(f"<th{left[key]}>{html.escape(heading(key))}</th>" for key in keys)
         body = "".join(
             "<tr>"
-            + "".join(f"<td{left[key]}>{html.escape(interval(row, key))}</td>" for key in keys)
+            + "".join(f"<td{left[key]}>{html.escape(row[key])}</td>" for key in keys)
             + "</tr>"
-            for row in rows
+            for row in texts
         )
         above = f"<caption>{html.escape(caption)}</caption>" if caption else ""
         self._parts.append(f'<div class="wide"><table>{above}<tr>{head}</tr>{body}</table></div>')

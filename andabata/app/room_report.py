@@ -1,6 +1,7 @@
 """Reports of evaluations in rooms, with the figures of Zhang et al. (arXiv 2010.10209)."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from typing import Any
 
 from andabata.app.columns import counted
@@ -19,6 +20,7 @@ from andabata.app.room_folder import RoomFolder
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks, drive_tour
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
+from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar_lidar import TRAINING_LIDAR
 from rl.point_set import PointSetPolicy
@@ -42,6 +44,15 @@ _SHOWN_TASKS = 4
 
 _CELL = ("room", "policy", "lidar", "memory")
 """Columns that say what a cell is."""
+
+_TOGETHER = ("policy", "lidar", "memory", "reached", "success_rate", "collisions", "timeouts")
+"""Columns of all rooms together."""
+
+_MANY = 24
+"""Number of cells beyond which their table is folded."""
+
+_BARS = 44
+"""Width of a figure of ends, in bars; a room takes four more than its lasers."""
 
 _MEASURES = ("steps_to_oracle", "spl")
 """Measures of a cell beside its ends."""
@@ -68,19 +79,21 @@ def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
     """
     result, config = folder.result, folder.config
     page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
-    is_td3 = config.task.task == "td3"
     page.section("Success", f"{config.pairs or 'Fixed'} tasks a cell. {_OTHER_ROOMS}")
-    for names in _groups(result):
-        rows = [row for row in result["rows"] if row["policy"] in names]
-        text = ", ".join(names)
-        number = "Fig. 4b" if is_td3 else "Fig. 8"
-        page.figure(ends_figure(rows, text), "ends", f"How drives ended ({number}): {text}")
+    page.table(_over_rooms(result["rows"]), _TOGETHER, caption="All rooms together")
+    number = "Fig. 4b" if config.task.task == "td3" else "Fig. 8"
+    first, *others = _groups(result)
+    _ends(page, result["rows"], first, number)
+    for names in others:
+        with page.folded(f"How drives of {', '.join(names)} ended"):
+            _ends(page, result["rows"], names, number)
     every = [*result["pooled"], *result["rows"]]
-    page.table(
-        [row | {"reached": counted(row)} for row in every],
-        _cell_columns(every),
-        every="All columns",
-    )
+    with page.folded(f"All {len(every)} cells") if len(every) > _MANY else nullcontext():
+        page.table(
+            [row | {"reached": counted(row)} for row in every],
+            _cell_columns(every),
+            every="All columns",
+        )
     if result["differences"]:
         page.note("Differences in success, all rooms together, on the same tasks:")
         page.table(result["differences"], _DIFFERENCES)
@@ -125,6 +138,44 @@ def _groups(result: Mapping[str, Any]) -> list[list[str]]:
     groups = [[name for name in names if name in text.split(", ")] for text in pooled]
     together = {name for group in groups for name in group}
     return groups + [[name] for name in names if name not in together]
+
+
+def _ends(page: Report, rows: Sequence[Row], names: Sequence[str], number: str) -> None:
+    """Add how the drives of policies ended, as many rooms a figure as can be read."""
+    mine, text = [row for row in rows if row["policy"] in names], ", ".join(names)
+    rooms = list(dict.fromkeys(row["room"] for row in mine))
+    lasers = len({row["lidar"] for row in mine})
+    step = max(round(_BARS / (lasers + 4)), 1)
+    for begin in range(0, len(rooms), step):
+        some = [row for row in mine if row["room"] in rooms[begin : begin + step]]
+        page.figure(ends_figure(some, text), "ends", f"How drives ended ({number}): {text}")
+
+
+def _over_rooms(rows: Sequence[Row]) -> list[Row]:
+    """Return the counts of all rooms together, a row a policy, laser and memory."""
+    found: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row["policy"], row["lidar"], row["memory"]), []).append(row)
+    return [
+        {"policy": policy, "lidar": lidar, "memory": memory, **_sums(mine)}
+        for (policy, lidar, memory), mine in found.items()
+    ]
+
+
+def _sums(rows: Sequence[Row]) -> Row:
+    """Return the counts of rows with the success rate and its interval."""
+    trials, reached, crashed, late = (
+        sum(row[key] for row in rows) for key in ("trials", "successes", "collisions", "timeouts")
+    )
+    low, high = wilson_interval(reached, trials)
+    return {
+        "reached": f"{reached} of {trials}",
+        "success_rate": reached / trials,
+        "wilson_low": low,
+        "wilson_high": high,
+        "collisions": crashed,
+        "timeouts": late,
+    }
 
 
 def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:

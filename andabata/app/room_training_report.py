@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.columns import several
 from andabata.app.plots.room_curves import LearningCurves, learning_curves_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Report
@@ -33,6 +34,18 @@ TABLE_1 = {
     "K = 50": (3.619, 14.389),
 }
 """Best scores of the paper in Env3, and in Env0 to Env3 (Table I, whose row labels are swapped)."""
+
+_GROUP_COLUMNS = (
+    "actor",
+    "seeds",
+    "best_score_hardest_room",
+    "paper_score_env3",
+    "best_score",
+    "paper_score_env0_3",
+    "seeds_with_all_tasks",
+    "best_steps_to_oracle",
+)
+"""Columns of an actor that are not folded."""
 
 _RUN_COLUMNS = (
     "actor",
@@ -139,7 +152,10 @@ def report_room_training(folders: Sequence[Path]) -> tuple[Report, dict[str, Any
     oracle = _oracle(task, rooms)
     groups = _groups(runs)
     chosen = {run.folder: _chosen_drives(run) for run in runs}
-    page = Report("Learning to drive in rooms", f"{len(runs)} runs of {len(groups)} actors.")
+    page = Report(
+        "Learning to drive in rooms",
+        f"{several(len(runs), 'run')}, {several(len(groups), 'actor').lower()}.",
+    )
     page.section("Tests during training", _NOTE)
     curves = {group.name: group.curves(places, len(rooms)) for group in groups}
     counts = np.bincount(places, minlength=len(rooms)).tolist()
@@ -156,7 +172,7 @@ def report_room_training(folders: Sequence[Path]) -> tuple[Report, dict[str, Any
         "beside; seeds whose best test reached every goal; goals of the last five tests; steps of "
         "the best test against the oracle's.",
     )
-    page.table(group_table(data["groups"]))
+    page.table(data["groups"], _GROUP_COLUMNS, every="All columns")
     page.section("Runs", "The chosen policy is the one that validation on random tasks chose.")
     page.table(data["runs"], _RUN_COLUMNS, every="All columns")
     page.section("Tests of the chosen policies", "The first run of each actor.")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from andabata.app.columns import several
 from andabata.app.plots.room_curves import SuccessCurves, success_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Fact, Report
@@ -61,13 +62,16 @@ def report_success(folders: Sequence[Path]) -> tuple[Report, Row]:
         "groups": rows,
         "runs": [_run_row(n, run) for n, some in groups.items() for run in some],
     }
-    page = Report("Learning to drive without a map", f"{len(folders)} runs of {len(groups)} plans.")
+    page = Report(
+        "Learning to drive without a map",
+        f"{several(len(folders), 'run')}, {several(len(groups), 'plan').lower()}.",
+    )
     page.facts([_fact(row) for row in rows])
     page.section("Success during training", _NOTE)
     title = "mean over seeds, lowest to highest"
     caption = f"Success against episodes (Fig. 4a): {title}"
     page.figure(success_figure(curves, title), "success", caption, drawn=True)
-    page.table(success_table(rows))
+    page.table(rows)
     page.section("Runs", "Validation: random tasks in rooms that no pool holds, not exploring.")
     page.table(data["runs"])
     page.section("Drives of the policies", "The first run of each plan, in rooms of validation.")

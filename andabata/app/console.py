@@ -9,6 +9,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.console import Console as RichConsole
 from rich.console import JustifyMethod, RenderableType
+from rich.live import Live
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -34,6 +35,17 @@ class Console:
         self.as_json = as_json
         self._quiet = quiet
         self._console = RichConsole(stderr=True, quiet=quiet, highlight=False)
+
+    @property
+    def shows_live(self) -> bool:
+        """True if people watch: stderr is a terminal, and nothing asks for quiet or for JSON."""
+        return self._console.is_terminal and not self._quiet and not self.as_json
+
+    @contextmanager
+    def live(self, shown: RenderableType) -> Iterator[None]:
+        """Show something that changes, until the block ends; its last state stays."""
+        with Live(shown, console=self._console, refresh_per_second=4):
+            yield
 
     def status(self, text: str) -> None:
         """Print a line on stderr, unless quiet."""

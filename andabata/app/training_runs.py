@@ -1,11 +1,14 @@
 """Training runs of one plan, a seed each, with their progress on the console."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console, Step
+from andabata.app.event_files import EventFiles, Row
 from andabata.app.tables import training_text
+from andabata.app.training_view import TrainingView
 from andabata.app.usage import UsageError
 from andabata.models import Models
 from andabata.training.plans import StagePlan, TrainingPlan
@@ -47,6 +50,7 @@ def train_seeds(
     *,
     resume: bool = False,
     changed: bool = False,
+    tensorboard: bool = False,
 ) -> list[dict[str, Any]]:
     """Run a plan with each seed in turn and return the summary of each run.
 
@@ -60,13 +64,16 @@ def train_seeds(
         console: Console that shows the progress.
         resume: True to go on with the runs in the folder.
         changed: True to go on even with other code or another classifier.
+        tensorboard: True to write TensorBoard's event files into the folder of each run.
+
+    Raises:
+        EventFilesError: If event files are wanted and tensorboardX is not installed.
     """
-    chosen = [list(plan.stages.values())[stage] for stage in stages]
-    unit, budget = _budget(chosen)
+    chosen = dict(list(plan.stages.items())[stages.start : stages.stop])
     several, results = len(seeds) > 1, []
     for seed in seeds:
         one = folder / f"seed-{seed}" if several else folder
-        with console.progress(f"{unit}, seed {seed}", budget) as step:
+        with _watched(chosen, seed, console) as on_iteration, _events(one, tensorboard) as events:
             result = learn(
                 one,
                 plan,
@@ -77,7 +84,8 @@ def train_seeds(
                 # Of several runs the first may be over and the last not begun.
                 resume=resume and (not several or (one / CHECKPOINT).exists()),
                 changed=changed,
-                on_iteration=_Advance(step, unit),
+                on_iteration=on_iteration,
+                on_history=events,
             )
         results.append(result)
         console.status(training_text(result))
@@ -92,6 +100,31 @@ def runs_summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     stage = results[-1]["stage"]
     rates = [run["validation"][stage].get(stage, run["success_rate"]) for run in results]
     return {"runs": list(results), "stage": stage, "rates": rates, "worst": min(rates)}
+
+
+@contextmanager
+def _watched(
+    stages: Mapping[str, StagePlan], seed: int, console: Console
+) -> Iterator[Callable[[TrainingIteration], None]]:
+    """Yield a function that shows iterations: a live table in a terminal, else a bar."""
+    if console.shows_live:
+        view = TrainingView(stages, f"seed {seed}")
+        with console.live(view):
+            yield view
+        return
+    unit, budget = _budget(list(stages.values()))
+    with console.progress(f"{unit}, seed {seed}", budget) as step:
+        yield _Advance(step, unit)
+
+
+@contextmanager
+def _events(folder: Path, wanted: bool) -> Iterator[Callable[[Sequence[Row]], None] | None]:
+    """Yield a function that writes a history's event files, None if none are wanted."""
+    if not wanted:
+        yield None
+        return
+    with closing(EventFiles(folder)) as files:
+        yield files.write
 
 
 def _budget(stages: Sequence[StagePlan]) -> tuple[str, int]:

@@ -34,6 +34,7 @@ def learn(
     resume: bool = False,
     changed: bool = False,
     on_iteration: Callable[[TrainingIteration], None] | None = None,
+    on_history: Callable[[Sequence[dict[str, Any]]], None] | None = None,
 ) -> dict[str, Any]:
     """Run stages of a curriculum and return its figures.
 
@@ -51,6 +52,8 @@ def learn(
         resume: True to go on with the run that stands in the folder.
         changed: True to go on even with other code or another classifier than it began with.
         on_iteration: Function that is called after each update.
+        on_history: Function that is called with all rows of the history each time that they and
+            the checkpoint are on the disk.
 
     Raises:
         ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
@@ -86,6 +89,8 @@ def learn(
                 if iteration.is_last:
                     atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
                 _write(folder, history, policy, curriculum.to_bytes())
+                if on_history is not None:
+                    on_history(history)
             if on_iteration is not None:
                 on_iteration(iteration)
     wall = time.perf_counter() - began

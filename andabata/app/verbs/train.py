@@ -52,6 +52,12 @@ def train(
             min=1, help="Number of runs, from --seed on, each in a folder of its own in --out."
         ),
     ] = 1,
+    tensorboard: Annotated[
+        bool,
+        typer.Option(
+            "--tensorboard", help="Write TensorBoard's event files into the folder of each run."
+        ),
+    ] = False,
     robot: RobotOptions,
     settings: SettingsOptions,
     models: ClassifierOptions,
@@ -66,6 +72,7 @@ def train(
     Examples:
         andabata train --stages 1 --out data/runs/maze
         andabata train --resume
+        andabata train --stages 1 --tensorboard --out data/runs/watched
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
         andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae
@@ -93,6 +100,7 @@ def train(
         console,
         resume=resume,
         changed=changed,
+        tensorboard=tensorboard,
     )
     if seeds == 1:
         console.result(runs[0], f"{training_text(runs[0])}\npolicy: {out / 'policy.safetensors'}")

@@ -95,24 +95,30 @@ def _named_lines(axes: Axes, number: int) -> list[dict[str, str]]:
 
 
 def _boxes(figure: Figure, lines: list[list[dict[str, str]]], name: str) -> list[dict[str, Any]]:
-    """Return the axes with linear scales: where they are in the SVG, and what they show."""
-    before = figure.get_dpi()
-    figure.set_dpi(_DPI)
-    figure.draw_without_rendering()
-    height, found = figure.get_figheight() * _DPI, []
+    """Return the axes with linear scales: where they are in the SVG, and what they show.
+
+    The figure has been drawn: places of its axes are final.
+    """
+    width, height = figure.get_figwidth() * _DPI, figure.get_figheight() * _DPI
+    found = []
     for axes, named in zip(figure.axes, lines, strict=True):
         if axes.name != "rectilinear" or {axes.get_xscale(), axes.get_yscale()} != {"linear"}:
             continue
-        box = axes.get_window_extent()
+        place = axes.get_position()
+        box = (
+            width * place.x0,
+            height * (1 - place.y1),
+            width * place.x1,
+            height * (1 - place.y0),
+        )
         found.append(
             {
-                "box": [round(v, 2) for v in (box.x0, height - box.y1, box.x1, height - box.y0)],
-                "x": [float(v) for v in axes.get_xlim()],
-                "y": [float(v) for v in axes.get_ylim()],
+                "box": [round(float(value), 2) for value in box],
+                "x": [float(value) for value in axes.get_xlim()],
+                "y": [float(value) for value in axes.get_ylim()],
                 "xlabel": axes.get_xlabel(),
                 "ylabel": axes.get_ylabel(),
                 "lines": [one | {"id": f"{name}-{one['id']}"} for one in named],
             }
         )
-    figure.set_dpi(before)
     return found

@@ -18,7 +18,12 @@ def test_the_demo_runs_from_nothing_to_its_report(capsys, tmp_path):
     assert {row["trials"] for row in found["evaluation"]} == {1}
     assert all(attempt["time_s"] <= 5.1 for attempt in found["drive"]["attempts"])
     page = (tmp_path / "demo/report.html").read_text()
-    titles = ("A classifier of cells", "Learning to steer", "A drive", "Controllers side by side")
+    titles = (
+        "A classifier of cells",
+        "Learning to steer",
+        "A drive",
+        "Two controllers side by side",
+    )
     assert [title for title in titles if title not in page] == []
     saved = json.loads((tmp_path / "demo/demo.json").read_text())
     assert saved["classifier"] == found["classifier"]

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from andabata.app.cli import main
+from andabata.app.report_folder import RunFolderError
 from andabata.app.reports import RunKind, run_folders, run_kind
 from tests.room_policies import point_policy
 
@@ -44,15 +45,15 @@ def test_an_evaluation_has_the_figures_of_the_paper(capsys, runs):
     assert code == 0, data
     assert data["report"] == str(runs / "rooms/report.html")
     page = (runs / "rooms/report.html").read_text()
-    captions = [part.split('"')[0] for part in page.split('<img alt="')[1:]]
+    captions = [part.split("<")[0] for part in page.split("<figcaption>")[1:]]
     assert captions == [
         "How drives ended (Fig. 8): 0, 1",
         "Paths and ends: 0, reactive",
         "Paths and ends: 0, with map",
-        "Support points in spn-env0",
-        "Support points in spn-crowded",
-        "Tour of spn-crowded",
-        "Obstacles that appear in spn-sudden",
+        "Support points in spn-env0 (Fig. 6)",
+        "Support points in spn-crowded (Fig. 6)",
+        "Tour of spn-crowded (Fig. 10a)",
+        "Obstacles that appear in spn-sudden (Fig. 10b)",
     ]
     assert len(data["rows"]) == 3 * 2 * 2 * 2
     assert len(data["pooled"]) == 3 * 2 * 2
@@ -67,7 +68,7 @@ def test_a_policy_without_points_has_no_support_points(capsys, runs):
     """The page of the proportional controller has ends and paths alone."""
     code, data = report(capsys, runs / "blind", "--out", runs / "blind.html")
     assert (code, data["tours"], data["appearances"]) == (0, [], [])
-    assert (runs / "blind.html").read_text().count("<img") == 2
+    assert (runs / "blind.html").read_text().count("<figcaption") == 2
 
 
 def test_a_study_has_differences_and_advice(capsys, runs):
@@ -76,7 +77,7 @@ def test_a_study_has_differences_and_advice(capsys, runs):
     assert code == 0, data
     page = (runs / "study/report.html").read_text()
     assert data["advice"] in page
-    assert page.count("<img") == 3  # Differences, paths, support points.
+    assert page.count("<figcaption") == 3  # Differences, paths, support points.
     again = runs / "again.html"
     assert report(capsys, runs / "study", "--out", again)[0] == 0
     assert again.read_text() == page
@@ -123,7 +124,7 @@ def test_a_damaged_folder_is_named(capsys, runs, tmp_path):
 
 
 def test_the_kind_of_a_run_is_told_by_its_description(tmp_path):
-    """Training is told by the task of its stages; anything else goes to off-road training."""
+    """Training is told by the task of its stages, an evaluation by its task or its settings."""
 
     def kind(**about):
         (tmp_path / "run.json").write_text(json.dumps(about))
@@ -137,8 +138,14 @@ def test_the_kind_of_a_run_is_told_by_its_description(tmp_path):
     assert kind(verb="train", config=stages("offroad")) is RunKind.OFFROAD_TRAINING
     for task in ("spn", "td3"):
         assert kind(verb="evaluate", task=task) is RunKind.ROOM_EVALUATION
-    assert kind(verb="evaluate", config={}) is RunKind.OFFROAD_TRAINING
+    assert kind(verb="evaluate", config={"simulated_robot": {}}) is RunKind.OFFROAD_EVALUATION
+    assert kind(verb="evaluate", task="barn") is RunKind.BARN_EVALUATION
+    assert kind(verb="evaluate", config={"vehicle": {}}) is RunKind.BARN_EVALUATION
     assert kind(verb="lidar-study", task="spn") is RunKind.LIDAR_STUDY
+    assert kind(verb="drive") is RunKind.DRIVE
+    assert kind(verb="classifier ground") is RunKind.GROUND_CLASSIFIER
+    with pytest.raises(RunFolderError, match=r"expected a run of clouds generate, .*'teleport'"):
+        kind(verb="teleport")
 
 
 def test_a_folder_of_seeds_stands_for_its_runs(tmp_path):

@@ -189,4 +189,4 @@ def test_what_was_trained_is_evaluated_and_reported(capsys, tmp_path):
         capsys.readouterr()
     assert "Fig. 4a" in (out / "report.html").read_text()
     page = (folder / "report.html").read_text()
-    assert "hit while standing" in page
+    assert "hit by a mover while standing" in page

@@ -77,7 +77,7 @@ def test_figures_of_seeds_are_means_of_their_best_tests(capsys, runs):
     assert (second["first_steps_with_all_tasks"], second["best_reached"]) == (None, 15)
     assert 0 <= first["chosen_reached"] <= 16
     page = (runs / "report.html").read_text()
-    assert page.count("<img") == 2
+    assert page.count("<figcaption") == 2
     assert "The rooms are this project&#x27;s own" in page
 
 
@@ -91,7 +91,7 @@ def test_actors_stand_side_by_side(capsys, runs):
         ("1D input", 1),
     ]
     assert data["groups"][1]["paper_score_env0_3"] == TABLE_1["1D input"][1]
-    assert (runs / "both.html").read_text().count("<img") == 3
+    assert (runs / "both.html").read_text().count("<figcaption") == 3
 
 
 def test_ratios_count_the_tasks_that_succeeded():

@@ -114,7 +114,9 @@ def _failures(page: Report, folder: Path, failures: Sequence[Row]) -> None:
         [{"controller": name, "failure": kind, "count": n} for (name, kind), n in counts.items()]
     )
     config = settings_of(BarnEvaluationConfig, read_about(folder)["config"], folder)
-    chosen = list({(row["controller"], row["failure"]): row for row in failures}.values())
+    # The first of each kind: later keys replace earlier ones.
+    kinds = {(row["controller"], row["failure"]): row for row in reversed(failures)}
+    chosen = list(kinds.values())[::-1]
     try:
         driven = dict(_driven(config, row) for row in chosen[:_SHOWN_FAILURES])
     except (OSError, ValueError) as error:

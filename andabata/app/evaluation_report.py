@@ -125,7 +125,7 @@ def add_goals_table(page: Report, rows: Sequence[Row], every: str, caption: str 
 def _paper_rows() -> list[Row]:
     """Return the rows of the paper's Table 4."""
     return [
-        {"paper's controller": name} | {f"goal {k}": f"{r:.3f}" for k, r in enumerate(rates, 1)}
+        {"paper's controller": name} | {f"goal {k}": f"{r:.1%}" for k, r in enumerate(rates, 1)}
         for name, rates in PAPER_GOALS.items()
     ]
 

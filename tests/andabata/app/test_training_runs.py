@@ -7,9 +7,13 @@ import pytest
 
 from andabata.app import training_runs
 from andabata.app.console import Console
+from andabata.app.event_files import FOLDER, read_scalars
+from andabata.app.settings import resolve
 from andabata.app.training_runs import runs_summary, train_seeds, with_features
 from andabata.app.usage import UsageError
-from andabata.training.plans import load_plan
+from andabata.models import Models
+from andabata.training.plans import TrainingPlan, load_plan
+from andabata.training.run import HISTORY, read_history
 
 
 def test_the_rate_of_a_run_is_that_of_validation():
@@ -46,6 +50,21 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
         (tmp_path / "seed-4", 4, False),
         (tmp_path, 5, True),
     ]
+
+
+def test_event_files_hold_what_the_history_holds(tmp_path):
+    """``tensorboard`` writes each iteration once; the live table is for terminals alone."""
+    console = Console(quiet=True)
+    assert not console.shows_live
+    overrides = ["validation=0", "learner.hidden=[8, 8]", "learner.episodes_per_iteration=2"]
+    overrides += ["stages.Maze2D.episodes=4", "stages.Maze2D.environment.seeds=[0, 1]"]
+    overrides += ["stages.Maze2D.environment.terminations.time_limit=2.0"]
+    plan = resolve(TrainingPlan, overrides=overrides, base=load_plan("actor-critic"))
+    train_seeds(tmp_path, plan, range(1), (3,), 1, Models(), console, tensorboard=True)
+    (path,) = (tmp_path / FOLDER).iterdir()
+    steps = [row["steps"] for row in read_history(tmp_path / HISTORY)]
+    assert len(steps) == 2
+    assert [step for step, _ in read_scalars(path)] == steps
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from andabata.app.columns import several
 from andabata.app.plots.perception import labelled_figure, scan_figure
 from andabata.app.report import Fact, Report
 from andabata.app.report_folder import read_about
@@ -108,4 +109,4 @@ def _examples(page: Report, folder: Path, manifest: Manifest) -> None:
 def _fact(row: Row) -> Fact:
     """Return the size of a split."""
     text = f"of {row['worlds']} worlds, {row['points']:.0f} points each"
-    return Fact(row["split"], f"{row['clouds']} clouds", text)
+    return Fact(row["split"], several(row["clouds"], "cloud").lower(), text)

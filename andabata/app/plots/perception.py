@@ -136,7 +136,7 @@ def bands_figure(bands: Mapping[str, Mapping[str, float]]) -> Figure:
     axes.set_ylim(0, 1.03)
     axes.set_xlabel("distance from the robot")
     axes.grid(axis="y", alpha=0.25)
-    axes.legend(loc="lower left")
+    axes.legend()
     return figure
 
 

@@ -43,6 +43,9 @@ _SHOWN = (
 
 _FAILED = ("world", "world_seed", "controller", "goal", "outcome", "cause", "time_s", "distance_m")
 
+_FEW = 12
+"""Number of causes of failures that are not folded, the most frequent ones."""
+
 _CAUSES = ("world", "controller", "outcome", "cause", "count")
 
 MOST_BYTES = 7_000_000
@@ -117,8 +120,12 @@ def add_goals_table(page: Report, rows: Sequence[Row], every: str, caption: str 
         every: Title under which all columns are folded.
         caption: Text above the table.
     """
+    several_goals = len({row["goal"] for row in rows}) > 2  # Two are the only goal and "all".
     page.table(
-        [row | {"reached": counted(row)} for row in rows], _SHOWN, caption=caption, every=every
+        [row | {"reached": counted(row)} for row in rows if several_goals or row["goal"] != "all"],
+        _SHOWN,
+        caption=caption,
+        every=every,
     )
 
 
@@ -195,7 +202,10 @@ def _failures(page: Report, folder: Path, causes: Sequence[Row], attempts: Seque
     page.section("Failures", "" if causes else "None.")
     if not causes:
         return
-    page.table(causes, _CAUSES)
+    page.table(causes[:_FEW], _CAUSES)
+    if len(causes) > _FEW:
+        with page.folded(f"All {len(causes)} causes"):
+            page.table(causes, _CAUSES)
     pictures = _pictures(folder / FAILURES, attempts)
     kept = _within(pictures, MOST_BYTES)
     left_out = sum(map(len, pictures.values())) - sum(map(len, kept.values()))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
 
+from andabata.app.columns import heading
 from andabata.app.console import table_of
 
 if TYPE_CHECKING:
@@ -199,7 +200,7 @@ def recording_table(found: "BagSummary", title: str) -> "Table":
     shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
     shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
     rows = [topic.to_json() for topic in found.topics]
-    return table_of([{key: _yes_no(row[key]) for key in shown} for row in rows], title)
+    return table_of([{heading(key): _yes_no(row[key]) for key in shown} for row in rows], title)
 
 
 def recording_notes(found: "BagSummary") -> list[str]:

@@ -110,7 +110,7 @@ def paths_figure(trials: Mapping[str, Sequence[Row]], title: str) -> Figure:
         trials: Rows with ``path`` [m], shape (k, 2), ``goal_xy`` [m] and ``outcome`` by controller.
         title: Title of the figure.
     """
-    figure, places = _panels(len(trials), (4.6, 4.6))
+    figure, places = _panels(len(trials), (4.6, 4.6), shared=True)
     for axes, (name, rows) in zip(places, trials.items(), strict=True):
         for row in rows:
             path = _ahead(np.array(row["path"], dtype=np.float64), row["goal_xy"])
@@ -118,7 +118,7 @@ def paths_figure(trials: Mapping[str, Sequence[Row]], title: str) -> Figure:
             axes.plot(*path.T, color=colour, linewidth=0.9, alpha=0.7, label="_" + name)
             axes.plot(*path[-1], marker, color=colour, markersize=5)
         axes.plot(0, 0, "o", color="#222222", markersize=5)
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal")
         axes.set_title(name, fontsize=10)
         axes.set_xlabel("towards the first goal [m]")
         axes.grid(alpha=0.2)
@@ -224,12 +224,19 @@ def _aside(number: int, count: int) -> float:
     return 0.08 * (number - (count - 1) / 2)
 
 
-def _panels(count: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels, at most three in a row, and the panels that are used."""
+def _panels(
+    count: int, size: tuple[float, float], shared: bool = False
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure of panels, at most three in a row, and the panels that are used.
+
+    With ``shared`` they show the same part of the plane.
+    """
     columns = min(count, _PANELS)
     lines = -(-count // columns)
     figure = Figure(figsize=(size[0] * columns, size[1] * lines + 0.5), layout="constrained")
-    places = list(figure.subplots(lines, columns, squeeze=False).ravel())
+    places = list(
+        figure.subplots(lines, columns, squeeze=False, sharex=shared, sharey=shared).ravel()
+    )
     for axes in places[count:]:
         axes.set_axis_off()
     return figure, places[:count]

@@ -142,9 +142,9 @@ def test_a_recording_shows_only_columns_that_differ(capsys):
     fine = TopicSummary("/fix", ("a/msg/B",), 3, 1.0, 1, (), False, "", True)
     bad = TopicSummary("/odd", ("(none)",), 1, None, 2, (), False, "no type", False)
     head = printed(capsys, recording_table(summary(fine), "t"))[1]
-    assert head.split() == ["topic", "type", "messages", "rate_hz"]
+    assert head.split() == ["topic", "type", "messages", "rate", "[Hz]"]
     lines = printed(capsys, recording_table(summary(fine, bad), "t"))
-    assert lines[1].split()[4:] == ["connections", "readable"]
+    assert lines[1].split()[5:] == ["connections", "readable"]
     assert lines[-1].split() == ["/odd", "(none)", "1", "-", "2", "no"]
 
 

@@ -196,7 +196,8 @@ def _clips(page: Report, runs: Sequence[DriveRun]) -> None:
         "Moving picture", "" if found else "There is none: drive --clip FILE.gif makes one."
     )
     for name, clip in found.items():
-        page.picture(clip.read_bytes(), f"{name}: from behind the robot (Fig. 19)", clip.suffix[1:])
+        text = f"{name}: from behind the robot (Fig. 19)"
+        page.film(clip.read_bytes(), f"clip-{name}", text, clip.suffix[1:])
 
 
 def _motion(page: Report, runs: Sequence[DriveRun]) -> None:

@@ -52,6 +52,7 @@ class Report:
 
     Attributes:
         figures: Figures of the page by their names, which are the same for every run of a kind.
+        films: Moving pictures of the page by the names of their files.
     """
 
     def __init__(self, title: str, lead: str = "") -> None:
@@ -67,6 +68,7 @@ class Report:
         self._head += f'<p class="lead">{html.escape(lead)}</p>' if lead else ""
         self._sections: list[tuple[str, str]] = []
         self.figures: dict[str, Figure] = {}
+        self.films: dict[str, bytes] = {}
 
     def section(self, title: str, text: str = "") -> None:
         """Begin a section with a title and a paragraph."""
@@ -140,6 +142,18 @@ class Report:
             f'<figure id="{name}"{kind} style="max-width:{width}px" data-axes="{axes}">{markup}'
             f"<figcaption>{text}</figcaption></figure>"
         )
+
+    def film(self, data: bytes, name: str, caption: str, kind: str = "gif") -> None:
+        """Add a moving picture with its caption.
+
+        Args:
+            data: Bytes of the file.
+            name: Name of the film, as that of a figure.
+            caption: Text below it.
+            kind: End of the file's name: gif or mp4.
+        """
+        self.films[f"{_plain(name)}.{kind}"] = data
+        self.picture(data, caption, kind)
 
     def picture(self, data: bytes, caption: str, kind: str = "png") -> None:
         """Add a picture or film with its caption.
@@ -219,8 +233,11 @@ class Report:
         )
 
     def write_figures(self, folder: Path) -> list[str]:
-        """Write each figure as PNG and SVG into a folder and return the paths."""
+        """Write each figure as PNG and SVG, and each film, into a folder and return the paths."""
         found = []
+        for name, data in self.films.items():
+            found.append(str(folder / name))
+            atomic_io.write(folder / name, data)
         for name, figure in self.figures.items():
             for end, data in (("png", png(figure)), ("svg", svg(figure, name))):
                 found.append(str(folder / f"{name}.{end}"))

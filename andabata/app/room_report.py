@@ -5,6 +5,8 @@ from contextlib import nullcontext
 from typing import Any
 
 from andabata.app.columns import counted
+from andabata.app.plots.film import film
+from andabata.app.plots.room_clip import room_film
 from andabata.app.plots.room_curves import study_figure
 from andabata.app.plots.rooms import (
     ends_figure,
@@ -32,6 +34,9 @@ Row = dict[str, Any]
 
 _SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
 """Lasers whose paths are shown, as in Fig. 7, if they were driven; else the first three."""
+
+_RATE = 12.0
+"""Number of pictures a second of a film [Hz]."""
 
 _SHOWN_POLICIES = 4
 """Largest number of policies whose support points are shown side by side, as in Fig. 6."""
@@ -209,6 +214,22 @@ def _drives(
             }
             figure = trajectories_figure(found, some, title)
             page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
+    _film(page, folder, name, next(iter(lidars.values())), rooms[0])
+
+
+def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room) -> None:
+    """Add a moving picture of a policy's first drives in a room, a panel a memory."""
+    cells = {
+        memory_text(memory): Cell(policy, lidar, room.name, memory)
+        for memory in folder.config.memories
+    }
+    drives = {text: folder.drives(cell) for text, cell in cells.items()}
+    one = next(iter(cells.values()))
+    radius = cell_task(one, folder.config, folder.policies[policy]).robot.radius
+    pictures = room_film(drives, room, radius)
+    text = f"{policy}, {lidar}: the first drives in {room.name}, begun together"
+    text += "; what moves in it is not drawn" if room.movers else ""
+    page.film(film(pictures, _RATE, ".gif"), "drives", text)
 
 
 def _with_moments(

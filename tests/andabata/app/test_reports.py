@@ -50,6 +50,7 @@ def test_an_evaluation_has_the_figures_of_the_paper(capsys, runs):
         "How drives ended (Fig. 8): 0, 1",
         "Paths and ends: 0, reactive",
         "Paths and ends: 0, with map",
+        "0, ten-beams: the first drives in spn-env0, begun together",
         "Support points in spn-env0 (Fig. 6)",
         "Support points in spn-crowded (Fig. 6)",
         "Tour of spn-crowded (Fig. 10a)",
@@ -68,7 +69,7 @@ def test_a_policy_without_points_has_no_support_points(capsys, runs):
     """The page of the proportional controller has ends and paths alone."""
     code, data = report(capsys, runs / "blind", "--out", runs / "blind.html")
     assert (code, data["tours"], data["appearances"]) == (0, [], [])
-    assert (runs / "blind.html").read_text().count("<figcaption") == 2
+    assert (runs / "blind.html").read_text().count("<figcaption") == 3
 
 
 def test_a_study_has_differences_and_advice(capsys, runs):
@@ -77,7 +78,7 @@ def test_a_study_has_differences_and_advice(capsys, runs):
     assert code == 0, data
     page = (runs / "study/report.html").read_text()
     assert data["advice"] in page
-    assert page.count("<figcaption") == 3  # Differences, paths, support points.
+    assert page.count("<figcaption") == 4  # Differences, paths, film, support points.
     again = runs / "again.html"
     assert report(capsys, runs / "study", "--out", again)[0] == 0
     assert again.read_text() == page

@@ -103,16 +103,6 @@ class RoomFolder:
         return settings_of(RoomEvaluationConfig, self.about["cells"], self.path)
 
     @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Names of the policies in the order in which their files are numbered.
-
-        ``run.json`` sorts its keys, so that the order is that of the result.
-        """
-        rows = self.result["rows"]
-        listed = self.result.get("policies") or [row["policy"] for row in rows]
-        return tuple(dict.fromkeys(listed))
-
-    @cached_property
     def policies(self) -> dict[str, Policy]:
         """Policies by name.
 

@@ -16,7 +16,7 @@ def test_policies_keep_their_drives_whatever_their_names(tmp_path):
     )
     run_room_evaluation(config, policies, 1, tmp_path, Console(quiet=True))
     folder = RoomFolder(tmp_path)
-    assert folder.names == ("walker", "arrow")
+    assert list(folder.policies) == ["walker", "arrow"]
     for name, policy in policies.items():
         assert folder.policies[name].to_bytes() == policy.to_bytes()
         drives = folder.drives(Cell(name, "ten-beams", "spn-env0", "reactive"))

@@ -147,7 +147,8 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
 
 def _offroad_training(folders: Sequence[Path], options: ReportOptions) -> Made:
     """Return the report of off-road training."""
-    from andabata.app.training_report import common_stages, read_runs, report_runs
+    from andabata.app.training_folder import common_stages, read_runs
+    from andabata.app.training_report import report_runs
 
     loaded = options.models.load()
     found = read_runs(folders, loaded)

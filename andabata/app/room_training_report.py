@@ -12,7 +12,7 @@ from andabata.app.columns import several
 from andabata.app.plots.room_curves import LearningCurves, learning_curves_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Report
-from andabata.app.training_report import TrainingRun
+from andabata.app.training_folder import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_table import task_score
 from andabata.tasks.lattice_oracle import oracle_steps

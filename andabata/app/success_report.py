@@ -11,7 +11,7 @@ from andabata.app.plots.room_curves import SuccessCurves, success_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Fact, Report
 from andabata.app.room_training_report import runs_by_plan
-from andabata.app.training_report import TrainingRun
+from andabata.app.training_folder import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.room_table import Cell

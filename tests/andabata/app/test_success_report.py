@@ -6,7 +6,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.success_report import plan_name, success_curves
-from andabata.app.training_report import TrainingRun
+from andabata.app.training_folder import TrainingRun
 from andabata.training.plans import load_plan
 from andabata.training.run import HISTORY
 from tests.room_policies import window_policy

@@ -37,6 +37,8 @@ def test_success_is_shown_over_episodes_and_over_steps():
         np.testing.assert_allclose(axes.lines[0].get_data(), [amounts, [0.3, 0.9]])
         assert axes.get_xlim()[0] == 0
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["td3"]
+    papers = [line.get_ydata()[0] for line in figure.axes[0].lines[1:]]
+    assert papers == [0.9712, 0.8478]  # Fig. 4a: the improved TD3's and GDAE's.
 
 
 def change(text, mean, low, high):

@@ -16,6 +16,7 @@ from andabata.app.plots.drives import drive_figure, world_figure
 from andabata.app.plots.perception import confusions_figure, scan_figure
 from andabata.app.plots.training import learning_figure
 from andabata.app.report import Report
+from andabata.app.report_about import add_about
 from andabata.app.scanning import ScanConfig, scan_cloud
 from andabata.app.settings import resolve, with_parts
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
@@ -26,7 +27,7 @@ from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
 from andabata.records import atomic_io
-from andabata.records.runs import make_folder, write_json
+from andabata.records.runs import describe, make_folder, write_json
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history
@@ -96,10 +97,13 @@ class Demonstration:
         """Run all parts and return the figures and the path of the report."""
         began = time.perf_counter()
         make_folder(self._folder)
+        about = describe("demo", self._config.model_dump(mode="json"), self._seed)
+        write_json(self._folder / "run.json", about)
         self._train_classifier()
         self._train_policy()
         self._show_scan(self._drive())
         self._evaluate()
+        add_about(self._report, [self._folder])
         self._figures["wall_s"] = time.perf_counter() - began
         path = self._folder / "report.html"
         atomic_io.write(path, self._report.to_bytes())

@@ -7,6 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+_ACROSS = 3
+"""Largest number of panels side by side."""
+
 _BETTER, _WORSE, _UNCLEAR = "#2f7d32", "#d1483f", "#777777"
 
 
@@ -34,9 +37,14 @@ def learning_curves_figure(
         rooms: Names of the rooms, in the order of the scores.
         tasks: Number of tasks of each room, the best score in each that no policy reaches.
     """
-    figure = Figure(figsize=(3.4 * (len(rooms) + 1), 3.9), layout="constrained")
-    places = figure.subplots(1, len(rooms) + 1)
-    for number, axes in enumerate(places):
+    count = len(rooms) + 1
+    columns = min(count, _ACROSS)
+    lines = -(-count // columns)
+    figure = Figure(figsize=(3.4 * columns, 3.0 * lines + 0.6), layout="constrained")
+    places = figure.subplots(lines, columns, squeeze=False).ravel()
+    for axes in places[count:]:
+        axes.remove()
+    for number, axes in enumerate(places[:count]):
         is_sum = number == len(rooms)
         for name, one in curves.items():
             scores = one.scores.sum(axis=2) if is_sum else one.scores[:, :, number]

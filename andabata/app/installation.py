@@ -30,6 +30,7 @@ EXTRAS = {
     "onnx": "extra onnx",
     "viser": "extra viewer",
     "tensorboardX": "extra tensorboard",
+    "imageio_ffmpeg": "extra mp4",
     "rerun": "extra rerun",
     "zensical": "extra docs",
     "CSF": "extra peers",

@@ -70,9 +70,8 @@ def train(
     With --task spn or td3, run that of rooms, for policies that drive by a planar laser.
 
     Examples:
-        andabata train --stages 1 --out data/runs/maze
+        andabata train --stages 1 --tensorboard --out data/runs/maze
         andabata train --resume
-        andabata train --stages 1 --tensorboard --out data/runs/watched
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
         andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae

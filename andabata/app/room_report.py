@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from typing import Any
 
-from andabata.app.columns import counted
+from andabata.app.columns import counted, several
 from andabata.app.plots.film import film
 from andabata.app.plots.room_clip import room_film
 from andabata.app.plots.room_curves import study_figure
@@ -84,7 +84,8 @@ def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
     """
     result, config = folder.result, folder.config
     page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
-    page.section("Success", f"{config.pairs or 'Fixed'} tasks a cell. {_OTHER_ROOMS}")
+    tasks = several(config.pairs, "task") if config.pairs else "Fixed tasks"
+    page.section("Success", f"{tasks} a cell. {_OTHER_ROOMS}")
     page.table(_over_rooms(result["rows"]), _TOGETHER, caption="All rooms together")
     number = "Fig. 4b" if config.task.task == "td3" else "Fig. 8"
     first, *others = _groups(result)

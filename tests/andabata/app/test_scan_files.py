@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.app.plots.axes import png
 from andabata.app.scan_files import CloudSource, exit_code, scan_file
 from andabata.app.scanning import ScanConfig
 from andabata.models import shipped_forest
@@ -50,4 +51,4 @@ def test_labels_without_a_meaning_are_noted():
     data, picture = scan_file(DecodedCloud(cloud), "a", ScanConfig(), shipped_forest())
     (note,) = [note for note in data["notes"] if note.startswith("labels")]
     assert note.startswith("labels 0, 1, 2, 3, 4, 5, 6, 7 and more: nothing says")
-    assert picture.startswith(b"\x89PNG")
+    assert png(picture).startswith(b"\x89PNG")

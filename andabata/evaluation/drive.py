@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
-from andabata.evaluation.trial import GoalAttempt, run_trial
+from andabata.evaluation.trial import GoalAttempt, Operator, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -167,6 +167,7 @@ def drive_once(
     time_limit: float = 300.0,
     on_robot: Callable[[SimulatedRobot], None] | None = None,
     goals: Sequence[tuple[float, float]] = (),
+    operator: Operator | None = None,
 ) -> Driven:
     """Visit the goals of a world's first task, or given ones, from its start.
 
@@ -181,6 +182,7 @@ def drive_once(
         time_limit: Longest drive to each goal [s].
         on_robot: Function that is called with the robot before it drives, to add observers.
         goals: Map coordinates (x, y) of goals [m] instead of the task's; none for the task's.
+        operator: Person who takes part in the drive; None for none.
 
     Raises:
         GoalError: If no safe path leads to one of the given goals.
@@ -220,6 +222,7 @@ def drive_once(
             TerminationConfig(time_limit=time_limit),
             np.random.default_rng([seed, 0, 1]),
             on_step,
+            operator,
         )
     finally:
         if writer is not None:

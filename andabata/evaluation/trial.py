@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,12 +55,30 @@ class GoalAttempt:
         return self.shortest / max(self.shortest, self.distance, 1e-9)
 
 
+class Operator(Protocol):
+    """Person who takes part in a trial: waits, changes the steering, names another goal."""
+
+    def attend(self) -> NDArray[np.float64] | None:
+        """Take part before a control step.
+
+        It may wait, and hand the navigator over to another controller.
+
+        Returns:
+            Another goal in the map for the rest of the attempt [m], shape (2,); None to go on.
+        """
+
+    @property
+    def is_driving(self) -> bool:
+        """True while the robot is driven by hand and may stand for as long as it likes."""
+
+
 def run_trial(
     simulated_robot: SimulatedRobot,
     task: Task,
     terminations: TerminationConfig,
     rng: np.random.Generator,
     on_step: Callable[[SensorReadings], None] | None = None,
+    operator: Operator | None = None,
 ) -> tuple[GoalAttempt, ...]:
     """Drive a task's goals in a row with the robot's own controller.
 
@@ -69,6 +88,7 @@ def run_trial(
         terminations: Rules of each drive.
         rng: Source of the start's jitter and of all noise.
         on_step: Function that is called with the readings after each control step.
+        operator: Person who takes part; None for none.
 
     Returns:
         One attempt for each goal that was tried; the last may have failed.
@@ -85,6 +105,8 @@ def run_trial(
         shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
         while outcome is None:
+            if operator is not None:
+                shortest = _attended(operator, simulated_robot, monitor, readings, shortest)
             readings = simulated_robot.step(readings)
             outcome = monitor.update(_truth(readings))
             if on_step is not None:
@@ -93,6 +115,29 @@ def run_trial(
         if outcome is not Outcome.GOAL:
             break
     return tuple(attempts)
+
+
+def _attended(
+    operator: Operator,
+    simulated_robot: SimulatedRobot,
+    monitor: EpisodeMonitor,
+    readings: SensorReadings,
+    shortest: float,
+) -> float:
+    """Let a person take part; return the length of the shortest safe path of the attempt [m].
+
+    With another goal that is the way so far and the shortest one from there.
+    """
+    goal, state = operator.attend(), _truth(readings)
+    if operator.is_driving:
+        monitor.excuse_standing(state)
+    if goal is None:
+        return shortest
+    simulated_robot.navigator.set_goal(goal)
+    monitor.head_for(goal)
+    world, radius = simulated_robot.scene.world, monitor.goal_radius
+    place = (float(goal[0]), float(goal[1]))
+    return monitor.distance + safe_length(world, state.pose.position[:2], place, radius)
 
 
 def _truth(readings: SensorReadings) -> VehicleState:

@@ -57,6 +57,7 @@ class Navigator:
     Attributes:
         observers: Observers, called after each step. For them the cells are classified at each
             step, also where no decision is due.
+        spectators: Observers for whom nothing is computed: between decisions they get no scan.
         start: Pose in the map and stamp [s] of the last ``reset``, None before.
         geofence: Bounds of the drive in the map [m]; None for none.
     """
@@ -94,6 +95,7 @@ class Navigator:
         self._repeats_left = 0
         self._previous_steering = (0.0, 0.0)
         self.observers: list[Observer] = []
+        self.spectators: list[Observer] = []
         self.start: tuple[Pose, float] | None = None
         self.geofence: Geofence | None = None
 
@@ -118,6 +120,25 @@ class Navigator:
             self._controller.reset()
         self._previous_steering = (0.0, 0.0)
         self._repeats_left = 0
+
+    @property
+    def steering(self) -> Steering:
+        """Controller and planner."""
+        return Steering(self._controller, self._planner, self._action_repeat)
+
+    def steer(self, steering: Steering) -> None:
+        """Hand over to another controller, or planner, in the middle of a drive.
+
+        Args:
+            steering: Controller, which forgets what it knew, and planner, which does not: it may
+                be the one so far.
+        """
+        self._controller = steering.controller
+        self._planner = steering.planner
+        self._action_repeat = steering.action_repeat
+        self._repeats_left = 0
+        if self._controller is not None:
+            self._controller.reset()
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
         """Head for ``goal``, map coordinates [m], shape (2,)."""
@@ -148,7 +169,7 @@ class Navigator:
         # What the wheels do: limits, dead zone, inverse kinematics.
         twist, wheels = self._next_twist()
         result = StepResult(readings, scan, situation, self._goal, twist, wheels)
-        for observer in self.observers:
+        for observer in (*self.observers, *self.spectators):
             observer(result)
         return result
 

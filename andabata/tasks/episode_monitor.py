@@ -25,11 +25,13 @@ class EpisodeMonitor:
         path: Positions of the body, one a control step [m].
         time: Duration so far [s].
         contact: Contact of the body: what it touches, and who drove into whom.
+        goal_radius: Distance below which the goal is reached [m].
     """
 
     def __init__(self, world: World, config: TerminationConfig) -> None:
         """Take a world and the rules of its drives."""
         self._truth = world.truth
+        self.goal_radius = config.goal_radius
         self._terminations = Terminations(config)
 
     def begin(self, state: VehicleState, goal: NDArray[np.float64]) -> None:
@@ -48,6 +50,14 @@ class EpisodeMonitor:
         self.path: list[NDArray[np.float64]] = [state.pose.position.copy()]
         self.time = 0.0
         self.contact = Contact.NONE
+
+    def head_for(self, goal: NDArray[np.float64]) -> None:
+        """Go on with another goal, map coordinates [m], shape (2,)."""
+        self._goal = goal
+
+    def excuse_standing(self, state: VehicleState) -> None:
+        """Forget for how long the robot has stayed where it is."""
+        self._terminations.begin(0, state.pose.position[:2], state.stamp)
 
     def update(self, state: VehicleState) -> Outcome | None:
         """Take in the true state after a control step; return the outcome, None before the end."""

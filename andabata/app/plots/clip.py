@@ -4,24 +4,23 @@ The view is cast with the world's own rays, from a camera that follows the robot
 graphics card are needed.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from andabata.app.class_colours import CLASS_COLOURS
+from andabata.app.drive_frames import DriveFrame, FrameSource
 from andabata.app.plots.film import film
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
-from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
-from traversability.virtual_scan import VirtualScan
 from worlds.rays import RayScene
-from worlds.walking import WalkerTrack, cover_rays
+from worlds.walking import cover_rays
 
 WIDTH, HEIGHT = 480, 300
 """Size of the picture [pixels]."""
@@ -60,50 +59,12 @@ _FREE, _BLOCKED = np.array([70, 180, 80]), np.array([215, 65, 55])
 _SKY, _PATH_COLOUR, _BEAM, _POINT = (200, 222, 240), (208, 0, 111), (255, 210, 40), (35, 60, 150)
 _BODY, _LASER = (45, 50, 60), (235, 120, 30)
 
-_COLOURS = np.full((256, 3), 150, dtype=np.float64)
-for _semantic, _colour in {
-    SemanticClass.GROUND: (176, 158, 122),
-    SemanticClass.PATH: (200, 184, 150),
-    SemanticClass.TRUNK: (107, 74, 43),
-    SemanticClass.FOLIAGE: (79, 143, 70),
-    SemanticClass.BUSH: (63, 111, 56),
-    SemanticClass.ROCK: (125, 125, 125),
-    SemanticClass.STONE: (140, 138, 132),
-    SemanticClass.HIGH_GRASS: (168, 191, 79),
-    SemanticClass.WALL: (154, 91, 69),
-    SemanticClass.WATER: (63, 127, 196),
-    SemanticClass.WALKER: (122, 47, 181),
-}.items():
-    _COLOURS[_semantic] = _colour
-
-
-@dataclass(frozen=True)
-class Frame:
-    """State of a drive at one moment.
-
-    Attributes:
-        pose: True pose.
-        scan: Virtual scan; None before the first cloud.
-        points: Points of the last half turn of the head in the map [m], float32, shape (n, 3).
-        ages: Ages of the points [s], float32, shape (n,).
-        n_positions: Number of positions of the path up to this moment.
-        walkers: Walkers at this moment; None in a world without any.
-    """
-
-    pose: Pose
-    scan: VirtualScan | None
-    points: NDArray[np.float32]
-    ages: NDArray[np.float32]
-    n_positions: int
-    walkers: WalkerTrack | None = None
-
 
 class ClipRecorder:
     """Observer of a navigator that keeps the frames of a clip.
 
     Attributes:
-        frames: Frames so far, evenly spaced in time, at most ``MAX_FRAMES``.
-        positions: True positions so far [m], each of shape (3,).
+        frames: Frames so far, evenly spaced in time, fewer than ``MAX_FRAMES``.
     """
 
     def __init__(self, simulated_robot: SimulatedRobot) -> None:
@@ -115,52 +76,37 @@ class ClipRecorder:
         Raises:
             ValueError: If the robot makes no clouds.
         """
-        assembler = assembler_of(simulated_robot.perception)
-        if assembler is None:
+        if assembler_of(simulated_robot.perception) is None:
             raise ValueError(
                 "clip: expected a robot with the rotating laser, got the horizontal scanner; "
                 "leave out --clip"
             )
-        self._assembler, self._localizer = assembler, simulated_robot.localizer
+        self._source = FrameSource(
+            simulated_robot.navigator,
+            simulated_robot.localizer,
+            simulated_robot.perception,
+            simulated_robot.simulator.walkers,
+        )
         self._scene, self._config = simulated_robot.scene, simulated_robot.config
-        self._walkers = simulated_robot.simulator.walkers
         self._interval = 2
-        self.frames: list[Frame] = []
-        self.positions: list[NDArray[np.float64]] = []
+        self.frames: list[DriveFrame] = []
         simulated_robot.navigator.observers.append(self)
+
+    @property
+    def positions(self) -> list[NDArray[np.float64]]:
+        """True positions so far [m], each of shape (3,)."""
+        return self._source.positions
 
     def __call__(self, result: StepResult) -> None:
         """Keep a control step, one in as many as the drive's length asks for."""
-        truth = result.readings.truth
-        if truth is None:
-            return
-        self.positions.append(truth.pose.position)
+        self._source.advance(result)
         if len(self.positions) % self._interval:
             return
-        points, ages = self._recent_points(truth.pose)
-        walkers = None if self._walkers is None else self._walkers.track.last(1).copy()
-        count = len(self.positions)
-        self.frames.append(Frame(truth.pose, result.scan, points, ages, count, walkers))
+        self.frames.append(self._source.frame(result, with_plan=False).thinned(_MAX_POINTS))
         if len(self.frames) == MAX_FRAMES:
             # A longer drive gets wider spaced frames, so that memory has a bound.
             self.frames = self.frames[1::2]
             self._interval *= 2
-
-    def _recent_points(self, pose: Pose) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the points of the last half turn, moved from ``odom`` into the map."""
-        parts = self._assembler.window.parts
-        if not parts:
-            return np.empty((0, 3), dtype=np.float32), np.empty(0, dtype=np.float32)
-        points = np.concatenate([part.points for part in parts])
-        stamps = np.concatenate([part.stamps for part in parts if part.stamps is not None])
-        every = -(-len(points) // _MAX_POINTS)
-        points, stamps = points[::every].astype(np.float64), stamps[::every]
-        odometry = self._localizer.odometry
-        turn = pose.yaw - odometry.yaw
-        c, s = np.cos(turn), np.sin(turn)
-        x, y, z = (points - odometry.position).T
-        moved = np.stack([c * x - s * y, s * x + c * y, z], axis=1) + pose.position
-        return moved.astype(np.float32), (stamps.max() - stamps).astype(np.float32)
 
     def film(self, kind: str = ".gif", seconds: float = 8.0, rate: float = 10.0) -> bytes:
         """Return the drive as a film's file.
@@ -234,7 +180,7 @@ class Camera(NamedTuple):
 
 
 def _picture(
-    frame: Frame,
+    frame: DriveFrame,
     path: NDArray[np.float64],
     camera: Camera,
     rays: RayScene,
@@ -253,14 +199,16 @@ def _picture(
         lines[:, :3] + lines[:, 3:] * np.where(np.isfinite(ranges), ranges, 120.0)[:, None],
         dtype=np.float64,
     )
-    colours = _COLOURS[classes] * _shade(hits.reshape(height, width, 3)).reshape(-1, 1)
+    shade = _shade(hits.reshape(height, width, 3)).reshape(-1, 1)
+    colours = CLASS_COLOURS[classes].astype(np.float64) * shade
     colours = _tinted(colours, hits, frame, config.grid)
     colours[~np.isfinite(ranges)] = _SKY
     colours = colours.reshape(HEIGHT, _SAMPLES, WIDTH, _SAMPLES, 3).mean(axis=(1, 3))
     image = Image.fromarray(colours.clip(0, 255).astype(np.uint8))
     seen = _NEAR + ranges.reshape(height, width)[::_SAMPLES, ::_SAMPLES]
     draw = ImageDraw.Draw(image)
-    _draw_points(draw, camera.project(frame.points), frame.ages, seen)
+    points, ages = frame.points()
+    _draw_points(draw, camera.project(points), ages, seen)
     _draw_path(draw, camera.project(path + np.array([0.0, 0.0, 0.15])), seen)
     _draw_robot(draw, camera, frame.pose, config.robot)
     return image
@@ -277,7 +225,7 @@ def _shade(hits: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _tinted(
-    colours: NDArray[np.float64], hits: NDArray[np.float64], frame: Frame, grid: PolarGrid
+    colours: NDArray[np.float64], hits: NDArray[np.float64], frame: DriveFrame, grid: PolarGrid
 ) -> NDArray[np.float64]:
     """Return colours with the polar cells of the virtual scan on them."""
     if frame.scan is None:

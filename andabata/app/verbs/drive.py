@@ -1,5 +1,6 @@
 """``andabata drive``: one drive in a world."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from andabata.app.options import (
     RobotOptions,
     SettingsOptions,
 )
+from andabata.app.view_options import ViewOptions
 
 
 @command
@@ -61,6 +63,7 @@ def drive(
     robot: RobotOptions,
     settings: SettingsOptions,
     models: ModelOptions,
+    viewer: ViewOptions,
     seed: EvaluationSeed = 0,
     output: ConsoleOptions,
 ) -> None:
@@ -70,6 +73,7 @@ def drive(
         andabata drive
         andabata drive --world hill --seed 7300 --goal -15,-30 --out hill
         andabata drive --world natural-test --seed 7300 --clip drive.gif
+        andabata drive --seed 7300 --view --view-speed 5
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
@@ -78,6 +82,7 @@ def drive(
     from andabata.app.run_folders import write_drive
     from andabata.app.tables import drive_text
     from andabata.app.usage import UsageError, numbers, words
+    from andabata.app.viewer.simulated import SimulatedDriveView
     from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
     from andabata.evaluation.drive import Recording, drive_once
@@ -94,27 +99,38 @@ def drive(
     goals = [(x, y) for x, y in (numbers(text, 2, "--goal") for text in goal or ())]
     console, loaded = output.console(), models.load()
     clips: list[ClipRecorder] = []
+    with ExitStack() as stack:
+        view: SimulatedDriveView | None = None
+        if viewer.view:
+            made = SimulatedDriveView(viewer.view_config(), name, loaded, console.status)
+            view = stack.enter_context(made)
 
-    def watch(simulated_robot: SimulatedRobot) -> None:
+        def watch(simulated_robot: SimulatedRobot) -> None:
+            if clip is not None:
+                clips.append(ClipRecorder(simulated_robot))
+            if view is not None:
+                view.watch_robot(simulated_robot)
+
+        with console.progress("simulated seconds", None) as step:
+            driven = drive_once(
+                world,
+                seed,
+                name,
+                config,
+                loaded,
+                on_second=lambda: step(1),
+                record=Recording(record, clouds, local_map) if record else None,
+                time_limit=time_limit,
+                on_robot=watch,
+                goals=goals,
+                operator=view,
+            )
         if clip is not None:
-            clips.append(ClipRecorder(simulated_robot))
-
-    with console.progress("simulated seconds", None) as step:
-        driven = drive_once(
-            world,
-            seed,
-            name,
-            config,
-            loaded,
-            on_second=lambda: step(1),
-            record=Recording(record, clouds, local_map) if record else None,
-            time_limit=time_limit,
-            on_robot=watch,
-            goals=goals,
-        )
-    if clip is not None:
-        make_folder(clip.parent)
-        atomic_io.write(clip, clips[0].film(clip.suffix))
-    data = write_drive(out, driven, config.model_dump(mode="json"), seed, clip)
-    data |= {"record": str(record)} if record else {}
-    console.result(data, drive_text(driven.title, data))
+            make_folder(clip.parent)
+            atomic_io.write(clip, clips[0].film(clip.suffix))
+        data = write_drive(out, driven, config.model_dump(mode="json"), seed, clip)
+        data |= {"record": str(record)} if record else {}
+        data |= {"view": view.report} if view is not None else {}
+        console.result(data, drive_text(driven.title, data))
+        if view is not None:
+            view.finish(driven.title)

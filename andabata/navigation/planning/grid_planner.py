@@ -251,6 +251,24 @@ class GridPlanner:
         place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell
 
+    def way(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the places of the last plan's path, from a place on, in ``odom`` [m].
+
+        Args:
+            position: Place in ``odom`` [m], shape (2,).
+
+        Returns:
+            Middles of cells up to the goal, or to the edge of the square, float64, shape (k, 2);
+            empty before the first plan, and where its search has not been.
+        """
+        start = np.floor((position - self.corner) / self._cell).astype(np.int64)
+        last = np.floor((self.goal - self.corner) / self._cell + _GOAL_SHIFT).astype(np.int64)
+        n = len(self.costs)
+        if not (self.costs.any() and (start >= 0).all() and (start < n).all()):
+            return np.empty((0, 2))
+        cells = _way(self.costs, self.cost_to_go, start, last, 4 * n)
+        return np.asarray(self.corner + (cells + 0.5) * self._cell)
+
 
 @kernel
 def _apply_geofence(
@@ -452,15 +470,7 @@ def _subgoal(
         return None
     best = (start[0], start[1])
     while (i != last[0] or j != last[1]) and (inside or (0 < i < n - 1 and 0 < j < n - 1)):
-        # The next cell of the path is the one from which the rest, and the step to it, cost least.
-        least, to = np.inf, (i, j)
-        for p in range(max(i - 1, 0), min(i + 2, n)):
-            for q in range(max(j - 1, 0), min(j + 2, n)):
-                step = np.hypot(np.float64(p - i), np.float64(q - j))
-                cost = cost_to_go[p, q] + step * 0.5 * (costs[i, j] + costs[p, q])
-                if step > 0 and cost < least:
-                    least, to = cost, (p, q)
-        i, j = to
+        i, j = _next_cell(costs, cost_to_go, i, j)
         place = (i + 0.5, j + 0.5)
         far = np.hypot(place[0] - start[0], place[1] - start[1])
         if far > reach:
@@ -470,6 +480,51 @@ def _subgoal(
         if far < near or _straight_cost(costs, start, place) <= _DETOUR * spent + 1.0:
             best = place
     return None if best == goal else best
+
+
+@kernel
+def _next_cell(
+    costs: NDArray[np.float32], cost_to_go: NDArray[np.float32], i: int, j: int
+) -> tuple[int, int]:
+    """Return the next cell of the best path, from which the rest and the step there cost least."""
+    n = len(costs)
+    least, to = np.inf, (i, j)
+    for p in range(max(i - 1, 0), min(i + 2, n)):
+        for q in range(max(j - 1, 0), min(j + 2, n)):
+            step = np.hypot(np.float64(p - i), np.float64(q - j))
+            cost = cost_to_go[p, q] + step * 0.5 * (costs[i, j] + costs[p, q])
+            if step > 0 and cost < least:
+                least, to = cost, (p, q)
+    return to
+
+
+@kernel
+def _way(
+    costs: NDArray[np.float32],
+    cost_to_go: NDArray[np.float32],
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
+    most: int,
+) -> NDArray[np.int64]:
+    """Return the cells of the best path from one cell to another, shape (k, 2), k up to ``most``.
+
+    It ends at the edge of the square, and where it would turn back: costs may be of a moment ago.
+    """
+    n = len(costs)
+    found = np.empty((most, 2), dtype=np.int64)
+    i, j = first
+    count = 0
+    while count < most and np.isfinite(cost_to_go[i, j]):
+        found[count, 0], found[count, 1] = i, j
+        count += 1
+        at_edge = not (0 < i < n - 1 and 0 < j < n - 1)
+        if (i == last[0] and j == last[1]) or at_edge:
+            break
+        p, q = _next_cell(costs, cost_to_go, i, j)
+        if not cost_to_go[p, q] < cost_to_go[i, j]:
+            break
+        i, j = p, q
+    return found[:count]
 
 
 @kernel

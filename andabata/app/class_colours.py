@@ -1,0 +1,33 @@
+"""Colours of semantic classes, the same in clips and in the live view."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from terrain.classes import SemanticClass
+
+
+def _table() -> NDArray[np.uint8]:
+    """Return red, green and blue by the number of a class, read-only; grey for all others."""
+    colours = np.full((256, 3), 150, dtype=np.uint8)
+    for semantic, colour in {
+        SemanticClass.GROUND: (176, 158, 122),
+        SemanticClass.PATH: (200, 184, 150),
+        SemanticClass.TRUNK: (107, 74, 43),
+        SemanticClass.FOLIAGE: (79, 143, 70),
+        SemanticClass.BUSH: (63, 111, 56),
+        SemanticClass.ROCK: (125, 125, 125),
+        SemanticClass.STONE: (140, 138, 132),
+        SemanticClass.HIGH_GRASS: (168, 191, 79),
+        SemanticClass.WALL: (154, 91, 69),
+        SemanticClass.WATER: (63, 127, 196),
+        SemanticClass.WALKER: (122, 47, 181),
+    }.items():
+        colours[semantic] = colour
+    colours.setflags(write=False)
+    return colours
+
+
+CLASS_COLOURS: Final = _table()
+"""Red, green and blue of each class, uint8, shape (256, 3)."""

@@ -1,0 +1,67 @@
+"""Options of the live view, shared by the commands that have one."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from andabata.app.viewer.options import ViewConfig
+
+_VIEW = "Live view"
+
+View = Annotated[
+    bool,
+    typer.Option(
+        "--view",
+        help="Show it live in a browser, on a page of this machine (extra `viewer`).",
+        rich_help_panel=_VIEW,
+    ),
+]
+ViewPort = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        max=65535,
+        help="Port of the page; the next free one where it is in use, 0 takes any.",
+        rich_help_panel=_VIEW,
+    ),
+]
+ViewPoints = Annotated[
+    int,
+    typer.Option(
+        min=100, max=1_000_000, help="Largest number of laser points shown.", rich_help_panel=_VIEW
+    ),
+]
+ViewSpeed = Annotated[
+    float,
+    typer.Option(
+        min=0.0,
+        max=100.0,
+        help="Seconds of the drive in a second at first; 0 is as fast as it goes.",
+        rich_help_panel=_VIEW,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """Page of a view: ``--view-port``, ``--view-points``, ``--view-speed``."""
+
+    view_port: ViewPort = 8080
+    view_points: ViewPoints = 32_000
+    view_speed: ViewSpeed = 1.0
+
+    def view_config(self) -> "ViewConfig":
+        """Return the choices of who watches."""
+        from andabata.app.viewer.options import ViewConfig
+
+        return ViewConfig(self.view_port, self.view_points, self.view_speed or math.inf)
+
+
+@dataclass(frozen=True)
+class ViewOptions(PageOptions):
+    """Live view of a command that can do without: ``--view`` and its page."""
+
+    view: View = False

@@ -1,0 +1,121 @@
+"""Drawing of a world: terrain and objects by class, sent once."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.app.class_colours import CLASS_COLOURS
+from terrain.classes import SemanticClass
+from terrain.heightfield import Heightfield
+from worlds.world import World
+
+if TYPE_CHECKING:
+    import viser
+
+GroundHeight = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Function from places x and y in the map [m] to the height of the ground there [m]."""
+
+_MOST_NODES = 160
+"""Number of nodes along an edge of the drawn terrain: browsers without a graphics card draw it."""
+
+_SUN = np.array([0.4, -0.5, 0.77])
+"""Unit vector towards the sun."""
+
+_SEE_THROUGH = {
+    SemanticClass.FOLIAGE: 0.55,
+    SemanticClass.BUSH: 0.8,
+    SemanticClass.HIGH_GRASS: 0.7,
+}
+"""Opacity of what would hide the robot, or what beams pass through."""
+
+
+class WorldDrawing:
+    """Terrain and objects of a world in the scene."""
+
+    def __init__(self, scene: "viser.SceneApi", root: str, world: World) -> None:
+        """Draw a world.
+
+        Args:
+            scene: Scene to draw in.
+            root: Name of the node of the map.
+            world: World to draw.
+        """
+        self._terrain = _terrain(scene, f"{root}/terrain", world)
+        self._objects = [
+            _objects(scene, f"{root}/objects/{semantic.name.lower()}", world, semantic)
+            for semantic in sorted({each.semantic for each in world.objects})
+        ]
+
+    def show_objects(self, visible: bool) -> None:
+        """Show or hide plants, rocks and walls."""
+        for handle in self._objects:
+            handle.visible = visible
+
+
+def _terrain(scene: "viser.SceneApi", name: str, world: World) -> "viser.SceneNodeHandle":
+    """Draw the ground, shaded by the sun, each node in the colour of its surface."""
+    import trimesh
+
+    ground, every = coarse(world.ground)
+    vertices, triangles = ground.triangles()
+    # A node lies on the cell behind it.
+    nx, ny = ground.heights.shape
+    i = np.minimum(np.arange(nx) * every, world.surface.shape[0] - 1)
+    j = np.minimum(np.arange(ny) * every, world.surface.shape[1] - 1)
+    colours = CLASS_COLOURS[world.surface[np.ix_(i, j)]].astype(np.float64)
+    slope_x, slope_y = np.gradient(ground.heights.astype(np.float64), ground.cell)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    shade = 0.45 + 0.6 * np.maximum(normals @ _SUN, 0.0)
+    rgb = (colours * shade[..., None]).clip(0, 255).astype(np.uint8).reshape(-1, 3)
+    mesh = trimesh.Trimesh(vertices, triangles, vertex_colors=rgb, process=False)
+    return scene.add_mesh_trimesh(name, mesh, cast_shadow=False, receive_shadow=False)
+
+
+def coarse(ground: Heightfield) -> tuple[Heightfield, int]:
+    """Return a heightfield of few nodes, and the stride at which it takes those of the other.
+
+    The extent stays the same but for less than a stride at the far edges.
+
+    Args:
+        ground: Heightfield of any number of nodes.
+    """
+    every = max(-(-max(ground.heights.shape) // _MOST_NODES), 1)
+    heights = np.ascontiguousarray(ground.heights[::every, ::every])
+    if every == 1:
+        return ground, 1
+    # Both are centred on the origin: the cut edge would shift the coarse one.
+    nx, ny = (1 + (size - 1) // every for size in ground.heights.shape)
+    exact = all((size - 1) % every == 0 for size in ground.heights.shape)
+    if exact:
+        return Heightfield(heights, ground.cell * every), every
+    x = np.linspace(-ground.width / 2, ground.width / 2, nx)
+    cell = float(x[1] - x[0])
+    y = (np.arange(ny) - (ny - 1) / 2) * cell
+    places = np.meshgrid(x, y, indexing="ij")
+    return Heightfield(ground.height_at(*places).astype(np.float32), cell), every
+
+
+def _objects(
+    scene: "viser.SceneApi", name: str, world: World, semantic: SemanticClass
+) -> "viser.SceneNodeHandle":
+    """Draw all objects of a class as one mesh."""
+    parts = [each for each in world.objects if each.semantic is semantic]
+    counts = np.cumsum([0, *(len(each.vertices) for each in parts)])
+    triangles = [
+        each.triangles.astype(np.uint32) + np.uint32(first)
+        for each, first in zip(parts, counts.tolist(), strict=False)
+    ]
+    red, green, blue = CLASS_COLOURS[semantic].tolist()
+    return scene.add_mesh_simple(
+        name,
+        np.concatenate([each.vertices for each in parts]),
+        np.concatenate(triangles),
+        color=(red, green, blue),
+        opacity=_SEE_THROUGH.get(semantic),
+        flat_shading=True,
+        cast_shadow=False,
+        receive_shadow=False,
+    )

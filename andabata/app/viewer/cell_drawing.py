@@ -13,9 +13,9 @@ from traversability.virtual_scan import VirtualScan
 if TYPE_CHECKING:
     import viser
 
-_FREE, _BLOCKED, _RANGE, _OPEN = (70, 180, 80), (215, 65, 55), (21, 64, 196), (120, 200, 130)
+_FREE, _BLOCKED, _RANGE, _OPEN = (120, 190, 110), (215, 80, 65), (21, 64, 196), (90, 190, 110)
 
-_SUBDIVISION = 3
+_SUBDIVISION = 2
 """Number of patches of a cell along either edge: cells are metres wide and lie on hills."""
 
 _ARC = 4
@@ -51,8 +51,7 @@ class CellDrawing:
                 nowhere,
                 triangles,
                 color=colour,
-                opacity=0.4,
-                side="double",
+                material="toon3",
                 cast_shadow=False,
                 receive_shadow=False,
             )
@@ -61,7 +60,7 @@ class CellDrawing:
         count = _ARC * grid.n_sectors
         none = np.zeros((count, 2, 3), dtype=np.float32)
         self._ranges = scene.add_line_segments(
-            f"{root}/ranges", none, np.zeros((count, 2, 3), dtype=np.uint8), thickness=3
+            f"{root}/ranges", none, np.zeros((count, 2, 3), dtype=np.uint8), thickness=0.05
         )
         self._shows_cells = True
         self._drawn: VirtualScan | None = None
@@ -178,7 +177,7 @@ def cell_patches(grid: PolarGrid) -> tuple[NDArray[np.float64], NDArray[np.uint3
     """
     k = _SUBDIVISION
     half, edges = np.pi / grid.n_sectors, grid.ring_edges
-    share = np.linspace(0.02, 0.98, k + 1)
+    share = np.linspace(0.08, 0.92, k + 1)
     angles = grid.bearings[:, None] + half * (2 * share - 1)
     radii = edges[:-1, None] + share * np.diff(edges)[:, None]
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)

@@ -71,7 +71,7 @@ class OffroadScene:
         self._way = WayDrawing(scene, ROOT, ground)
         self._walkers = WalkerDrawing(scene, ROOT)
         self._map_stamp, self._map_name, self.follows = -np.inf, "none", True
-        server.initial_camera.position = (-5.5, -4.5, 5.0)
+        server.initial_camera.position = (-4.2, -2.6, 3.2)
         server.initial_camera.look_at = (1.0, 0.0, 0.0)
 
     def show(self, layer: str, visible: bool) -> None:
@@ -140,8 +140,16 @@ class OffroadScene:
 def _light(scene: "viser.SceneApi") -> None:
     """Light the scene without shadows, which a browser without a graphics card draws slowly."""
     scene.set_up_direction("+z")
+    scene.set_background_image(_sky())
     scene.configure_default_lights(enabled=False)
-    scene.add_light_ambient("/light/ambient", intensity=1.6)
+    scene.add_light_ambient("/light/ambient", intensity=1.2)
     scene.add_light_directional(
-        "/light/sun", intensity=1.8, position=(4.0, -5.0, 7.7), cast_shadow=False
+        "/light/sun", intensity=1.4, position=(4.0, -5.0, 7.7), cast_shadow=False
     )
+
+
+def _sky() -> NDArray[np.uint8]:
+    """Return a sky that is lighter at the horizon, uint8, shape (64, 8, 3)."""
+    share = np.linspace(0.0, 1.0, 64)[:, None]
+    rows = (1 - share) * np.array([150, 190, 230]) + share * np.array([235, 242, 248])
+    return np.repeat(rows[:, None], 8, axis=1).astype(np.uint8)

@@ -59,10 +59,10 @@ class RobotDrawing:
         self._head = self._add_head(scene, f"{root}/robot/head") if turns else None
         none = np.zeros((_BEAMS, 2, 3), dtype=np.float32)
         self._sweep = scene.add_line_segments(
-            f"{odom}/sweep", none, _BEAM, thickness=1.5, visible=False
+            f"{odom}/sweep", none, _BEAM, thickness=0.006, visible=False
         )
         none = np.zeros((_ELLIPSE + 10, 2, 3), dtype=np.float32)
-        self._estimate = scene.add_line_segments(f"{root}/estimate", none, _ESTIMATE, thickness=2.5)
+        self._estimate = scene.add_line_segments(f"{root}/estimate", none, _ESTIMATE, thickness=0.015)
         self._shows_sweep = True
 
     def show_sweep(self, visible: bool) -> None:
@@ -117,7 +117,7 @@ class RobotDrawing:
         inner = max(robot.track - robot.wheel_width - 0.02, 0.1)
         boxes = {
             "hull": ((robot.length, inner, deck - low), (low + deck) / 2, _BODY),
-            "deck": ((robot.length, robot.width, 0.05), deck + 0.025, (70, 78, 92)),
+            "deck": ((robot.length, robot.width, 0.05), deck + 0.025, (240, 160, 30)),
         }
         for part, (size, height, colour) in boxes.items():
             scene.add_box(

@@ -16,8 +16,8 @@ HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
 """Port that is tried first."""
 
-_BRAND = (208, 0, 111)
-"""Colour of buttons, that of paths in the other pictures."""
+_BRAND = (0, 71, 200)
+"""Colour of buttons, that of goals in the scene."""
 
 
 class ViewerError(ValueError):

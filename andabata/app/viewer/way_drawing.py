@@ -41,8 +41,8 @@ class WayDrawing:
         """
         self._ground = ground
         none = np.zeros((0, 2, 3), dtype=np.float32)
-        self._path = scene.add_line_segments(f"{root}/path", none, _PATH, thickness=4)
-        self._plan = scene.add_line_segments(f"{root}/plan", none, _PLAN, thickness=3)
+        self._path = scene.add_line_segments(f"{root}/path", none, _PATH, thickness=0.05)
+        self._plan = scene.add_line_segments(f"{root}/plan", none, _PLAN, thickness=0.035)
         self._goal = scene.add_frame(f"{root}/goal", show_axes=False, visible=False)
         scene.add_cylinder(
             f"{root}/goal/pole",

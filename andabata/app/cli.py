@@ -23,6 +23,7 @@ from andabata.app.verbs import (
     ros,
     scan,
     train,
+    view,
     world,
 )
 
@@ -38,6 +39,7 @@ FLOW = (
     "report",
     "policy",
     "drive",
+    "view",
     "evaluate",
     "lidar-study",
     "bag",
@@ -84,6 +86,7 @@ app.command()(train.train)
 app.command()(report.report)
 app.add_typer(policy.app, name="policy")
 app.command()(drive.drive)
+app.command()(view.view)
 app.command()(evaluate.evaluate)
 app.command("lidar-study")(lidar_study.lidar_study)
 app.add_typer(bag.app, name="bag")

@@ -21,7 +21,9 @@ from andabata.engine import run_tasks
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
 from andabata.evaluation.barn_table import BarnRun
 from andabata.evaluation.journal import Journal
+from andabata.machine.kinematics import Twist
 from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar_readings import PlanarReadings
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
 from andabata.records.runs import commit
 from andabata.tasks.planar_drive import (
@@ -154,7 +156,12 @@ def drive_once(
 
 
 def drive_path(
-    config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
+    config: BarnEvaluationConfig,
+    world: BarnWorld,
+    name: str,
+    controller: str,
+    trial: int,
+    on_readings: Callable[[PlanarReadings, Twist], None] | None = None,
 ) -> DriveResult:
     """Return one run with its path; the same arguments give the same path.
 
@@ -164,6 +171,7 @@ def drive_path(
         name: Name of the world, from which the noise is drawn.
         controller: Name of the navigator.
         trial: Number of the run in its world.
+        on_readings: Function that sees the readings and the command of each period.
     """
     key = [config.seed, zlib.crc32(name.encode()), trial]
     (task,) = world.room.tasks
@@ -176,7 +184,7 @@ def drive_path(
     )
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
-    return drive_to_goal(navigator, robot, task, config.rules)
+    return drive_to_goal(navigator, robot, task, config.rules, on_readings)
 
 
 def evaluate_barn(

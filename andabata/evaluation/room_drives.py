@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,10 @@ _CONTACTS = {contact.label: contact for contact in Contact}
 OnStates = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
 """Function that takes the numbers of the drives that go on, shape (k,), and what each observes
 before its next step, shape (k, n_observations)."""
+
+
+OnStep = Callable[[RoomVectorEnv, dict[str, Any]], None]
+"""Function that takes the robots after they were put down, and after each step with its info."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,35 @@ def drive_tasks(
     return found
 
 
+def drive_task(
+    policy: Policy,
+    config: RoomConfig,
+    task: RoomTask,
+    number: int,
+    on_states: OnStates | None = None,
+    on_step: OnStep | None = None,
+) -> RoomDrive:
+    """Drive one task alone as ``drive_tasks`` drives it among others, and return the drive.
+
+    Movers and noise are the same. Other robots beside it may change the last digits of an action.
+
+    Args:
+        policy: Policy, for any number of points.
+        config: Settings with one room.
+        task: Start and goal.
+        number: Number of the task among the others.
+        on_states: Function that sees what the robot observes; None for none.
+        on_step: Function that sees the robot itself; None for none.
+
+    Raises:
+        ValueError: If the policy cannot read what the task observes.
+    """
+    actor, fitting = fitted(policy, config)
+    robots = RoomVectorEnv(fitting, 1, autoreset=False)
+    (drive,) = _driven_together(actor, robots, [task], number, on_states, on_step)
+    return drive
+
+
 def drive_tour(
     policy: Policy, config: RoomConfig, start: Start, goals: Sequence[tuple[float, float]]
 ) -> list[RoomDrive]:
@@ -108,10 +142,14 @@ def _driven_together(
     tasks: Sequence[RoomTask],
     begin: int,
     on_states: OnStates | None,
+    on_step: OnStep | None = None,
 ) -> list[RoomDrive]:
     """Drive tasks side by side; the number of the first is ``begin``."""
     count = len(tasks)
-    states, _ = robots.reset(seed=0, options={"room": 0, "drive": list(tasks)})
+    seeds: list[int | None] = [(begin + k) % _BATCH for k in range(count)]
+    states, info = robots.reset(seed=seeds, options={"room": 0, "drive": list(tasks)})
+    if on_step is not None:
+        on_step(robots, info)
     rngs = [np.random.default_rng((0, begin + k)) for k in range(count)]
     paths = [[pose] for pose in robots.poses]
     found: dict[int, RoomDrive] = {}
@@ -123,6 +161,8 @@ def _driven_together(
         actions = np.zeros((count, actor.actions.size), dtype=np.float32)
         actions[left] = driven_many(actor, states[left], [rngs[k] for k in left.tolist()])
         states, _, terminated, truncated, info = robots.step(actions)
+        if on_step is not None:
+            on_step(robots, info)
         poses = robots.poses
         for k in left.tolist():
             paths[k].append(poses[k])

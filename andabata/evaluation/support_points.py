@@ -77,7 +77,9 @@ def drive_with_support_points(
         (
             drive,
             [
-                _support_points(n * every, drive.path[n * every], state[points], chosen, task.lidar)
+                support_points_of(
+                    n * every, drive.path[n * every], state[points], chosen, task.lidar
+                )
                 for n, (state, chosen) in enumerate(zip(states[k], seen[k], strict=True))
             ],
         )
@@ -85,7 +87,7 @@ def drive_with_support_points(
     ]
 
 
-def _support_points(
+def support_points_of(
     step: int,
     pose: NDArray[np.float64],
     points: NDArray[np.float32],

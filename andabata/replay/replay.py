@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from andabata.assembly.controllers import make_steering
-from andabata.assembly.navigator import make_navigator
+from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.localization.datum import Datum
 from andabata.models import Models
+from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bag_piece import BagPiece
 from andabata.records.bag_reader import Period, read_periods
@@ -24,7 +24,7 @@ from andabata.records.sensor_decoder import SensorDecoder
 from andabata.replay.datum import add_fix_remarks, position_fields, recorded_datum, use_datum
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.options import ReplayOptions
-from andabata.replay.recorded_drive import inspect_drive
+from andabata.replay.recorded_drive import RecordedDrive, inspect_drive
 from andabata.replay.result import Comparison, LocalizerStatistics, PieceReport, left_out
 
 _DEFAULT_CONTROLLER = "policy+planner"
@@ -34,10 +34,21 @@ _PERIODS_PER_SECOND = 10
 """Number of control periods after which ``on_second`` is called."""
 
 
+class ReplayViewer(Protocol):
+    """Person who watches a replay, and may let it wait."""
+
+    def watch_replay(self, parts: NavigatorParts, drive: RecordedDrive) -> None:
+        """Begin to watch a navigator that has not been sent anything yet."""
+
+    def attend(self) -> object:
+        """Wait before a control period, for as long as the viewer likes."""
+
+
 def replay_bag(
     path: Path,
     options: ReplayOptions | None = None,
     on_second: Callable[[], None] | None = None,
+    viewer: ReplayViewer | None = None,
 ) -> dict[str, Any]:
     """Send a recording through the navigator and compare its output with the recorded output.
 
@@ -45,6 +56,7 @@ def replay_bag(
         path: The recording.
         options: User's choices; None for those of the recording.
         on_second: Function called after each recorded second.
+        viewer: Person who watches; None for none.
 
     Returns:
         Result, ready for JSON.
@@ -56,14 +68,18 @@ def replay_bag(
         ValueError: If there is no such controller or unit, or the controller cannot be replayed.
     """
     with Bag(path) as bag:
-        return BagReplay(bag, options or ReplayOptions(), on_second).run()
+        return BagReplay(bag, options or ReplayOptions(), on_second, viewer).run()
 
 
 class BagReplay:
     """Replay of one recording, assembled once and run piece by piece."""
 
     def __init__(
-        self, bag: Bag, options: ReplayOptions, on_second: Callable[[], None] | None = None
+        self,
+        bag: Bag,
+        options: ReplayOptions,
+        on_second: Callable[[], None] | None = None,
+        viewer: ReplayViewer | None = None,
     ) -> None:
         """Inspect a recording and assemble the navigator for it.
 
@@ -71,6 +87,7 @@ class BagReplay:
             bag: The recording, open.
             options: User's choices.
             on_second: Function called after each recorded second.
+            viewer: Person who watches; None for none.
 
         Raises:
             BagError: If the recording lacks a sensor that the robot needs, or is damaged.
@@ -78,7 +95,8 @@ class BagReplay:
             DatumError: If the fixes lie far from the datum that is given.
             ValueError: If there is no such controller or unit.
         """
-        self._bag, self._on_second = bag, on_second
+        self._bag, self._on_second, self._viewer = bag, on_second, viewer
+        self._period: Period | None = None
         self._remarks, self._refused = Remarks(), 0
         self._comparison, self._statistics = Comparison(), LocalizerStatistics()
         self._reports: list[PieceReport] = []
@@ -98,9 +116,11 @@ class BagReplay:
         config = self._drive.config
         steering = make_steering(self._controller, None, config, self._models)
         rng = np.random.default_rng(0)
-        self._navigator, self._localizer, perception = make_navigator(
-            config, self._models, steering, rng
-        )
+        parts = make_navigator(config, self._models, steering, rng)
+        self._navigator, self._localizer, perception = parts
+        self._navigator.observers.append(self._compare)
+        if self._viewer is not None:
+            self._viewer.watch_replay(parts, self._drive)
         self._assembler = assembler_of(perception)
         self._mountings = MountingMonitor(
             self._drive.extrinsics, self._assembler, config.robot.lidar_height
@@ -178,12 +198,19 @@ class BagReplay:
         """Send one control period through the navigator and compare the outcome."""
         if period.goal is not None:
             self._navigator.set_goal(period.goal)
-        self._navigator.observers = [partial(self._comparison.add, period)]
+        if self._viewer is not None:
+            self._viewer.attend()
+        self._period = period
         self._navigator.step(period.readings)
         self._mountings.check(self._localizer.odometry)
         self._statistics.add(self._localizer)
         if self._on_second is not None and self._comparison.periods % _PERIODS_PER_SECOND == 0:
             self._on_second()
+
+    def _compare(self, result: StepResult) -> None:
+        """Compare a step with the recorded period that was sent."""
+        assert self._period is not None
+        self._comparison.add(self._period, result)
 
     def _end_piece(self, setup: DriveSetup, decoder: SensorDecoder) -> None:
         """Add up the measurements that were refused in a piece."""

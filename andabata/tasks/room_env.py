@@ -114,6 +114,11 @@ class RoomVectorEnv(PlanarVectorEnv):
         return self._renderer
 
     @property
+    def batch(self) -> RoomBatch:
+        """Bodies, beams and movers of the robots."""
+        return self._in_rooms
+
+    @property
     def poses(self) -> NDArray[np.float64]:
         """Copy of the true x, y [m] and yaw [rad] of each robot, shape (n, 3)."""
         return self._in_rooms.poses.copy()

@@ -57,7 +57,7 @@ class OffroadScene:
         ground = None if world is None else world.ground.height_at
         self._root = scene.add_frame(ROOT, show_axes=False)
         self._odom = scene.add_frame(_ODOM, show_axes=False)
-        _light(scene)
+        light(scene)
         turns = config.sensing.scanner == "rotating"
         self._world = None if world is None else WorldDrawing(scene, ROOT, world)
         if world is None:
@@ -137,7 +137,7 @@ class OffroadScene:
         self._map_stamp, self._map_name = frame.stamp, name
 
 
-def _light(scene: "viser.SceneApi") -> None:
+def light(scene: "viser.SceneApi") -> None:
     """Light the scene without shadows, which a browser without a graphics card draws slowly."""
     scene.set_up_direction("+z")
     scene.set_background_image(_sky())

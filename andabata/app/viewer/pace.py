@@ -31,6 +31,7 @@ class Pace:
         self._changed = threading.Condition()
         self._speed, self._is_paused, self._now = speed, is_paused, now
         self._steps, self._due, self._is_closed = 0, -math.inf, False
+        self._is_nudged = False
 
     @property
     def speed(self) -> float:
@@ -72,6 +73,12 @@ class Pace:
             self._is_paused = True
             self._changed.notify_all()
 
+    def nudge(self) -> None:
+        """Let a wait end at once, in a pause as well: something else is to be shown."""
+        with self._changed:
+            self._is_nudged = True
+            self._changed.notify_all()
+
     def close(self) -> None:
         """Let everything pass from now on."""
         with self._changed:
@@ -86,6 +93,9 @@ class Pace:
         """
         with self._changed:
             while not self._is_closed:
+                if self._is_nudged:
+                    self._is_nudged = False
+                    return
                 if self._is_paused:
                     if self._steps:
                         self._steps -= 1

@@ -44,6 +44,10 @@ class History:
         row = [values.get(name) for name in self.names]
         self._rows.append((stamp, *(np.nan if value is None else float(value) for value in row)))
 
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._rows.clear()
+
     def columns(self, names: Sequence[str]) -> tuple[NDArray[np.float64], ...]:
         """Return the stamps [s] and the samples of some values, each of shape (k,)."""
         table = np.array(self._rows, dtype=np.float64).reshape(-1, 1 + len(self.names))

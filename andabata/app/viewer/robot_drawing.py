@@ -62,7 +62,8 @@ class RobotDrawing:
             f"{odom}/sweep", none, _BEAM, thickness=0.006, visible=False
         )
         none = np.zeros((_ELLIPSE + 10, 2, 3), dtype=np.float32)
-        self._estimate = scene.add_line_segments(f"{root}/estimate", none, _ESTIMATE, thickness=0.015)
+        name = f"{root}/estimate"
+        self._estimate = scene.add_line_segments(name, none, _ESTIMATE, thickness=0.015)
         self._shows_sweep = True
 
     def show_sweep(self, visible: bool) -> None:

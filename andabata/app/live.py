@@ -1,12 +1,14 @@
 """Nodes in a live ROS 1 graph, from the start of the graph to its end."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import numpy as np
 
 from andabata.app.console import Console
+from andabata.app.viewer.options import ViewConfig
+from andabata.app.viewer.robot_view import RobotView
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
@@ -35,6 +37,7 @@ def run_navigator(
     goal: tuple[float, ...] | None = None,
     seconds: float | None = None,
     local_map: bool = True,
+    view: ViewConfig | None = None,
 ) -> dict[str, Any]:
     """Run the navigator in a live graph and return its figures, ready for JSON.
 
@@ -50,9 +53,11 @@ def run_navigator(
         goal: First goal in the map [m]; None to wait for one in the graph.
         seconds: Time after which to stop [s]; None to run until the graph ends.
         local_map: True to publish the local map and the plan.
+        view: Choices of who watches in a browser; None for no such view.
 
     Raises:
         RosError: If ROS 1 is not installed or there is no master.
+        ViewerError: If there is to be a view, and viser is not installed.
     """
     config = configure(base)
     steering = make_steering(controller, None, config, models)
@@ -70,7 +75,10 @@ def run_navigator(
         )
         if goal is not None:
             node.set_goal(np.array(goal))
-        with console.progress("seconds", None) as step:
+        with ExitStack() as stack, console.progress("seconds", None) as step:
+            if view is not None:
+                shown = stack.enter_context(RobotView(view, console.status))
+                shown.watch_robot(node.parts, config, node.set_goal)
             return node.run(_pose(start), seconds, lambda: step(1))
 
 

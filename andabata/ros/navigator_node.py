@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.navigator import make_navigator
+from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
@@ -76,7 +76,12 @@ class NavigatorNode:
     Scanner, filter, virtual scan, actor and inverse kinematics are those of the navigator that
     drives in simulation and on recordings. Every half period the node updates it with the received
     readings and publishes pose and relative cloud; every period it publishes a command.
+
+    Attributes:
+        parts: Navigator with its localizer and its perception, for those who watch.
     """
+
+    parts: NavigatorParts
 
     def __init__(
         self,
@@ -121,9 +126,8 @@ class NavigatorNode:
         self, config: SimulatedRobotConfig, models: Models, steering: Steering, local_map: bool
     ) -> None:
         """Assemble the navigator and compile its kernels."""
-        self._navigator, self._localizer, perception = make_navigator(
-            config, models, steering, np.random.default_rng(0)
-        )
+        self.parts = make_navigator(config, models, steering, np.random.default_rng(0))
+        self._navigator, self._localizer, perception = self.parts
         self._assembler = assembler_of(perception)
         self._planner_recorder = (
             PlannerRecorder(self._localizer, perception, steering.planner) if local_map else None

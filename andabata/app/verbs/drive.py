@@ -70,7 +70,6 @@ def drive(
     """Visit the goals of one task in a row and draw the path.
 
     Examples:
-        andabata drive
         andabata drive --world hill --seed 7300 --goal -15,-30 --out hill
         andabata drive --world natural-test --seed 7300 --clip drive.gif
         andabata drive --seed 7300 --view --view-speed 5

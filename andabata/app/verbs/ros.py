@@ -14,6 +14,7 @@ from andabata.app.options import (
     SensorOptions,
     SettingsOptions,
 )
+from andabata.app.view_options import ViewOptions
 
 app = typer.Typer(
     help="A live ROS 1 graph: the navigator's nodes, and a simulated robot for them.",
@@ -54,6 +55,7 @@ def navigator(
     robot: Robot = "andabata",
     sensors: SensorOptions,
     models: ModelOptions,
+    viewer: ViewOptions,
     output: ConsoleOptions,
 ) -> None:
     """Run the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels.
@@ -63,6 +65,7 @@ def navigator(
         andabata ros navigator --start 0,0,90 --goal 20,5
         andabata ros navigator --controller reactive --seconds 60 --json
         andabata ros navigator --robot husky --cloud /points --datum 40.1,-3.4
+        andabata ros navigator --view --view-port 8090
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
@@ -85,6 +88,7 @@ def navigator(
         goal=None if goal is None else numbers(goal, 2, "--goal"),
         seconds=seconds,
         local_map=local_map,
+        view=viewer.view_config() if viewer.view else None,
     )
     console.result(data, navigation_text(data))
 

@@ -132,7 +132,6 @@ class SteeringControls:
         steer: Callable[[str], None],
         press: Callable[[str], None],
         release: Callable[[], None],
-        choose_goal: Callable[[], None],
     ) -> None:
         """Add the controls.
 
@@ -143,12 +142,9 @@ class SteeringControls:
             steer: Function that takes the name of another one.
             press: Function that takes the name of a key of ``ARROWS``.
             release: Function that lets all keys go.
-            choose_goal: Function that takes the next click in the scene as a goal.
         """
         self._steers = gui.add_dropdown("Controller", controllers, initial_value=first)
         self._steers.on_update(lambda event: steer(self._steers.value))
-        goal = gui.add_button("Choose the goal", hint="then click on the ground")
-        goal.on_click(lambda event: choose_goal())
         gui.add_markdown("Arrows or WASD: drive by hand. Space: pause. N: one step. F: follow.")
         self._press = press
         for name, key in ARROWS.items():

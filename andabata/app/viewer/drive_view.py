@@ -65,18 +65,25 @@ class DriveView:
         frames: Number of frames that were drawn.
     """
 
-    def __init__(self, config: ViewConfig, title: str, status: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        config: ViewConfig,
+        title: str,
+        status: Callable[[str], None],
+        is_live: bool = False,
+    ) -> None:
         """Begin to serve.
 
         Args:
             config: Choices of who watches.
             title: Title over the controls.
             status: Function that prints a line for the user.
+            is_live: True for a real robot, which waits for nobody.
 
         Raises:
             ViewerError: If viser is not installed.
         """
-        self._config, self._status = config, status
+        self._config, self._status, self._is_live = config, status, is_live
         self.server = ViewServer(title, config.port)
         self.pace = Pace(config.speed, config.is_paused)
         self.frames = 0
@@ -109,6 +116,7 @@ class DriveView:
         steering: "Callable[[str], Steering] | None" = None,
         controllers: Sequence[str] = (),
         controller: str = "",
+        set_goal: Callable[[NDArray[np.float64]], None] | None = None,
     ) -> None:
         """Draw what stays, and watch a navigator from now on.
 
@@ -121,15 +129,19 @@ class DriveView:
                 steer, as on a recording.
             controllers: Names of the controllers to choose from.
             controller: Name of the one that steers at first.
+            set_goal: Function that takes goals that are clicked at; None leaves them to ``attend``,
+                where somebody can steer.
         """
         self._navigator, self._source, self._steering = navigator, source, steering
         self._hand = HandController(config.robot)
         gui = self.server.viser.gui
         self._scene = OffroadScene(self.server.viser, config, world, self._config.points)
         self._text = gui.add_markdown("The drive has not begun.")
-        self._play = PlayControls(gui, self.pace)
+        if not self._is_live:
+            PlayControls(gui, self.pace)
+        self._set_goal = set_goal or self._keep_goal
+        self._click = GroundClick(self.server.viser, world)
         if steering is not None:
-            self._click = GroundClick(self.server.viser, world)
             SteeringControls(
                 gui,
                 (*controllers, BY_HAND),
@@ -137,8 +149,10 @@ class DriveView:
                 self._steer,
                 self._hand.press,
                 self._hand.release,
-                self._choose_goal,
             )
+        if steering is not None or set_goal is not None:
+            goal = gui.add_button("Choose the goal", hint="then click on the ground")
+            goal.on_click(lambda event: self._choose_goal())
         has_map = isinstance(led_by(navigator.planner), LocalPlanner)
         SceneControls(gui, self._scene, self.change, self._choose_layer, has_map)
         self._plots = Plots(gui, PLOTS)
@@ -265,12 +279,18 @@ class DriveView:
 
     def _choose_goal(self) -> None:
         """Take the next click on the ground as the goal."""
+        self._click.wait(lambda: self._scene.offset, lambda: self._foot, self._set_goal)
 
-        def chosen(place: NDArray[np.float64]) -> None:
-            self._clicked = place
-            self._interventions["goals"] += 1
+    def _keep_goal(self, place: NDArray[np.float64]) -> None:
+        """Keep a goal for the next step [m], shape (2,)."""
+        self._clicked = place
+        self._interventions["goals"] += 1
 
-        self._click.wait(lambda: self._scene.offset, chosen)
+    @property
+    def _foot(self) -> float:
+        """Height of the robot's foot in the map [m]."""
+        positions = self._source.positions
+        return float(positions[-1][2]) if positions else 0.0
 
     def _choose_layer(self, name: str) -> None:
         """Show another layer of the map."""

@@ -70,11 +70,11 @@ class RoomScene:
             none = np.zeros((0, 2, 3), dtype=np.float32)
             self._path = scene.add_line_segments(f"{_ROOT}/path", none, _PATH, thickness=0.04)
             self._beams = scene.add_line_segments(f"{_ROOT}/beams", none, _BEAM, thickness=0.008)
-        far = 1.25 * max(drive.room.half)
-        self._server.initial_camera.position = (-0.35 * far, -far, 1.6 * far)
+        far = max(drive.room.half)
+        self._server.initial_camera.position = (-0.4 * far, -1.1 * far, 1.7 * far)
         self._server.initial_camera.look_at = (0.0, 0.0, 0.0)
         for client in self._server.get_clients().values():
-            client.camera.position = (-0.35 * far, -far, 1.6 * far)
+            client.camera.position = (-0.4 * far, -1.1 * far, 1.7 * far)
             client.camera.look_at = (0.0, 0.0, 0.0)
 
     def show(self, layer: str, visible: bool) -> None:
@@ -133,18 +133,16 @@ class RoomScene:
             return
         least, most = _SUPPORT_SIZES
         sizes = (least * np.sqrt(support.counts)).clip(max=most)
-        vertices, triangles = _BALL.vertices, _BALL.triangles
-        self._scene.add_batched_meshes_simple(
+        balls = _lifted(support.places, 0.2)[:, None] + sizes[:, None, None] * _BALL.vertices
+        first = len(_BALL.vertices) * np.arange(len(sizes), dtype=np.uint32)
+        self._scene.add_mesh_simple(
             name,
-            vertices,
-            triangles,
-            np.tile([1.0, 0.0, 0.0, 0.0], (len(sizes), 1)),
-            _lifted(support.places, 0.2),
-            batched_scales=sizes.astype(np.float32),
-            batched_colors=np.array(_SUPPORT, dtype=np.uint8),
-            lod="off",
+            balls.reshape(-1, 3),
+            (first[:, None, None] + _BALL.triangles).reshape(-1, 3),
+            color=_SUPPORT,
             material="toon3",
             cast_shadow=False,
+            receive_shadow=False,
         )
 
     def _add_room(self, room: Room) -> None:

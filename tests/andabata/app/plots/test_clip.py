@@ -1,13 +1,15 @@
 """Clips of drives: where the camera sees points, what frames hold, and what the picture shows."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from andabata.app.plots import clip
-from andabata.app.plots.clip import Camera, ClipRecorder, Frame
+from andabata.app.drive_frames import DriveFrame
+from andabata.app.plots.clip import Camera, ClipRecorder
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.pose import Pose
@@ -40,10 +42,8 @@ def test_walkers_are_in_the_picture(make_scene, driven):
     walkers = Walkers(peopled(scene.world, walker((2.0, 0.0), (0.5, 0.0))), 100.0)
     track = walkers.track.last(1).copy()
     walkers.step(300, (-5.0, 0.0), 0.0)
-    pose, none = flat_pose(0.0, 0.0, 0.0), np.empty((0, 3), dtype=np.float32)
-    frames = [
-        Frame(pose, None, none, np.empty(0, dtype=np.float32), 1, each) for each in (None, track)
-    ]
+    pose = flat_pose(0.0, 0.0, 0.0)
+    frames = [DriveFrame(pose, walkers=each) for each in (None, track)]
     bare, seen = (
         np.asarray(
             clip._picture(each, np.zeros((1, 3)), camera(), scene.rays, CONFIG), dtype=np.int64
@@ -103,10 +103,11 @@ def test_frames_are_every_second_step_and_know_their_part_of_the_path(driven):
 def test_laser_points_lie_in_the_map_around_the_robot(driven):
     """Points of a frame are within the laser's reach of the true position."""
     frame = driven.frames[-1]
-    assert len(frame.points) > 500
-    distances = np.linalg.norm(frame.points - frame.pose.position, axis=1)
+    points, ages = frame.points()
+    assert 500 < len(points) <= clip._MAX_POINTS
+    distances = np.linalg.norm(points - frame.pose.position, axis=1)
     assert distances.max() < CONFIG.assembly.max_range + 2
-    assert frame.ages.min() == 0 < frame.ages.max()
+    assert ages.min() == 0 < ages.max()
 
 
 def test_a_long_drive_keeps_few_frames(driven, monkeypatch):
@@ -114,13 +115,15 @@ def test_a_long_drive_keeps_few_frames(driven, monkeypatch):
     monkeypatch.setattr(clip, "MAX_FRAMES", 10)
     monkeypatch.setattr(driven, "_interval", 2)
     monkeypatch.setattr(driven, "frames", [])
-    monkeypatch.setattr(driven, "positions", [])
-    result = type("Result", (), {})()
-    result.scan = None
-    result.readings = type("Readings", (), {})()
-    result.readings.truth = type("Truth", (), {"pose": flat_pose(1.0, 2.0, 0.3)})()
+    source = driven._source
+    monkeypatch.setattr(source, "positions", [])
+    frame = DriveFrame(flat_pose(1.0, 2.0, 0.3))
+    monkeypatch.setattr(source, "advance", lambda result: source.positions.append(None))
+    monkeypatch.setattr(
+        source, "frame", lambda result, with_plan: replace(frame, n_positions=len(source.positions))
+    )
     for _ in range(60):
-        driven(result)
+        driven(None)
     counts = [frame.n_positions for frame in driven.frames]
     assert len(counts) < 10
     assert len(set(np.diff(counts))) == 1
@@ -143,8 +146,7 @@ def test_cells_are_tinted_where_they_are():
     log_odds[grid.n_sectors * 3 // 4] = 1.0  # The sector that begins on the left.
     log_odds[grid.n_sectors // 4] = -1.0  # The sector that begins on the right.
     scan = VirtualScan(np.ones(grid.n_sectors, dtype=np.float32), grid.outer_radius, log_odds)
-    no_points = np.empty((0, 3), dtype=np.float32)
-    frame = Frame(flat_pose(10.0, 0.0, np.pi / 2), scan, no_points, no_points[:, 0], 1)
+    frame = DriveFrame(flat_pose(10.0, 0.0, np.pi / 2), scan)
     # Heading along y: left is -x, right is +x; a little further on in the turn for each.
     left, right, ahead = (7.0, -0.1, 0.0), (13.0, 0.1, 0.0), (10.0, 3.0, 0.0)
     crown, far = (7.0, -0.1, 3.0), (-30.0, -0.5, 0.0)

@@ -18,7 +18,8 @@ ARROWS: dict[str, Key] = {
 
 # viser's camera takes arrows and WASD by their place on the keyboard, and its commands take keys by
 # their names. So a listener that comes first takes these keys away from the camera, and sends them
-# on as arrows without a place: pressed again for all that are held, "End" where one was let go.
+# on as arrows without a place: pressed again for all that are held, "End" where one was let go. A
+# choice that was made gives the keys back: commands take none that are meant for a form.
 _LISTENER = """
 (() => {
   if (window.andabataKeys) return;
@@ -45,6 +46,10 @@ _LISTENER = """
     release();
   }, true);
   window.addEventListener('blur', () => { held.clear(); release(); });
+  window.addEventListener('click', (e) => {
+    if (e.target.closest && e.target.closest('[role=option], [type=checkbox]'))
+      setTimeout(() => document.activeElement && document.activeElement.blur(), 50);
+  }, true);
   window.andabataKeys = true;
 })()
 """

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from andabata.app.plots import clip
 from andabata.app.drive_frames import DriveFrame
+from andabata.app.plots import clip
 from andabata.app.plots.clip import Camera, ClipRecorder
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig

@@ -70,10 +70,10 @@ class CloudDrawing:
         now = {id(part) for part in frame.parts}
         self._shown = [one for one in self._shown if id(one[0]) in now or self._hide(one[1])]
         known = {id(part) for part, _ in self._shown}
-        every = stride(sum(len(part) for part in frame.parts), self._most)
+        share = min(self._most / max(sum(len(part) for part in frame.parts), 1), 1.0)
         for part in frame.parts:
             if id(part) not in known:
-                self._shown.append((part, self._send(part, every, frame)))
+                self._shown.append((part, self._send(part, share, frame)))
 
     def _drop(self, keep: int) -> None:
         """Hide all parts but some."""
@@ -87,12 +87,13 @@ class CloudDrawing:
         self._spare.append(handle)
         return False
 
-    def _send(self, part: PointCloud, every: int, frame: DriveFrame) -> "viser.PointCloudHandle":
-        """Send the points of a part, counted from its middle: half precision is enough there."""
-        points = part.points[::every]
+    def _send(self, part: PointCloud, share: float, frame: DriveFrame) -> "viser.PointCloudHandle":
+        """Send a share of a part's points, from its middle: half precision is enough there."""
+        chosen = thinned(len(part), share)
+        points = part.points[chosen]
         middle = points.mean(axis=0, dtype=np.float64)
         local = (points - middle).astype(np.float16)
-        colours = self._colours(part, every, frame)
+        colours = self._colours(part, chosen, frame)
         name = f"{self._root}/cloud/{self._number}"
         if self._spare:
             # The node of a part that has gone is made anew under its name: points and colours of
@@ -110,14 +111,16 @@ class CloudDrawing:
             visible=self._visible,
         )
 
-    def _colours(self, part: PointCloud, every: int, frame: DriveFrame) -> NDArray[np.uint8]:
-        """Return the colours of a part's points, uint8, shape (k, 3)."""
+    def _colours(
+        self, part: PointCloud, chosen: NDArray[np.int64], frame: DriveFrame
+    ) -> NDArray[np.uint8]:
+        """Return the colours of some of a part's points, uint8, shape (k, 3)."""
         if self._colouring == "class" and part.classes is not None:
-            return CLASS_COLOURS[part.classes[::every]]
+            return CLASS_COLOURS[part.classes[chosen]]
         if self._colouring == "age" and part.stamps is not None:
-            share = (part.stamps[::every] % _CYCLE) / _CYCLE
+            share = (part.stamps[chosen] % _CYCLE) / _CYCLE
             return (_FAINT + share[:, None] * (_BRIGHT - _FAINT)).astype(np.uint8)
-        heights = part.points[::every, 2].astype(np.float64) - frame.odometry.position[2]
+        heights = part.points[chosen, 2].astype(np.float64) - frame.odometry.position[2]
         return height_colours(heights)
 
 
@@ -125,9 +128,15 @@ _CYCLE = 3.3
 """Time after which the colours of time begin anew [s]: about half a turn of the head."""
 
 
-def stride(count: int, most: int) -> int:
-    """Return the number of points of which one is shown, so that no more than some are shown."""
-    return max(-(-count // most), 1)
+def thinned(count: int, share: float) -> NDArray[np.int64]:
+    """Return the numbers of a share of some points, evenly spaced, at least one.
+
+    Args:
+        count: Number of points.
+        share: Share of them, from 0 to 1.
+    """
+    kept = min(max(int(count * share), 1), count)
+    return np.arange(kept, dtype=np.int64) * count // max(kept, 1)
 
 
 def height_colours(heights: NDArray[np.float64]) -> NDArray[np.uint8]:

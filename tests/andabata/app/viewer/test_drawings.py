@@ -13,7 +13,7 @@ from andabata.app.viewer.cell_drawing import (
     plane_height,
     range_lines,
 )
-from andabata.app.viewer.cloud_drawing import CloudDrawing, height_colours, stride
+from andabata.app.viewer.cloud_drawing import CloudDrawing, height_colours, thinned
 from andabata.app.viewer.robot_drawing import estimate_lines
 from andabata.app.viewer.way_drawing import path_lines
 from andabata.app.viewer.world_drawing import coarse
@@ -95,12 +95,15 @@ def test_a_cloud_is_thinned_to_what_is_asked_for():
     assert {len(node.points) for node in scene.nodes.values()} == {12}
 
 
-@pytest.mark.parametrize(
-    ("count", "most", "every"), [(0, 9, 1), (9, 9, 1), (10, 9, 2), (90, 9, 10)]
-)
-def test_the_stride_shows_no_more_than_allowed(count, most, every):
-    """It is the smallest that does."""
-    assert stride(count, most) == every
+@pytest.mark.parametrize(("count", "share", "kept"), [(9, 1.0, 9), (10, 0.55, 5), (7, 0.01, 1)])
+def test_a_share_of_points_is_evenly_spaced(count, share, kept):
+    """It is as many as the share allows, each once, the first among them; nothing stays nothing."""
+    chosen = thinned(count, share)
+    assert len(set(chosen.tolist())) == kept
+    assert chosen[0] == 0
+    assert np.ptp(np.diff(chosen)) <= 1 if kept > 1 else True
+    assert chosen.max() < count
+    assert not len(thinned(0, 1.0))
 
 
 def test_another_colouring_sends_the_points_anew():

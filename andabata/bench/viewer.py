@@ -1,35 +1,35 @@
 """Measures the live view: frames a second in a headless Chromium, and what it costs the drive.
 
-``python -m andabata.bench.viewer --json`` drives one world three times by the command line alone:
-for a moment, from begin to end without the view, and with it and a page that is open. All drives go
-as fast as they can. The browser draws without a graphics card, on the processors that the drive
-runs on: a lower bound of what a user sees.
+``python -m andabata.bench.viewer --json`` drives one world by the command line alone, as fast as it
+goes: without the view, with it and a reader that takes in all that a browser is sent, as one on
+another computer does, and with a page in a browser of this machine. That one draws without a
+graphics card on the processors that the drive runs on: a lower bound of what a user sees.
 """
 
 import argparse
 import json
 import os
 import re
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from andabata.bench import chromium
-from andabata.bench.command import run_command
+from andabata.bench.ros_graph import enable_interrupts
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page, WebSocket
 
 _VIEWPORT = {"width": 640, "height": 400}
 """Size of the page [pixels]."""
-
-_SETTLE = 6.0
-"""Time after which the browser has compiled what it draws with [s]."""
 
 _COUNT_DRAWINGS = """
 () => {
@@ -38,6 +38,20 @@ _COUNT_DRAWINGS = """
   count();
 }
 """
+
+_CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (0.0, 0.0, 5.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": _VIEWPORT["height"],
+    "image_width": _VIEWPORT["width"],
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+"""Message of a reader that is no browser."""
 
 _STAMP = re.compile(r"([\d.]+) s, estimate")
 
@@ -57,40 +71,112 @@ def measure(seed: int, plant: str, points: int, seconds: float) -> dict[str, Any
     if (reason := chromium.missing()) is not None:
         raise RuntimeError(f"browser: expected Chromium and playwright, got {reason}")
     words = ("drive", "--seed", str(seed), "--set", f"plant={plant}", "--json")
+    view = ("--view", "--view-port", "0", "--view-points", str(points))
+    fast = (*view, "--view-speed", "0")
     with tempfile.TemporaryDirectory() as name:
-        folder = ("--out", str(Path(name) / "drive"))
-        bare = _speed_without(words, folder)
-        seen = _watched((*words, *folder), points, seconds)
+        command = (*words, "--out", str(Path(name) / "drive"))
+        bare, read = _speed(command), _speed((*command, *fast))
+        seen = _seen((*command, *view), seconds)
     return {
         "points": points,
         "viewport": [_VIEWPORT["width"], _VIEWPORT["height"]],
+        "drive_alone": bare.speed,
+        "drive_with_reader": read.speed,
+        "reader_ratio": read.speed / bare.speed,
+        "reader_cpu_ratio": bare.cpu / read.cpu,
+        "reader_frames_per_s": read.frames_per_s,
         **seen,
-        "drive_without_view": bare,
-        "drive_ratio": seen["drive_with_view"] / bare,
+        "page_ratio": seen["drive_with_page"] / bare.speed,
         "processors": os.cpu_count(),
         "load": round(os.getloadavg()[0], 2),
     }
 
 
-def _speed_without(words: Sequence[str], folder: Sequence[str]) -> float:
-    """Return the simulated seconds in a second of a drive without the view."""
-    spans = []
+class _Speed(NamedTuple):
+    """Speed of a drive.
+
+    Attributes:
+        speed: Simulated seconds in a second.
+        cpu: Processor seconds of the process in a simulated second, which other programs on the
+            machine change less.
+        frames_per_s: Frames that a reader took in a second; 0 without the view.
+    """
+
+    speed: float
+    cpu: float
+    frames_per_s: float
+
+
+def _speed(words: Sequence[str]) -> _Speed:
+    """Return the speed of a drive from begin to end, with a reader where there is a view."""
+    runs = []
     for limit in ("1", "300"):
-        begin = time.monotonic()
-        data = json.loads(run_command(*words, *folder, "--quiet", "--time-limit", limit))
+        begin, spent = time.monotonic(), _children_time()
+        data = _driven((*words, "--time-limit", limit))
         driven = sum(attempt["time_s"] for attempt in data["attempts"])
-        spans.append((driven, time.monotonic() - begin))
-    (short, start), (long, whole) = spans
+        frames = data.get("view", {}).get("frames", 0)
+        runs.append((driven, time.monotonic() - begin, _children_time() - spent, frames))
     # What both take is the start of the process, and the world.
-    return float((long - short) / (whole - start))
+    driven, span, cpu, frames = (long - short for short, long in zip(*runs, strict=True))
+    return _Speed(float(driven / span), float(cpu / driven), float(frames / span))
 
 
-def _watched(words: Sequence[str], points: int, seconds: float) -> dict[str, Any]:
-    """Return the figures of a drive while a page shows it."""
-    view = ("--view", "--view-port", "0", "--view-speed", "0", "--view-points", str(points))
-    command = [sys.executable, "-m", "andabata", *words, *view]
-    pipes: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    with chromium.browser() as browser, subprocess.Popen(command, **pipes) as drive:
+def _children_time() -> float:
+    """Return the processor time of this process's children that have ended [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _driven(words: Sequence[str]) -> dict[str, Any]:
+    """Return the result of a drive; its view, if it has one, is read until it ends."""
+    with _process(words) as drive:
+        assert drive.stdout is not None
+        assert drive.stderr is not None
+        if "--view" in words:
+            url = _url(drive.stderr)
+            threading.Thread(target=_read, args=(url,), daemon=True).start()
+        else:
+            threading.Thread(target=drive.stderr.read, daemon=True).start()
+        found: dict[str, Any] = json.loads(drive.stdout.readline())
+        # The page stays for its reader until it is interrupted.
+        drive.send_signal(signal.SIGINT)
+        return found
+
+
+def _read(url: str) -> None:
+    """Take in all that a page is sent, until the server closes."""
+    import msgspec
+    import viser
+    from websockets.exceptions import ConnectionClosed
+    from websockets.sync.client import connect
+    from websockets.typing import Subprotocol
+
+    protocol = Subprotocol(f"viser-v{viser.__version__}")
+    address = url.replace("http:", "ws:")
+    with (
+        suppress(ConnectionClosed, OSError),
+        connect(address, subprotocols=[protocol], max_size=None, compression=None) as socket,
+    ):
+        # A page counts as open once its camera is known.
+        socket.send(msgspec.msgpack.encode(_CAMERA))
+        while True:
+            socket.recv()
+
+
+def _process(words: Sequence[str]) -> subprocess.Popen[str]:
+    """Start a command whose output can be read, and that Ctrl-C reaches."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "andabata", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=enable_interrupts,
+    )
+
+
+def _seen(words: Sequence[str], seconds: float) -> dict[str, Any]:
+    """Return the figures of a drive while a page of this machine shows it."""
+    with chromium.browser() as browser, _process(words) as drive:
         try:
             assert drive.stderr is not None
             url = _url(drive.stderr)
@@ -98,11 +184,19 @@ def _watched(words: Sequence[str], points: int, seconds: float) -> dict[str, Any
             frames: list[float] = []
             page.on("websocket", lambda socket: _count(socket, frames))
             page.goto(url)
-            page.wait_for_selector("canvas")
-            time.sleep(_SETTLE)
+            _settle(page)
             return _counted(page, frames, seconds)
         finally:
-            drive.terminate()
+            drive.kill()
+
+
+def _settle(page: "Page") -> None:
+    """Wait until a page draws, and let the drive go as fast as it can from then on."""
+    page.wait_for_selector("canvas", timeout=60_000)
+    page.evaluate(_COUNT_DRAWINGS)
+    page.wait_for_function("window.drawings > 20", timeout=60_000)
+    page.get_by_label("Speed", exact=True).first.click(timeout=60_000)
+    page.get_by_role("option", name="as fast as it goes").click(timeout=60_000)
 
 
 def _url(messages: IO[str]) -> str:
@@ -129,7 +223,6 @@ def _counted(page: "Page", frames: list[float], seconds: float) -> dict[str, Any
     Raises:
         RuntimeError: If the page says nothing of a drive.
     """
-    page.evaluate(_COUNT_DRAWINGS)
     begin, first, drawn = time.monotonic(), _stamp(page), page.evaluate("window.drawings")
     frames.clear()
     # The page's events are heard while this thread waits for the page, not while it sleeps.
@@ -139,9 +232,9 @@ def _counted(page: "Page", frames: list[float], seconds: float) -> dict[str, Any
     if last <= first:
         raise RuntimeError("drive: expected one that goes on, got its end; watch it for less time")
     return {
-        "frames_per_s": len(frames) / span,
-        "drawings_per_s": drawn / span,
-        "drive_with_view": (last - first) / span,
+        "page_frames_per_s": len(frames) / span,
+        "page_drawings_per_s": drawn / span,
+        "drive_with_page": (last - first) / span,
     }
 
 

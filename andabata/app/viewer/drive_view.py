@@ -34,8 +34,8 @@ from andabata.navigation.navigator import Navigator, StepResult
 from andabata.navigation.planning.local_planner import LocalPlanner
 from worlds.world import World
 
-FRAME_PERIOD = 0.045
-"""Shortest time between two frames [s]: a little less than a twentieth of a second."""
+FRAME_PERIOD = 1 / 22
+"""Time between two frames at least, on average [s]: a little less than a twentieth of a second."""
 
 _UNWATCHED_PERIOD = 1.0
 """The same while no page is open [s]; a page that opens then sees the last one at once."""
@@ -91,7 +91,7 @@ class DriveView:
         self._lock = threading.Lock()
         self._commands: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._clicked: NDArray[np.float64] | None = None
-        self._last, self._is_driving = -math.inf, False
+        self._due, self._is_driving = -math.inf, False
         self._result: StepResult | None = None
         self._thread: threading.Thread | None = None
         self._interventions: dict[str, Any] = {"goals": 0, "controllers": [], "by_hand_s": 0.0}
@@ -206,6 +206,8 @@ class DriveView:
         self._text.content = f"**The drive is over.** {text}"
         self._ended = True
         if self.server.viewers:
+            # The command has printed its result, which somebody else may read.
+            sys.stdout.flush()
             self._status("the page stays until it is closed, or until Ctrl-C")
             with suppress(KeyboardInterrupt):
                 self.server.wait_for_viewers_to_leave()
@@ -238,9 +240,10 @@ class DriveView:
         self._result = result
         now = time.monotonic()
         period = FRAME_PERIOD if self.server.viewers else _UNWATCHED_PERIOD
-        if now - self._last < period and not self.pace.is_paused:
+        if now < self._due and not self.pace.is_paused:
             return
-        self._last = now
+        # Steps come when they come: a frame that was late does not put off the next one.
+        self._due = max(self._due, now - period) + period
         self._slot.put(self._source.frame(result))
 
     def _draw_frames(self) -> None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from andabata.app.class_colours import CLASS_COLOURS
 from andabata.app.drive_frames import DriveFrame
-from traversability.cloud import PointCloud
+from traversability.cloud import PointCloud, joined
 
 if TYPE_CHECKING:
     import viser
@@ -26,10 +26,10 @@ _FAINT, _BRIGHT = np.array([35, 60, 150]), np.array([255, 210, 40])
 
 
 class CloudDrawing:
-    """Laser points of the last half turn, in as many nodes as perception has parts.
+    """Laser points of the last half turn, in as many nodes as there were frames meanwhile.
 
-    A part never changes, so its points travel to the browser once; afterwards the node of ``odom``
-    moves under all of them.
+    A part never changes, so its points travel to the browser once, with all others that came since
+    the last frame; afterwards the node of ``odom`` moves under all of them.
     """
 
     def __init__(self, scene: "viser.SceneApi", root: str, most: int) -> None:
@@ -41,7 +41,7 @@ class CloudDrawing:
             most: Largest number of points that are shown.
         """
         self._scene, self._root, self._most = scene, root, most
-        self._shown: list[tuple[PointCloud, viser.PointCloudHandle]] = []
+        self._shown: list[tuple[tuple[PointCloud, ...], viser.PointCloudHandle]] = []
         self._spare: list[viser.PointCloudHandle] = []
         self._colouring, self._visible, self._number = COLOURINGS[0], True, 0
 
@@ -57,7 +57,7 @@ class CloudDrawing:
             colouring: One of ``COLOURINGS``.
         """
         self._colouring = colouring
-        self._drop(0)
+        self._keep(set())
 
     def show(self, visible: bool) -> None:
         """Show or hide the points."""
@@ -67,25 +67,25 @@ class CloudDrawing:
 
     def draw(self, frame: DriveFrame) -> None:
         """Draw the points of a frame: new parts are sent, those that have gone are hidden."""
-        now = {id(part) for part in frame.parts}
-        self._shown = [one for one in self._shown if id(one[0]) in now or self._hide(one[1])]
-        known = {id(part) for part, _ in self._shown}
-        share = min(self._most / max(sum(len(part) for part in frame.parts), 1), 1.0)
-        for part in frame.parts:
-            if id(part) not in known:
-                self._shown.append((part, self._send(part, share, frame)))
+        self._keep({id(part) for part in frame.parts})
+        known = {id(part) for parts, _ in self._shown for part in parts}
+        # What was sent together goes together, as soon as its oldest part has gone.
+        last = max((k for k, part in enumerate(frame.parts) if id(part) in known), default=-1)
+        new = frame.parts[last + 1 :]
+        if new:
+            share = min(self._most / max(sum(len(part) for part in frame.parts), 1), 1.0)
+            self._shown.append((new, self._send(joined(new), share, frame)))
 
-    def _drop(self, keep: int) -> None:
-        """Hide all parts but some."""
-        for _, handle in self._shown[keep:]:
-            self._hide(handle)
-        del self._shown[keep:]
-
-    def _hide(self, handle: "viser.PointCloudHandle") -> bool:
-        """Hide a node until another part needs one; returns False."""
-        handle.visible = False
-        self._spare.append(handle)
-        return False
+    def _keep(self, wanted: set[int]) -> None:
+        """Hide all nodes of which a part is not wanted, by its identity."""
+        kept = []
+        for parts, handle in self._shown:
+            if all(id(part) in wanted for part in parts):
+                kept.append((parts, handle))
+            else:
+                handle.visible = False
+                self._spare.append(handle)
+        self._shown = kept
 
     def _send(self, part: PointCloud, share: float, frame: DriveFrame) -> "viser.PointCloudHandle":
         """Send a share of a part's points, from its middle: half precision is enough there."""

@@ -199,3 +199,49 @@ def test_success_weighted_by_path_length():
     assert attempt(distance=2.0).spl == 1.0
     assert attempt(Outcome.TIMEOUT).spl == 0.0
     assert replace(attempt(), distance=0.0, shortest=0.0).spl == 0.0
+
+
+class StubOperator:
+    """Operator that names a goal before some step, and may drive by hand."""
+
+    def __init__(self, goals, is_driving=False):
+        self.goals, self.is_driving, self.calls = goals, is_driving, 0
+
+    def attend(self):
+        self.calls += 1
+        goal = self.goals.get(self.calls)
+        return None if goal is None else np.array(goal)
+
+
+def test_an_operator_names_another_goal(make_ground):
+    """The attempt goes on to it, and its shortest path is the way so far and the rest."""
+    robot, operator = Puppet(make_ground()), StubOperator({4: (0.0, 6.0)})
+    task = Task(TASK.start, GOALS[:1])
+    (attempt,) = run_trial(robot, task, RULES, np.random.default_rng(0), operator=operator)
+    assert attempt.outcome is Outcome.GOAL
+    assert np.hypot(*(attempt.path[-1][:2] - [0.0, 6.0])) < RULES.goal_radius
+    assert operator.calls == robot.steps
+    assert attempt.spl == pytest.approx(1.0, abs=0.05)
+
+
+def test_an_operator_who_says_nothing_changes_nothing(make_ground):
+    """Same attempts as without."""
+    runs = [
+        run_trial(Puppet(make_ground()), TASK, RULES, np.random.default_rng(0), operator=operator)
+        for operator in (None, StubOperator({}))
+    ]
+    assert [[a.time, a.distance, a.shortest] for a in runs[0]] == [
+        [a.time, a.distance, a.shortest] for a in runs[1]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("is_driving", "outcome"), [(False, Outcome.STUCK), (True, Outcome.TIMEOUT)]
+)
+def test_a_robot_that_is_driven_by_hand_may_stand(make_ground, is_driving, outcome):
+    """It is never stuck; its time runs all the same."""
+    robot = Puppet(make_ground(), speed=0.0)
+    rules = TerminationConfig(time_limit=8.0, stuck_time=3.0)
+    operator = StubOperator({}, is_driving)
+    (attempt,) = run_trial(robot, TASK, rules, np.random.default_rng(0), operator=operator)
+    assert attempt.outcome is outcome

@@ -396,3 +396,29 @@ def test_a_robot_at_rest_finds_its_initial_pose(simulated_robot):
     assert np.hypot(*(pose.position - truth.position)[:2]) < 3.0
     assert abs(wrap(pose.yaw - truth.yaw)) < np.deg2rad(10)
     assert np.abs(pose.quaternion[:2] - truth.quaternion[:2]).max() < 0.02
+
+
+def test_another_controller_takes_over_in_the_middle_of_a_drive():
+    """It begins afresh, decides at once, and the planner keeps what it knows."""
+    planner, second = StubPlanner(), StubController(Twist(0.1, 0.4))
+    navigator, *_ = make(Twist(0.3, 0.2), planner=planner, repeat=5, scan=scan_of())
+    navigator.reset(pose_at(0.0, 0.0), 0.0)
+    resets = planner.resets
+    navigator.step(SensorReadings(0.0))
+    navigator.steer(Steering(second, navigator.planner, 1))
+    assert navigator.step(SensorReadings(0.1)).twist == Twist(0.1, 0.2)
+    assert planner.resets == resets
+    assert navigator.steering == Steering(second, planner, 1)
+
+
+def test_spectators_see_each_step_and_cost_no_scan():
+    """Between decisions they get none, while observers get one at every step."""
+    seen = {"spectators": [], "observers": []}
+    for kind, scans in seen.items():
+        navigator, *_ = make(repeat=3, scan=scan_of())
+        navigator.reset(pose_at(0.0, 0.0), 0.0)
+        getattr(navigator, kind).append(lambda result, scans=scans: scans.append(result.scan))
+        for k in range(4):
+            navigator.step(SensorReadings(0.1 * k))
+    assert [scan is not None for scan in seen["spectators"]] == [True, False, False, True]
+    assert all(scan is not None for scan in seen["observers"])

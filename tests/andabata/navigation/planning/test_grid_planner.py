@@ -397,3 +397,24 @@ def test_the_sub_goal_is_no_nearer_than_the_lookahead_allows():
     _, far = planned(log_odds, goal=(5.0, 0.9), lookahead=(2.0, 5.0))
     assert np.hypot(*near) < 1.6
     assert np.hypot(*far) > 2.0 - 1.5 * CELL
+
+
+def test_the_way_leads_around_the_wall_from_cell_to_cell():
+    """It begins in the robot's cell, ends in the goal's, and passes no blocked cell."""
+    log_odds = free()
+    log_odds[MIDDLE + 5, MIDDLE - 8 : MIDDLE + 4] = 3.0
+    rolled = np.roll(log_odds, (MIDDLE, MIDDLE), axis=(0, 1))  # As it is kept: wrapped around.
+    plan, _ = planned(rolled, goal=(3.0, 0.0))
+    way = plan.way(ORIGIN)
+    cells = np.array(cells_of(plan, *way))
+    assert np.abs(np.diff(cells, axis=0)).max() == 1
+    assert cells[0].tolist() == [MIDDLE, MIDDLE]
+    assert np.hypot(*(way[-1] - [3.0, 0.0])) < CELL
+    assert (log_odds[cells[:, 0], cells[:, 1]] < 0).all()
+
+
+def test_there_is_no_way_before_the_first_plan_and_outside_the_square():
+    """Nothing is returned."""
+    assert make().way(ORIGIN).shape == (0, 2)
+    plan, _ = planned(free())
+    assert plan.way(np.array([50.0, 0.0])).shape == (0, 2)

@@ -19,7 +19,8 @@ ARROWS: dict[str, Key] = {
 # viser's camera takes arrows and WASD by their place on the keyboard, and its commands take keys by
 # their names. So a listener that comes first takes these keys away from the camera, and sends them
 # on as arrows without a place: pressed again for all that are held, "End" where one was let go. A
-# choice that was made gives the keys back: commands take none that are meant for a form.
+# choice that was made gives the keys back: commands take none that are meant for a form, and space
+# would press a button that has them a second time.
 _LISTENER = """
 (() => {
   if (window.andabataKeys) return;
@@ -47,7 +48,7 @@ _LISTENER = """
   }, true);
   window.addEventListener('blur', () => { held.clear(); release(); });
   window.addEventListener('click', (e) => {
-    if (e.target.closest && e.target.closest('[role=option], [type=checkbox]'))
+    if (e.target.closest && e.target.closest('[role=option], [type=checkbox], button'))
       setTimeout(() => document.activeElement && document.activeElement.blur(), 50);
   }, true);
   window.andabataKeys = true;

@@ -102,9 +102,15 @@ def test_play_and_pause_change_the_drive_and_the_button(drive, page):
     page.get_by_role("button", name="Play", exact=True).click()
     page.get_by_role("button", name="Pause", exact=True).wait_for()
     wait_for(lambda: drive.steps > 5)
-    page.locator("body").press("Space")
+    press(page, "Space")
     wait_for(lambda: drive.view.pace.is_paused)
     page.get_by_role("button", name="Play", exact=True).wait_for()
+
+
+def press(page, key):
+    """Press a key once no form has the keyboard any more."""
+    page.wait_for_function("document.activeElement === document.body")
+    page.keyboard.press(key)
 
 
 def choose(page, label, value):
@@ -122,14 +128,14 @@ def test_every_choice_reaches_the_drive(drive, page):
     choose(page, "Map", "cost")
     wait_for(lambda: drive.view._source.layer == "cost")
     choose(page, "Controller", "reactive")
-    page.locator("body").press("n")
+    press(page, "n")
     wait_for(lambda: drive.view.report["controllers"] == ["reactive"])
 
 
 def test_every_check_box_reaches_the_scene(drive, page):
     """Following by box and by key; each layer by its box."""
     scene = drive.view._scene
-    page.locator("body").press("f")
+    press(page, "f")
     wait_for(lambda: not scene.follows)
     page.get_by_label("Follow", exact=True).first.click()
     wait_for(lambda: scene.follows)

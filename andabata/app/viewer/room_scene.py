@@ -71,11 +71,11 @@ class RoomScene:
             self._path = scene.add_line_segments(f"{_ROOT}/path", none, _PATH, thickness=0.04)
             self._beams = scene.add_line_segments(f"{_ROOT}/beams", none, _BEAM, thickness=0.008)
         far = max(drive.room.half)
-        self._server.initial_camera.position = (-0.4 * far, -1.1 * far, 1.7 * far)
-        self._server.initial_camera.look_at = (0.0, 0.0, 0.0)
+        self._server.initial_camera.position = (-0.1 * far, -1.4 * far, 1.9 * far)
+        self._server.initial_camera.look_at = (0.35 * far, 0.0, 0.0)
         for client in self._server.get_clients().values():
-            client.camera.position = (-0.4 * far, -1.1 * far, 1.7 * far)
-            client.camera.look_at = (0.0, 0.0, 0.0)
+            client.camera.position = (-0.1 * far, -1.4 * far, 1.9 * far)
+            client.camera.look_at = (0.35 * far, 0.0, 0.0)
 
     def show(self, layer: str, visible: bool) -> None:
         """Show or hide a layer, one of ``ROOM_LAYERS``, from the next moment on."""

@@ -21,7 +21,7 @@ _SUBDIVISION = 2
 _ARC = 4
 """Number of segments of a sector's range."""
 
-_CELL_LIFT, _MAP_LIFT, _RANGE_LIFT = 0.06, 0.04, 0.15
+_CELL_LIFT, _MAP_LIFT, _RANGE_LIFT = 0.06, 0.0, 0.2
 """Heights over the ground [m]: ground and cells would flicker through each other."""
 
 _MAP_REACH = 12.0
@@ -149,7 +149,7 @@ class MapDrawing:
             self._name,
             points,
             colours,
-            point_size=0.9 * layer.cell,
+            point_size=0.8 * layer.cell,
             point_shading="flat",
             position=frame.pose.position,
         )

@@ -21,7 +21,7 @@ _PATH, _PLAN, _GOAL, _SUBGOAL = (208, 0, 111), (0, 71, 200), (0, 71, 200), (255,
 _MOST_SEGMENTS = 1500
 """Largest number of segments of the path."""
 
-_PATH_LIFT, _PLAN_LIFT = 0.12, 0.15
+_PATH_LIFT, _PLAN_LIFT = 0.16, 0.2
 """Heights over the ground [m]."""
 
 _NEW_POSITIONS = 5

@@ -70,9 +70,9 @@ def drive(
     """Visit the goals of one task in a row and draw the path.
 
     Examples:
-        andabata drive --world hill --seed 7300 --goal -15,-30 --out hill
+        andabata drive
+        andabata drive --world hill --seed 7300 --goal -15,-30 --view
         andabata drive --world natural-test --seed 7300 --clip drive.gif
-        andabata drive --seed 7300 --view --view-speed 5
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """

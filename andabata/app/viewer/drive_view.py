@@ -34,7 +34,7 @@ from andabata.navigation.navigator import Navigator, StepResult
 from andabata.navigation.planning.local_planner import LocalPlanner
 from worlds.world import World
 
-FRAME_PERIOD = 1 / 22
+FRAME_PERIOD = 1 / 20.5
 """Time between two frames at least, on average [s]: a little less than a twentieth of a second."""
 
 _UNWATCHED_PERIOD = 1.0

@@ -63,6 +63,7 @@ class WayDrawing:
             f"{root}/subgoal", radius=0.16, color=_SUBGOAL, visible=False, cast_shadow=False
         )
         self._drawn, self._shows_plan = 0, True
+        self._flag = np.full(2, np.nan)
 
     def show_plan(self, visible: bool) -> None:
         """Show or hide plan and sub-goal."""
@@ -88,8 +89,8 @@ class WayDrawing:
     def _draw_goal(self, frame: DriveFrame) -> None:
         """Put the flag on the goal."""
         self._goal.visible = frame.goal is not None
-        if frame.goal is not None:
-            x, y = frame.goal
+        if frame.goal is not None and not np.array_equal(frame.goal, self._flag):
+            x, y = self._flag = frame.goal
             self._goal.position = (x, y, float(self._height(frame, x, y)))
 
     def _draw_plan(self, frame: DriveFrame) -> None:

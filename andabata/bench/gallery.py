@@ -16,10 +16,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from PIL import Image, ImageSequence
 
+from andabata.bench import chromium
 from andabata.records import atomic_io
+
+if TYPE_CHECKING:
+    from playwright.sync_api import ViewportSize
 
 TABLE = Path("docs/gallery.md")
 """Document with the table, from the root of the project."""
@@ -27,6 +32,13 @@ TABLE = Path("docs/gallery.md")
 _ROW = re.compile(
     r"^\| !\[[^\]]*\]\((pictures/[^)]+)\) \| `([^`]+)` \| `([^`]+)` \| (\d+) \|", re.M
 )
+_PROGRAM = (sys.executable, "-m", "andabata")
+
+_ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+")
+
+_VIEWPORT: "ViewportSize" = {"width": 1200, "height": 760}
+"""Size of a live view [pixels]."""
+
 _PICTURE = re.compile(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)"')
 
 
@@ -38,7 +50,7 @@ class Exhibit:
         path: Path of the picture beside the table's document.
         command: Command lines, joined by ``&&``.
         source: File that the command writes; behind a ``#`` the beginning of the caption of a
-            picture in a page.
+            picture in a page; ``view@30`` for the live view that it serves, after 30 seconds.
         width: Largest width [pixels].
     """
 
@@ -70,12 +82,42 @@ def make(exhibit: Exhibit) -> bytes:
         ValueError: If a page has no picture with that caption.
     """
     with TemporaryDirectory() as folder:
+        view, _, seconds = exhibit.source.partition("@")
+        if view == "view":
+            (words,) = exhibit.lines
+            return fitted(_from_view(words, folder, float(seconds)), exhibit.width)
         for words in exhibit.lines:
-            command = [sys.executable, "-m", "andabata", *words, "--quiet"]
-            subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(
+                [*_PROGRAM, *words, "--quiet"], cwd=folder, check=True, stdout=subprocess.DEVNULL
+            )
         name, _, caption = exhibit.source.partition("#")
         data = (Path(folder) / name).read_bytes()
     return fitted(_from_page(data.decode(), caption) if caption else data, exhibit.width)
+
+
+def _from_view(words: Sequence[str], folder: str, seconds: float) -> bytes:
+    """Return a picture of the live view that a command serves.
+
+    Args:
+        words: Words of the command.
+        folder: Folder to run it in.
+        seconds: Time after which the picture is taken [s].
+    """
+    command = [*_PROGRAM, *words, "--view-port", "0"]
+    with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True) as served:
+        try:
+            assert served.stderr is not None
+            addresses = (_ADDRESS.search(line) for line in served.stderr)
+            address = next(found for found in addresses if found)
+            with chromium.browser() as browser:
+                page = browser.new_page(viewport=_VIEWPORT)
+                page.goto(address.group())
+                page.wait_for_timeout(1000 * seconds)
+                # The notice that no graphics card draws is not a part of the view.
+                page.add_style_tag(content=".mantine-Notifications-root { display: none; }")
+                return page.screenshot(timeout=60_000)
+        finally:
+            served.kill()
 
 
 def _from_page(page: str, caption: str) -> bytes:

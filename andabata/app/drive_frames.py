@@ -97,7 +97,7 @@ class DriveFrame:
         twist: Twist that is driven.
         wheels: Wheel speeds.
         head: Azimuth of the laser's head from straight ahead [rad]; None where it does not turn.
-        plan: What the planner knows; None without a planner.
+        plan: Knowledge of the planner; None without a planner.
         scan_pose: Pose at which the robot was drawn then; None for the present one.
     """
 

@@ -124,7 +124,7 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
 
     Args:
         folders: Folders of the runs.
-        options: What off-road training drives.
+        options: Drives of off-road training.
 
     Raises:
         UsageError: If the runs are of several kinds, or one would be enough.

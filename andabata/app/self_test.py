@@ -36,7 +36,7 @@ class Finding:
 
     Attributes:
         passed: True if the figure is within its limit.
-        figure: What was measured and expected, in words.
+        figure: Measured and expected values, in words.
         value: The figure, in the unit that the words name; None where there is no number.
         limit: Its limit; None where there is no number.
     """

@@ -76,7 +76,7 @@ def view_folder(
     Args:
         folder: Folder of ``drive``, of ``evaluate`` in rooms, or of ``lidar-study``.
         config: Choices of who watches.
-        first: What the first drive of an evaluation is chosen by.
+        first: Choice of the first drive of an evaluation.
         out: HTML file to write; None to serve.
         console: Console for the address.
 

@@ -43,7 +43,7 @@ class PlannerRecorder:
         self._map: MapLayers | None = None
         self._has_decided = False
         if self._planner is not None:  # Compile the search for the path: a live robot can't wait.
-            path_of(self._planner.plan, self._planner.config.occupancy.cell, np.zeros(2))
+            path_of(self._planner.plan, np.zeros(2))
 
     def messages(self, builder: MessageBuilder, step: StepResult) -> list[Stamped]:
         """Return the messages that are due after a control step, with their topics.
@@ -96,7 +96,7 @@ class PlannerRecorder:
     ) -> list[Stamped]:
         """Return the plan and the sub-goal."""
         odometry = self._localizer.odometry
-        places = path_of(planner.plan, planner.config.occupancy.cell, odometry.position[:2])
+        places = path_of(planner.plan, odometry.position[:2])
         target = self._on_ground(planner.target[None], odometry)[0]
         ahead = target[:2] - odometry.position[:2]
         bearing = math.atan2(ahead[1], ahead[0])

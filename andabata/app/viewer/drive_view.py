@@ -199,7 +199,7 @@ class DriveView:
         """Say how the drive ended, and wait until no page is open any more.
 
         Args:
-            text: What the page says.
+            text: Text of the page.
         """
         if self._result is not None:
             self._slot.put(self._source.frame(self._result))

@@ -73,7 +73,7 @@ def bind(gui: "viser.GuiApi", key: Key, label: str, act: Callable[[], None]) -> 
     Args:
         gui: Controls of the page.
         key: Key.
-        label: What it does, in the palette.
+        label: Name in the palette.
         act: Function that does it.
     """
     command = gui.add_command(label, hotkey=key)

@@ -264,9 +264,12 @@ class GridPlanner:
         start = np.floor((position - self.corner) / self._cell).astype(np.int64)
         last = np.floor((self.goal - self.corner) / self._cell + _GOAL_SHIFT).astype(np.int64)
         n = len(self.costs)
-        if not (self.costs.any() and (start >= 0).all() and (start < n).all()):
+        if (start < 0).any() or (start >= n).any():
             return np.empty((0, 2))
+        # Before the first plan, too, so that a robot can have it compiled before it drives.
         cells = _way(self.costs, self.cost_to_go, start, last, 4 * n)
+        if not self.costs.any():
+            return np.empty((0, 2))
         return np.asarray(self.corner + (cells + 0.5) * self._cell)
 
 

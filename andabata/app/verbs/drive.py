@@ -1,6 +1,5 @@
 """``andabata drive``: one drive in a world."""
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -76,17 +75,12 @@ def drive(
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
-    from andabata.app.plots.clip import ClipRecorder
+    from andabata.app.drive_run import DriveRequest, run_drive
     from andabata.app.plots.film import FilmError, check_film
-    from andabata.app.run_folders import write_drive
-    from andabata.app.tables import drive_text
     from andabata.app.usage import UsageError, numbers, words
-    from andabata.app.viewer.simulated import SimulatedDriveView
     from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
-    from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
-    from andabata.evaluation.drive import Recording, drive_once
-    from andabata.records import atomic_io
-    from andabata.records.runs import make_folder
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.evaluation.drive import Recording
 
     (name,) = words(controller, CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
@@ -95,41 +89,15 @@ def drive(
             check_film(clip)
         except FilmError as error:
             raise UsageError(str(error)) from error
-    goals = [(x, y) for x, y in (numbers(text, 2, "--goal") for text in goal or ())]
-    console, loaded = output.console(), models.load()
-    clips: list[ClipRecorder] = []
-    with ExitStack() as stack:
-        view: SimulatedDriveView | None = None
-        if viewer.view:
-            made = SimulatedDriveView(viewer.view_config(), name, loaded, console.status)
-            view = stack.enter_context(made)
-
-        def watch(simulated_robot: SimulatedRobot) -> None:
-            if clip is not None:
-                clips.append(ClipRecorder(simulated_robot))
-            if view is not None:
-                view.watch_robot(simulated_robot)
-
-        with console.progress("simulated seconds", None) as step:
-            driven = drive_once(
-                world,
-                seed,
-                name,
-                config,
-                loaded,
-                on_second=lambda: step(1),
-                record=Recording(record, clouds, local_map) if record else None,
-                time_limit=time_limit,
-                on_robot=watch,
-                goals=goals,
-                operator=view,
-            )
-        if clip is not None:
-            make_folder(clip.parent)
-            atomic_io.write(clip, clips[0].film(clip.suffix))
-        data = write_drive(out, driven, config.model_dump(mode="json"), seed, clip)
-        data |= {"record": str(record)} if record else {}
-        data |= {"view": view.report} if view is not None else {}
-        console.result(data, drive_text(driven.title, data))
-        if view is not None:
-            view.finish(driven.title)
+    pairs = (numbers(text, 2, "--goal") for text in goal or ())
+    request = DriveRequest(
+        world=world,
+        seed=seed,
+        controller=name,
+        goals=tuple((x, y) for x, y in pairs),
+        time_limit=time_limit,
+        record=Recording(record, clouds, local_map) if record else None,
+        clip=clip,
+        view=viewer.view_config() if viewer.view else None,
+    )
+    run_drive(request, config, models.load(), out, output.console())

@@ -53,7 +53,7 @@ def run_drive(
     """Drive, write the folder, and print the result; a live view stays until it is left.
 
     Args:
-        request: What is asked for.
+        request: Drive that is asked for.
         config: Robot.
         models: Classifiers and policy.
         folder: Folder for the path and its picture.

@@ -2,12 +2,14 @@
 
 import base64
 import io
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from andabata.bench import chromium, gallery
 from andabata.bench.gallery import TABLE, Exhibit, exhibits, fitted, make
 from tests.documents import ROOT, complaint, documents
 
@@ -109,3 +111,33 @@ def test_a_picture_of_a_page_is_found_by_its_caption(tmp_path, monkeypatch):
     assert Image.open(io.BytesIO(made)).convert("RGB").getpixel((1, 1))[2] > 200
     with pytest.raises(ValueError, match="caption 'Third'"):
         make(Exhibit("b.png", "andabata report run", "page.html#Third", 100))
+
+
+SERVED = """
+import sys
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
+class Page(BaseHTTPRequestHandler):
+    def do_GET(self):
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"<body style='background: rgb(200, 40, 90)'>")
+
+    def log_message(self, *words):
+        pass
+
+server = HTTPServer(("127.0.0.1", 0), Page)
+print("compiling", file=sys.stderr)
+print(f"view: http://127.0.0.1:{server.server_port}", file=sys.stderr, flush=True)
+server.serve_forever()
+"""
+
+
+@pytest.mark.skipif(chromium.missing() is not None, reason=str(chromium.missing()))
+def test_a_picture_of_a_live_view_is_that_of_the_page_that_is_served(monkeypatch):
+    """The address is read from what the command prints, and the page is what is drawn."""
+    monkeypatch.setattr(gallery, "_PROGRAM", (sys.executable, "-c", SERVED))
+    data = make(Exhibit("pictures/v.png", "andabata drive --view", "view@0.1", 300))
+    picture = Image.open(io.BytesIO(data)).convert("RGB")
+    assert picture.size == (300, 190)
+    assert picture.getpixel((150, 95)) == (200, 40, 90)

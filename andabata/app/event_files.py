@@ -153,6 +153,6 @@ def _tensorboardx() -> ModuleType:
     except ImportError as error:
         raise EventFilesError(
             "--tensorboard: expected tensorboardX, got no such package; install it with "
-            "`pip install 'andabata[tensorboard]'`"
+            "`pip install -e '.[tensorboard]'`"
         ) from error
     return tensorboardX

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from andabata.app.renamed_settings import new_name
+from andabata.app.setting_paths import likely_path
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -50,7 +51,7 @@ def resolve(
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        raise SettingsError(explain(error)) from error
+        raise SettingsError(explain(error, kind)) from error
 
 
 def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model:
@@ -66,15 +67,22 @@ def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model
     return kind.model_validate({**sensor_settings(sensor), "robot": RobotModel.load(robot)})
 
 
-def explain(error: ValidationError) -> str:
-    """Return the first error on one line: the field, the expected value, the given one."""
+def explain(error: ValidationError, kind: type[BaseModel] | None = None) -> str:
+    """Return the first error on one line: the field, the expected value, the given one.
+
+    Args:
+        error: Error of a model.
+        kind: Model of the whole configuration, to name the field that an unknown one means.
+    """
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"]) or "configuration"
     if first["type"] == "extra_forbidden":
         renamed = new_name(name.split("."))
         if renamed is not None:
             return f"{name}: expected the field's name of this version, {renamed}, got the old one"
-        return f"{name}: expected a known field, got this one; check its spelling"
+        likely = None if kind is None else likely_path(kind, name)
+        hint = "check its spelling" if likely is None else f"did you mean {likely}?"
+        return f"{name}: expected a known field, got this one; {hint}"
     message = first["msg"].removeprefix("Value error, ")
     got = first.get("input")
     shown = f", got {got!r}" if not isinstance(got, dict | BaseModel) else ""

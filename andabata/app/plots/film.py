@@ -48,7 +48,7 @@ def ffmpeg() -> str:
     except (ImportError, RuntimeError) as error:
         raise FilmError(
             "--clip: expected ffmpeg for an MP4, got none; install it with "
-            "`pip install 'andabata[mp4]'` or `apt install ffmpeg`, or take a .gif"
+            "`pip install -e '.[mp4]'` or `apt install ffmpeg`, or take a .gif"
         ) from error
 
 

@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 
 from andabata.app.demonstration import DemonstrationConfig
 from andabata.app.reference.tables import code, prose, table
+from andabata.app.setting_paths import models_in
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
@@ -126,7 +127,7 @@ def _groups(group: _Group, title: str, told: dict[tuple[type, str], str]) -> Ite
         value = _default(info, group.values, name)
         meaning, unit = _meaning(texts[name])
         kinds, default = _kinds(info), _shown(value)
-        if models := list(_models(info.annotation)):
+        if models := list(models_in(info.annotation)):
             path = f"{group.path}{name}" + (".NAME" if get_origin(info.annotation) is dict else "")
             kinds = _links(group, models, path, value, title, told)
             default = "" if isinstance(value, BaseModel) else default
@@ -165,16 +166,6 @@ def _default(info: FieldInfo, values: BaseModel | None, name: str) -> Any:  # no
     if values is not None:
         return getattr(values, name)
     return ... if info.is_required() else info.get_default(call_default_factory=True)
-
-
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - any type.
-    """Yield the models in a type."""
-    if isinstance(annotation, type) and not get_args(annotation):
-        if issubclass(annotation, BaseModel):
-            yield annotation
-        return
-    for part in get_args(annotation):
-        yield from _models(part)
 
 
 def _word(model: type[BaseModel]) -> str:

@@ -127,7 +127,7 @@ def _import_viser() -> ModuleType:
     except ImportError as error:
         raise ViewerError(
             "view: expected the package viser, which is not installed; "
-            "`pip install 'andabata[viewer]'` brings it"
+            "`pip install -e '.[viewer]'` brings it"
         ) from error
     # viser tells on stdout that it has stopped, where a command's result alone belongs.
     rich.reconfigure(quiet=True)

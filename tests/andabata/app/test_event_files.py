@@ -80,5 +80,5 @@ def test_a_record_that_was_cut_short_is_written_again(tmp_path):
 def test_without_the_library_the_extra_is_named(tmp_path, monkeypatch):
     """The error has the line that installs it."""
     monkeypatch.setitem(sys.modules, "tensorboardX", None)
-    with pytest.raises(EventFilesError, match=r"pip install 'andabata\[tensorboard\]'"):
+    with pytest.raises(EventFilesError, match=r"pip install -e '\.\[tensorboard\]'"):
         EventFiles(tmp_path)

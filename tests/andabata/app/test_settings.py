@@ -65,3 +65,9 @@ def test_a_missing_file_is_named(tmp_path):
     """A missing file is an error with its name."""
     with pytest.raises(SettingsError, match="missing"):
         resolve(Outer, tmp_path / "missing.toml")
+
+
+def test_an_unknown_field_is_answered_with_the_one_that_is_meant():
+    """A field that is elsewhere is named with its path."""
+    with pytest.raises(SettingsError, match=r"radius: .* did you mean inner\.radius\?"):
+        resolve(Outer, overrides=["radius=2"])

@@ -41,7 +41,7 @@ def no_ffmpeg(monkeypatch):
 def test_without_ffmpeg_the_error_says_what_to_install(no_ffmpeg):
     """An MP4 is refused before the drive, a GIF is not; other ends are never taken."""
     check_film(Path("a.gif"))
-    with pytest.raises(FilmError, match=r"pip install 'andabata\[mp4\]'.*apt install ffmpeg"):
+    with pytest.raises(FilmError, match=r"pip install -e '\.\[mp4\]'.*apt install ffmpeg"):
         check_film(Path("a.mp4"))
     with pytest.raises(FilmError, match=r"ends in \.gif or \.mp4, got a\.avi"):
         check_film(Path("a.avi"))

@@ -32,5 +32,5 @@ def test_without_viewers_nobody_is_waited_for():
 def test_without_viser_the_error_names_the_line_that_installs_it(monkeypatch):
     """Nothing is served."""
     monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(ViewerError, match=r"pip install 'andabata\[viewer\]'"):
+    with pytest.raises(ViewerError, match=r"pip install -e '\.\[viewer\]'"):
         ViewServer("none", 0)

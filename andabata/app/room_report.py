@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from typing import Any
 
+import numpy as np
+
 from andabata.app.columns import counted, several
 from andabata.app.plots.film import film
 from andabata.app.plots.room_clip import room_film
@@ -20,6 +22,7 @@ from andabata.app.plots.rooms import (
 from andabata.app.report import Report
 from andabata.app.room_folder import RoomFolder
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks, drive_tour
+from andabata.evaluation.room_moments import watch_cell
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.statistics import wilson_interval
@@ -215,7 +218,8 @@ def _drives(
             }
             figure = trajectories_figure(found, some, title)
             page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
-    _film(page, folder, name, next(iter(lidars.values())), rooms[0])
+    filmed = next((room for room in rooms if room.movers), rooms[0])
+    _film(page, folder, name, next(iter(lidars.values())), filmed)
 
 
 def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room) -> None:
@@ -227,9 +231,14 @@ def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room)
     drives = {text: folder.drives(cell) for text, cell in cells.items()}
     one = next(iter(cells.values()))
     radius = cell_task(one, folder.config, folder.policies[policy]).robot.radius
-    pictures = room_film(drives, room, radius)
     text = f"{policy}, {lidar}: the first drives in {room.name}, begun together"
-    text += "; what moves in it is not drawn" if room.movers else ""
+    movers = {}
+    if room.movers:
+        text = f"{policy}, {lidar}: the first drive in {room.name}, among what moves there"
+        for name, cell in cells.items():
+            watched = watch_cell(folder.config, folder.policies[policy], cell, 0)
+            movers[name] = np.stack([moment.movers for moment in watched.moments])
+    pictures = room_film(drives, room, radius, movers)
     page.film(film(pictures, _RATE, ".gif"), "drives", text)
 
 

@@ -1,9 +1,10 @@
 """Moving pictures of drives in rooms: robots of the first tasks side by side, with their trails.
 
-What moves in a room is not drawn: drives keep the robots' poses alone.
+What moves in a room moves on its own in each drive, so that a panel with movers has one drive.
 """
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -31,12 +32,25 @@ _FRAMES = 80
 _STANDING = 8
 """Number of pictures at the end that show how the drives ended."""
 
+_MOVER = (120, 94, 160)
+"""Colour of what moves."""
+
 _FAILED = (209, 72, 63)
 """Colour of a robot that failed."""
 
 
+Movers = NDArray[np.float64]
+"""x, y and radius of each mover at each step of a drive [m], 0 for none, shape (steps, m, 3)."""
+
+NO_MOVERS: Mapping[str, Movers] = MappingProxyType({})
+"""Movers of drives in rooms where nothing moves."""
+
+
 def room_film(
-    drives: Mapping[str, Sequence[RoomDrive]], room: Room, radius: float
+    drives: Mapping[str, Sequence[RoomDrive]],
+    room: Room,
+    radius: float,
+    movers: Mapping[str, Movers] = NO_MOVERS,
 ) -> list[Image.Image]:
     """Return the pictures of drives from above, a panel a driver.
 
@@ -46,9 +60,10 @@ def room_film(
         drives: Drives of the same tasks by driver; the first ones are shown.
         room: Room of the drives.
         radius: Radius of the robot [m].
+        movers: Movers of a driver's first drive, which is then the only one that is shown.
     """
     background, places = _panels(list(drives), room)
-    shown = [list(some)[:MOST_DRIVES] for some in drives.values()]
+    shown = [list(some)[: 1 if name in movers else MOST_DRIVES] for name, some in drives.items()]
     longest = max(len(drive.path) for some in shown for drive in some)
     count = min(longest, _FRAMES)
     steps = np.linspace(0, longest - 1, count).round().astype(int).tolist()
@@ -56,7 +71,9 @@ def room_film(
     for step in [*steps, *[longest - 1] * _STANDING]:
         picture = background.copy()
         pen = ImageDraw.Draw(picture)
-        for place, some in zip(places, shown, strict=True):
+        for name, place, some in zip(drives, places, shown, strict=True):
+            if name in movers:
+                _draw_movers(pen, place, movers[name][min(step, len(movers[name]) - 1)])
             for number, drive in enumerate(some):
                 _draw_robot(pen, place, drive, step, radius, COLOURS[number % len(COLOURS)])
         pictures.append(picture)
@@ -88,6 +105,19 @@ def _place(axes: Any, height: int) -> Place:  # noqa: ANN401 - matplotlib's tran
     origin, east, north = axes.transData.transform([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
     (u, v), right, up = origin, east[0] - origin[0], north[1] - origin[1]
     return np.array([[right, 0.0, u], [0.0, -up, height - v]])
+
+
+def _draw_movers(pen: ImageDraw.ImageDraw, place: Place, movers: Movers) -> None:
+    """Draw the movers of a moment that are there.
+
+    Args:
+        pen: Pen on the picture.
+        place: Place of the panel.
+        movers: x, y and radius of each mover [m], shape (m, 3).
+    """
+    for x, y, radius in movers[movers[:, 2] > 0]:
+        (column, row), size = place @ [x, y, 1.0], radius * place[0, 0]
+        pen.ellipse((column - size, row - size, column + size, row + size), fill=_MOVER)
 
 
 def _draw_robot(

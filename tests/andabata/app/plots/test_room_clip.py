@@ -47,3 +47,18 @@ def test_each_driver_has_a_panel_and_long_drives_few_pictures():
     assert len(pictures) == room_clip._FRAMES + room_clip._STANDING
     assert pictures[0].size[0] > 1.5 * pictures[0].size[1]
     assert np.asarray(pictures[0]).std() > 0
+
+
+def test_movers_are_where_they_are_at_each_step_and_one_robot_is_among_them():
+    """A mover is drawn at its place of the step, one of radius 0 is not, and one drive is shown."""
+    movers = np.zeros((21, 2, 3))
+    movers[:, 0] = np.column_stack([np.linspace(-1, 1, 21), np.full(21, 1.5), np.full(21, 0.3)])
+    drives = [drive(), drive(Outcome.COLLISION, y=-1.0)]
+    pictures = room_film({"reactive": drives}, ROOM, 0.2, {"reactive": movers})
+    _, places = room_clip._panels(["reactive"], ROOM)
+    for step in (0, 20):
+        pixels = np.asarray(pictures[step]).astype(int)
+        there = np.argwhere((np.abs(pixels - room_clip._MOVER) < 3).all(axis=2))
+        x, y = places[0] @ [movers[step, 0, 0], 1.5, 1.0]
+        np.testing.assert_allclose(there.mean(axis=0), [y, x], atol=1.0)
+    assert reddest(pictures[-1]) is None

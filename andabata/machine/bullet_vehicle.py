@@ -1,4 +1,9 @@
-"""Reference plant: a rigid body on four driven wheels in pybullet."""
+"""Reference plant: a rigid body on four driven wheels in pybullet.
+
+A wheel meets the ground as a sphere, and solid objects as a cylinder. On a heightfield the
+cylinder's edges catch on the triangles: it climbs a step higher than its axle, and hardly slides
+down a slope that is too steep for its friction. It also takes two and a half times as long.
+"""
 
 import math
 import tempfile
@@ -89,6 +94,8 @@ class BulletVehicle:
             pybullet.changeDynamics(body, -1, lateralFriction=1.0, physicsClientId=self._client)
         self._body = self._load(robot)
         self._wheels = [self._joints[f"{name}_joint"] for name in _WHEELS]
+        self._spheres = [self._joints[f"{name}_sphere_joint"] for name in _WHEELS]
+        self._divide_contacts()
         self._prepare_wheels()
         corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
         self._contacts = corners * [robot.wheelbase, robot.track]
@@ -102,7 +109,7 @@ class BulletVehicle:
         """Load the robot from its URDF and return pybullet's number of the body."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "robot.urdf"
-            path.write_text(robot.to_urdf(), encoding="utf-8")
+            path.write_text(robot.to_urdf(spheres=True), encoding="utf-8")
             body: int = pybullet.loadURDF(
                 str(path),
                 basePosition=[0.0, 0.0, float(self._heights.max()) + 1.0],
@@ -115,12 +122,22 @@ class BulletVehicle:
             self._joints[name] = joint
         return body
 
+    def _divide_contacts(self) -> None:
+        """Let spheres meet the ground alone, and wheels everything else."""
+        ground, others = self._bodies.ground, (*self._bodies.solids, *self._bodies.walkers)
+        pairs = [(wheel, ground) for wheel in self._wheels]
+        pairs += [(sphere, other) for sphere in self._spheres for other in others]
+        for link, other in pairs:
+            pybullet.setCollisionFilterPair(
+                self._body, other, link, -1, 0, physicsClientId=self._client
+            )
+
     def _prepare_wheels(self) -> None:
         """Set anisotropic friction of the wheels and release the brakes of their motors."""
-        for wheel in self._wheels:
+        for link in (*self._wheels, *self._spheres):
             pybullet.changeDynamics(
                 self._body,
-                wheel,
+                link,
                 lateralFriction=self._config.friction,
                 # The axle is the wheel's own y; x and z turn with it and have to be equal.
                 anisotropicFriction=[1.0, self._config.lateral_friction_ratio, 1.0],
@@ -131,6 +148,7 @@ class BulletVehicle:
                 angularDamping=0.0,
                 physicsClientId=self._client,
             )
+        for wheel in self._wheels:
             pybullet.setJointMotorControl2(
                 self._body,
                 wheel,

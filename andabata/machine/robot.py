@@ -110,8 +110,12 @@ class RobotModel(BaseModel):
             raise ValueError(f"robot: expected one of {', '.join(known)}, got {name!r}")
         return cls.model_validate(tomllib.loads(folder.joinpath(f"{name}.toml").read_text()))
 
-    def to_urdf(self) -> str:
-        """Return the robot as URDF; the root is ``base_link``, at the height of the axles."""
+    def to_urdf(self, spheres: bool = False) -> str:
+        """Return the robot as URDF; the root is ``base_link``, at the height of the axles.
+
+        Args:
+            spheres: True to add a sphere to each wheel, as a link of its own that turns with it.
+        """
         body_mass = self.mass - 4 * self.wheel_mass
         body_height = self.height - self.clearance
         middle = self.clearance + body_height / 2 - self.wheel_radius
@@ -133,6 +137,8 @@ class RobotModel(BaseModel):
         for side, y in (("left", 1), ("right", -1)):
             for end, x in (("front", 1), ("rear", -1)):
                 links.append(self._wheel(f"{end}_{side}", x, y))
+                if spheres:
+                    links.append(self._sphere(f"{end}_{side}"))
         return f'<robot name="{self.name}">{"".join(links)}</robot>'
 
     def _wheel(self, name: str, x: int, y: int) -> str:
@@ -148,6 +154,17 @@ class RobotModel(BaseModel):
             f'<joint name="{name}_joint" type="continuous"><parent link="base_link"/>'
             f'<child link="{name}"/><axis xyz="0 1 0"/>'
             f'<origin xyz="{x * self.wheelbase / 2} {y * self.track / 2} 0"/></joint>'
+        )
+
+    def _sphere(self, wheel: str) -> str:
+        """Return a sphere as large as a wheel and its fixed joint as URDF; it weighs nothing."""
+        mass, radius = 1e-6, self.wheel_radius
+        inertia = _box_inertia(mass, radius, radius, radius)
+        return (
+            f'<link name="{wheel}_sphere"><inertial><mass value="{mass}"/>{inertia}</inertial>'
+            f'<collision><geometry><sphere radius="{radius}"/></geometry></collision></link>'
+            f'<joint name="{wheel}_sphere_joint" type="fixed"><parent link="{wheel}"/>'
+            f'<child link="{wheel}_sphere"/></joint>'
         )
 
 

@@ -12,6 +12,7 @@ from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationC
 from terrain.classes import SemanticClass
 from terrain.objects import box
 from worlds.catalogue import make_world
+from worlds.quiet_pybullet import pybullet
 from worlds.splits import evaluation_world
 from worlds.world import Start
 
@@ -100,6 +101,50 @@ def test_it_slides_on_a_steep_cross_slope_and_holds_on_a_gentle_one(make_ground)
         slid.append(2.0 - rows[-1, 0])
         vehicle.close()
     assert slid[0] < 0.1 < 0.4 < slid[1]
+
+
+@pytest.mark.parametrize("angle", [24, 30])
+def test_a_standing_body_slides_as_coulomb_says(make_ground, angle):
+    """The acceleration down a cross slope is g (sin a - mu cos a), and none below its angle."""
+    vehicle = BulletVehicle(make_ground(slope(angle)), ROBOT)
+    vehicle.place(Start(2.0, 0.0, np.pi / 2))
+    rows = vehicle.drive(WheelSpeeds(0.0, 0.0), 60)
+    vehicle.close()
+    speed = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1) / 0.01
+    config, tilt = BulletConfig(), np.deg2rad(angle)
+    friction = config.friction * config.lateral_friction_ratio
+    expected = max(9.81 * (np.sin(tilt) - friction * np.cos(tilt)), 0.0)
+    assert (speed[50] - speed[10]) / 0.4 == pytest.approx(expected, rel=0.25, abs=0.05)
+
+
+@pytest.mark.parametrize(("height", "climbs"), [(0.05, True), (0.12, False)])
+def test_a_step_higher_than_the_axles_stops_it(make_ground, height, climbs):
+    """Wheels of 10 cm climb a low step of the ground, and none that is higher than they reach."""
+    vehicle = BulletVehicle(make_ground(lambda x, y: np.where(x > 1.0, height, 0.0)), ROBOT)
+    vehicle.place(ORIGIN)
+    twist(vehicle, 0.3, 0.0, 6.0)
+    assert bool(vehicle.state.pose.position[0] > 1.5) is climbs
+    vehicle.close()
+
+
+def test_spheres_meet_the_ground_and_wheels_meet_solids(make_ground):
+    """Each part of a wheel has contacts with its own kind of body alone."""
+    stone = box(SemanticClass.ROCK, (0.5, 0.23, 0.0), (0.3, 0.3, 0.06))
+    vehicle = BulletVehicle(make_ground(objects=[stone]), ROBOT)
+    vehicle.place(ORIGIN)
+    met = {"ground": set(), "solid": set()}
+    for _ in range(40):
+        twist(vehicle, 0.3, 0.0, 0.05)
+        for name, body in (
+            ("ground", vehicle._bodies.ground),
+            ("solid", vehicle._bodies.solids[0]),
+        ):
+            points = pybullet.getContactPoints(vehicle._body, body, physicsClientId=vehicle._client)
+            met[name] |= {point[3] for point in points}
+    assert met["ground"] == set(vehicle._spheres)
+    assert met["solid"] & set(vehicle._wheels)
+    assert not met["solid"] & set(vehicle._spheres)
+    vehicle.close()
 
 
 @pytest.mark.parametrize(("angle", "tips"), [(30, False), (50, True)])

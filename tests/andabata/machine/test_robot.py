@@ -87,9 +87,16 @@ def test_derived_sizes_are_known():
 def test_the_urdf_has_the_robots_mass_and_wheels():
     """Masses of all links sum up to the robot's, and wheels stand at track and wheelbase."""
     robot = RobotModel()
-    root = ElementTree.fromstring(robot.to_urdf())
+    root = ElementTree.fromstring(robot.to_urdf(spheres=True))
     masses = [float(mass.get("value")) for mass in root.iter("mass")]
     assert sum(masses) == pytest.approx(robot.mass)
-    joints = {joint.get("name"): joint.find("origin").get("xyz") for joint in root.iter("joint")}
+    joints = {
+        joint.get("name"): joint.find("origin").get("xyz")
+        for joint in root.iter("joint")
+        if joint.get("type") == "continuous"
+    }
     place = [float(part) for part in joints["front_left_joint"].split()]
     assert place == pytest.approx([robot.wheelbase / 2, robot.track / 2, 0.0])
+    spheres = [sphere.get("radius") for sphere in root.iter("sphere")]
+    assert spheres == [str(robot.wheel_radius)] * 4
+    assert "<sphere" not in robot.to_urdf()

@@ -82,7 +82,7 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
             "late": row["timeouts"],
             "stuck": row["stuck"],
             "spl": f"{row['spl']:.2f}",
-            "forbidden": None
+            "no-go": None
             if row["trespass_share"] is None
             else f"{100 * row['trespass_share']:.1f} %",
         }

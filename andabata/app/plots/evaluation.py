@@ -62,7 +62,14 @@ def goals_figure(rows: Sequence[Row], paper: Mapping[str, Mapping[str, Sequence[
     handles = {
         t: h for one in places for h, t in zip(*one.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=9)
+    # A panel is as wide as two columns of names.
+    figure.legend(
+        handles.values(),
+        handles.keys(),
+        loc="outside lower center",
+        ncols=min(2 * len(places), 6),
+        fontsize=9,
+    )
     return figure
 
 

@@ -71,7 +71,7 @@ def test_a_drive_has_a_line_for_each_goal():
 def test_each_world_of_an_evaluation_has_its_table(capsys):
     """Rows stand under their world, with shares in per cent and 80 columns at most."""
     row = {
-        "controller": "reactive",
+        "controller": "policy+planner",
         "goal": "all",
         "successes": 1,
         "trials": 4,
@@ -86,7 +86,7 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
     }
     rows = [row | {"world": "hill"}, row | {"world": "maze", "trespass_share": None}]
     lines = printed(capsys, evaluation_tables(rows))
-    numbers = ["reactive", "all", "1/4", "0.10-0.60", "2", "0", "1", "0", "0.20"]
+    numbers = ["policy+planner", "all", "1/4", "0.10-0.60", "2", "0", "1", "0", "0.20"]
     assert lines[0] == "hill"
     assert lines[3].split() == [*numbers, "1.5", "%"]
     assert lines[4] == "maze"

@@ -1,15 +1,21 @@
 """Views of run folders and recordings: which is which, and pages that play by themselves."""
 
 import json
+import time
 
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench import chromium
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
+
+
+PATIENCE = 120.0
+"""Longest time that a browser gets [s]."""
 
 
 def failed(capsys, *words):
@@ -55,14 +61,38 @@ def rooms(tmp_path_factory):
     return folder
 
 
-def test_a_drive_in_a_room_becomes_one_page(capsys, rooms, tmp_path):
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    """Return the path of the page of a drive."""
+    return tmp_path_factory.mktemp("pages") / "new" / "page.html"
+
+
+def test_a_drive_in_a_room_becomes_one_page(capsys, rooms, page_file):
     """It needs no server and no network: no address but those of standards stands in it."""
-    page = tmp_path / "new" / "page.html"
+    page = page_file
     assert main(["view", str(rooms), "--out", str(page), "--json", "--quiet"]) == 0
     assert json.loads(capsys.readouterr().out) == {"run": str(rooms), "page": str(page)}
     text = page.read_text()
     assert "__VISER_EMBED_DATA__" in text
     assert "<script src=" not in text
+
+
+@pytest.mark.skipif(chromium.missing() is not None, reason=str(chromium.missing()))
+def test_the_page_plays_in_a_browser_without_a_server(page_file):
+    """The canvas is not blank, it changes by itself, and the console is quiet."""
+    errors = []
+    with chromium.browser() as browser:
+        page = browser.new_page(viewport={"width": 260, "height": 200})
+        page.set_default_timeout(1000 * PATIENCE)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(page_file.as_uri())
+        drawn = set()
+        end = time.monotonic() + PATIENCE
+        while len(drawn) < 2 and time.monotonic() < end:
+            if chromium.canvas_colours(page) > 20:
+                drawn.add(page.screenshot())
+    assert len(drawn) == 2
+    assert errors == []
 
 
 def test_a_drive_that_there_is_not_is_refused(capsys, rooms):

@@ -24,6 +24,7 @@ from worlds.ray_layout import (
     Lattice,
     Layout,
 )
+from worlds.ray_packet import PACKET, packet_span
 
 NO_CLASS = 255
 """Class of a ray without a hit."""
@@ -188,10 +189,17 @@ def cast_rays(
     # Porous objects that the ray crosses; the first ``n_porous`` of each are valid.
     enters, leaves = np.empty(len(kinds)), np.empty(len(kinds))
     porous = np.empty(len(kinds), dtype=np.uint8)
+    reach = _Span(0.0, max_range)
     for number in range(len(rays)):
+        if number % PACKET == 0:
+            begin, end = packet_span(rays[number : number + PACKET], lattice, tops, max_range)
+            reach = _Span(begin, end)
+        if not reach.begin < reach.end:
+            ranges[number], classes[number] = np.inf, NO_CLASS
+            continue
         ray = _ray(rays, number)
         grid_ray = _to_grid(ray, frame)
-        span = _span(ray, lattice, columns, rows, max_range)
+        span = _span(ray, lattice, columns, rows, reach)
         over = _over_ground(ray, frame, nx, ny, span)
         i, j = _first_block(ray, lattice, columns, rows, span.begin)
         # Ranges at which the ray reaches the next block along x and along y.
@@ -283,10 +291,10 @@ def _to_grid(ray: Ray, frame: GridFrame) -> _GridRay:
 
 
 @inlined_kernel
-def _span(ray: Ray, lattice: Lattice, columns: int, rows: int, max_range: float) -> _Span:
-    """Return the part of a ray inside the bounding box of all blocks."""
+def _span(ray: Ray, lattice: Lattice, columns: int, rows: int, reach: _Span) -> _Span:
+    """Return the part of a ray's reach inside the bounding box of all blocks."""
     x_max, y_max = lattice.x_min + columns * lattice.edge, lattice.y_min + rows * lattice.edge
-    begin, end = _clip(ray.x, ray.ix, lattice.x_min, x_max, 0.0, max_range)
+    begin, end = _clip(ray.x, ray.ix, lattice.x_min, x_max, reach.begin, reach.end)
     begin, end = _clip(ray.y, ray.iy, lattice.y_min, y_max, begin, end)
     begin, end = _clip(ray.z, ray.iz, lattice.z_min, lattice.z_max, begin, end)
     return _Span(begin, end)

@@ -12,9 +12,10 @@ State, by index; the constants below name each element:
 16-17  bias of the accelerometer, forward and lateral [m/s2]
 ====== ============================================================================
 
-The attitude comes first: a sigma point differs from the mean in the attitude only if it lies along
-one of the first three columns of the covariance's Cholesky factor. The other 30 of the 37 points
-share the sines of the mean.
+Attitude and gyro bias come first: a sigma point differs from the mean in them only if it lies along
+one of the first six rows of the covariance's Cholesky factor. Process and measurements are
+affine in all other states, so that the points along the other rows need not be drawn; see
+``ukf``. Of the 13 that are left, seven have sines of their own.
 
 Process, for a gyro reading w and a step dt: attitude kinematics of z-y-x angles, position moved by
 the speeds along the body's axes, first-order Gauss-Markov processes for lateral speed and satellite
@@ -36,7 +37,7 @@ from andabata.localization.ukf import (
     wrap_angle,
 )
 from andabata.machine.proprioception import GRAVITY
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 ROLL, PITCH, YAW = 0, 1, 2
 GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z = 3, 4, 5
@@ -60,11 +61,15 @@ ACCEL_BIAS = slice(ACCEL_BIAS_X, ACCEL_BIAS_Y + 1)
 ANGULAR = np.arange(STATES) <= YAW
 """True for states that are angles, shape (18,)."""
 
-_ATTITUDE_COLUMNS = 3
-"""Number of columns of the Cholesky factor that change the attitude: the first ones."""
+_ROWS = 6
+"""Number of rows of the Cholesky factor that points are drawn along: the first ones, which change
+attitude and gyro bias."""
 
 _SIN_ROLL, _COS_ROLL, _SIN_PITCH, _COS_PITCH, _SIN_YAW, _COS_YAW, _CREEP, _TRIG_COLUMNS = range(8)
 """Columns of the table of a point's attitude, and their number."""
+
+_ATTITUDE_ROWS = 3
+"""Number of those that change the attitude, on which the magnetic field depends."""
 
 _CONSIDERED = np.array(
     [
@@ -208,27 +213,28 @@ class Workspace(NamedTuple):
     """Buffers of the filter, allocated once.
 
     Attributes:
-        points: Sigma points, shape (37, 18).
-        deviations: Deviations of the points from their mean, shape (37, 18).
-        factor: Cholesky factor of the covariance, shape (18, 18).
-        predicted: Expected measurement of each point, shape (37, 3).
-        predicted_deviations: Deviations of these from their mean, shape (37, 3).
+        points: Sigma points, shape (13, 18).
+        deviations: Deviations of the points from the first, shape (13, 18).
+        factor: First rows of the covariance's Cholesky factor, shape (6, 18).
+        rest: Covariance of the points that are not drawn, shape (18, 18).
+        rest_cross: Covariance of these points and their expected measurement, shape (3, 18).
+        predicted: Expected measurement of each point, shape (13, 3).
         expected: Expected measurement, shape (3,).
         innovation: Measurement less expectation, shape (3,).
         S: Covariance of the innovation, shape (3, 3).
-        cross: Covariance of state and expected measurement, shape (18, 3).
-        gain: Kalman gain, shape (18, 3).
+        cross: Covariance of state and expected measurement, shape (3, 18).
+        gain: Kalman gain, shape (3, 18).
         trig: Sine and cosine of roll, pitch and yaw of each point, and its share of the creep,
-            shape (37, 7).
+            shape (13, 7).
         angular: ``ANGULAR``, as compiled code takes it.
-        linear: False for each component of a measurement: none is an angle; shape (3,).
     """
 
     points: NDArray[np.float64]
     deviations: NDArray[np.float64]
     factor: NDArray[np.float64]
+    rest: NDArray[np.float64]
+    rest_cross: NDArray[np.float64]
     predicted: NDArray[np.float64]
-    predicted_deviations: NDArray[np.float64]
     expected: NDArray[np.float64]
     innovation: NDArray[np.float64]
     S: NDArray[np.float64]
@@ -236,26 +242,25 @@ class Workspace(NamedTuple):
     gain: NDArray[np.float64]
     trig: NDArray[np.float64]
     angular: NDArray[np.bool_]
-    linear: NDArray[np.bool_]
 
     @classmethod
     def allocate(cls) -> "Workspace":
         """Return new buffers."""
-        n, p = STATES, 2 * STATES + 1
+        n, p = STATES, 2 * _ROWS + 1
         return cls(
             points=np.zeros((p, n)),
             deviations=np.zeros((p, n)),
-            factor=np.zeros((n, n)),
+            factor=np.zeros((_ROWS, n)),
+            rest=np.zeros((n, n)),
+            rest_cross=np.zeros((3, n)),
             predicted=np.zeros((p, 3)),
-            predicted_deviations=np.zeros((p, 3)),
             expected=np.zeros(3),
             innovation=np.zeros(3),
             S=np.zeros((3, 3)),
-            cross=np.zeros((n, 3)),
-            gain=np.zeros((n, 3)),
+            cross=np.zeros((3, n)),
+            gain=np.zeros((3, n)),
             trig=np.zeros((p, _TRIG_COLUMNS)),
             angular=ANGULAR.copy(),
-            linear=np.zeros(3, dtype=np.bool_),
         )
 
 
@@ -276,24 +281,31 @@ class FilterModel(NamedTuple):
 
 
 @kernel
-def _fill_trigonometry(body: BodyParameters, workspace: Workspace) -> None:
-    """Fill the sines and cosines of each point's attitude, and its share of the creep."""
+def _fill_trigonometry(rows: int, body: BodyParameters, workspace: Workspace) -> None:
+    """Fill the sines and cosines of each point's attitude, and its share of the creep.
+
+    Args:
+        rows: Number of rows of the Cholesky factor that points were drawn along.
+        body: Parameters of the robot.
+        workspace: Buffers of the filter.
+    """
     points, trig = workspace.points, workspace.trig
-    n = points.shape[1]
-    for k in range(points.shape[0]):
-        column = (k - 1) % n
-        # Points along the later columns of the Cholesky factor have the attitude of the mean.
-        if k == 0 or column < _ATTITUDE_COLUMNS:
-            for a in range(3):
+    for k in range(2 * rows + 1):
+        # Points along a row of the Cholesky factor have the angles before it of the mean.
+        same = (k - 1) % rows if k > 0 else 0
+        for a in range(3):
+            if a < same:
+                trig[k, 2 * a], trig[k, 2 * a + 1] = trig[0, 2 * a], trig[0, 2 * a + 1]
+            else:
                 trig[k, 2 * a] = np.sin(points[k, a])
                 trig[k, 2 * a + 1] = np.cos(points[k, a])
-            trig[k, _CREEP] = np.tanh(trig[k, _SIN_ROLL] / body.creep_slope)
+        if same > ROLL:
+            trig[k, _CREEP] = trig[0, _CREEP]
         else:
-            for a in range(_TRIG_COLUMNS):
-                trig[k, a] = trig[0, a]
+            trig[k, _CREEP] = np.tanh(trig[k, _SIN_ROLL] / body.creep_slope)
 
 
-@kernel
+@inlined_kernel
 def _lateral_speed(k: int, yaw_rate: float, body: BodyParameters, workspace: Workspace) -> float:
     """Return the lateral speed of a point [m/s] that turns at a yaw rate [rad/s].
 
@@ -331,9 +343,11 @@ def predict(
     """
     body, noise, weights = model.body, model.noise, model.weights
     points, trig = workspace.points, workspace.trig
-    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
+    if not _draw_points(x, P, _ROWS, model, workspace):
         return False
-    _fill_trigonometry(body, workspace)
+    for i in range(_ROWS, STATES):
+        if not _find_rest(P, i, _ROWS, workspace) > 0.0:
+            return False
     # Decay of the two Gauss-Markov processes.
     lateral_decay = np.exp(-dt / noise.lateral_speed_time)
     gnss_decay = np.exp(-dt / noise.gnss_error_time)
@@ -361,8 +375,102 @@ def predict(
         points[k, GNSS_EAST] *= gnss_decay
         points[k, GNSS_NORTH] *= gnss_decay
     unscented_transform(points, weights, workspace.angular, x, workspace.deviations, P)
+    _add_rest(P, dt, lateral_decay, gnss_decay, workspace)
     _add_process_noise(P, dt, lateral_decay, gnss_decay, noise)
     return True
+
+
+@kernel
+def _draw_points(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    rows: int,
+    model: FilterModel,
+    workspace: Workspace,
+) -> bool:
+    """Draw the sigma points along the first rows of the Cholesky factor, with their sines.
+
+    Returns:
+        True if the covariance is positive definite, as far as it is factorised.
+    """
+    factor, points = workspace.factor[:rows], workspace.points[: 2 * rows + 1]
+    if not draw_sigma_points(x, P, model.weights.reach, factor, points):
+        return False
+    _fill_trigonometry(rows, model.body, workspace)
+    return True
+
+
+@inlined_kernel
+def _find_rest(P: NDArray[np.float64], i: int, rows: int, workspace: Workspace) -> float:
+    """Fill a row of the covariance of the points that are not drawn, ``P - U' U``.
+
+    Args:
+        P: Covariance, shape (18, 18).
+        i: State whose row of ``rest`` is filled, ``rows`` or more.
+        rows: Number of rows of the Cholesky factor ``U`` that points were drawn along.
+        workspace: Buffers of the filter.
+
+    Returns:
+        Variance of the state in these points.
+    """
+    factor, rest = workspace.factor, workspace.rest
+    for j in range(STATES):
+        rest[i, j] = P[i, j]
+    for k in range(rows):
+        share = factor[k, i]
+        for j in range(STATES):
+            rest[i, j] -= share * factor[k, j]
+    return float(rest[i, i])
+
+
+@kernel
+def _add_rest(
+    P: NDArray[np.float64],
+    dt: float,
+    lateral_decay: float,
+    gnss_decay: float,
+    workspace: Workspace,
+) -> None:
+    """Add the covariance of the points that are not drawn to a predicted one, in place.
+
+    They have the attitude and the yaw rate of the mean: the process is affine in their speeds.
+
+    Args:
+        P: Covariance of the points that are drawn, after the step, shape (18, 18).
+        dt: Length of the step [s].
+        lateral_decay: Decay of the lateral speed.
+        gnss_decay: Decay of the satellite error.
+        workspace: Buffers of the filter; ``rest`` is propagated.
+    """
+    rest, trig = workspace.rest, workspace.trig
+    sr, cr, sp, cp = (
+        trig[0, _SIN_ROLL],
+        trig[0, _COS_ROLL],
+        trig[0, _SIN_PITCH],
+        trig[0, _COS_PITCH],
+    )
+    sy, cy = trig[0, _SIN_YAW], trig[0, _COS_YAW]
+    # Metres along x, y and z per metre a second forward and to the left; see ``predict``.
+    forward = (dt * cy * cp, dt * sy * cp, -dt * sp)
+    lateral = (dt * (cy * sp * sr - sy * cr), dt * (sy * sp * sr + cy * cr), dt * cp * sr)
+    n = len(rest)
+    for a in range(3):
+        for j in range(_ROWS, n):
+            rest[X + a, j] += forward[a] * rest[SPEED, j] + lateral[a] * rest[LATERAL_SPEED, j]
+    for a in range(3):
+        for i in range(_ROWS, n):
+            rest[i, X + a] += forward[a] * rest[i, SPEED] + lateral[a] * rest[i, LATERAL_SPEED]
+    for j in range(_ROWS, n):
+        rest[LATERAL_SPEED, j] *= lateral_decay
+        rest[GNSS_EAST, j] *= gnss_decay
+        rest[GNSS_NORTH, j] *= gnss_decay
+    for i in range(_ROWS, n):
+        rest[i, LATERAL_SPEED] *= lateral_decay
+        rest[i, GNSS_EAST] *= gnss_decay
+        rest[i, GNSS_NORTH] *= gnss_decay
+        for j in range(_ROWS, i + 1):
+            P[i, j] += rest[i, j]
+            P[j, i] = P[i, j]
 
 
 @kernel
@@ -387,40 +495,36 @@ def _add_process_noise(
 
 
 @kernel
-def _correct_by_points(
-    x: NDArray[np.float64],
-    P: NDArray[np.float64],
-    z: NDArray[np.float64],
-    variance: tuple[float, float, float],
-    gate: float,
-    weights: SigmaWeights,
-    workspace: Workspace,
-) -> float:
-    """Correct with a measurement whose expectation at each point stands in ``predicted``.
+def _transform_measurement(rows: int, weights: SigmaWeights, workspace: Workspace) -> None:
+    """Fill expectation and covariances of a measurement from ``predicted`` at each point.
 
     Args:
-        x: State, changed in place, shape (18,).
-        P: Covariance, changed in place, shape (18, 18).
-        z: Measurement, shape (3,).
-        variance: Variance of each component of the measurement.
-        gate: Largest NIS that is accepted.
+        rows: Number of rows of the Cholesky factor that points were drawn along.
         weights: Weights of the sigma points.
-        workspace: Buffers of the filter.
-
-    Returns:
-        The NIS.
+        workspace: Buffers of the filter; ``expected``, ``S`` and ``cross`` are filled, without what
+            the points show that are not drawn.
     """
-    predicted = workspace.predicted
-    unscented_transform(
-        predicted,
-        weights,
-        workspace.linear,
-        workspace.expected,
-        workspace.predicted_deviations,
-        workspace.S,
-    )
-    cross_covariance(workspace.factor, weights, predicted, workspace.cross)
-    return _correct_by_moments(x, P, z, variance, gate, workspace)
+    predicted, S, expected = workspace.predicted, workspace.S, workspace.expected
+    weight = weights.covariance[1]
+    # Mean of the differences from point 0, and their moments about it; see ``unscented_transform``,
+    # of which this is the case of three numbers without angles.
+    a = b = c = aa = bb = cc = ab = ac = bc = 0.0
+    for k in range(1, 2 * rows + 1):
+        u, v = predicted[k, 0] - predicted[0, 0], predicted[k, 1] - predicted[0, 1]
+        w = predicted[k, 2] - predicted[0, 2]
+        a, b, c = a + u, b + v, c + w
+        aa, bb, cc = aa + u * u, bb + v * v, cc + w * w
+        ab, ac, bc = ab + u * v, ac + u * w, bc + v * w
+    a, b, c = weight * a, weight * b, weight * c
+    expected[0], expected[1] = predicted[0, 0] + a, predicted[0, 1] + b
+    expected[2] = predicted[0, 2] + c
+    about = weights.covariance.sum() - 2.0
+    S[0, 0], S[1, 1] = weight * aa + about * a * a, weight * bb + about * b * b
+    S[2, 2] = weight * cc + about * c * c
+    S[0, 1] = S[1, 0] = weight * ab + about * a * b
+    S[0, 2] = S[2, 0] = weight * ac + about * a * c
+    S[1, 2] = S[2, 1] = weight * bc + about * b * c
+    cross_covariance(workspace.factor[:rows], weights, predicted[: 2 * rows + 1], workspace.cross)
 
 
 @kernel
@@ -496,11 +600,10 @@ def correct_gravity(
         model: Parameters of the filter.
         workspace: Buffers of the filter.
     """
-    body, weights = model.body, model.weights
+    body = model.body
     points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
-    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
+    if not _draw_points(x, P, _ROWS, model, workspace):
         return np.nan
-    _fill_trigonometry(body, workspace)
     for k in range(points.shape[0]):
         sr, cr = trig[k, _SIN_ROLL], trig[k, _COS_ROLL]
         sp, cp = trig[k, _SIN_PITCH], trig[k, _COS_PITCH]
@@ -512,10 +615,27 @@ def correct_gravity(
         predicted[k, 0] = -GRAVITY * sp - r * lateral + points[k, ACCEL_BIAS_X]
         predicted[k, 1] = GRAVITY * cp * sr + r * forward + points[k, ACCEL_BIAS_Y]
         predicted[k, 2] = GRAVITY * cp * cr + p * lateral - q * forward
+    _transform_measurement(_ROWS, model.weights, workspace)
+    # Points that are not drawn have the rates of the mean: the rest is affine in speeds and biases.
+    cross, S, rest = workspace.cross, workspace.S, workspace.rest
+    for i in (SPEED, LATERAL_SPEED, ACCEL_BIAS_X, ACCEL_BIAS_Y):
+        _find_rest(P, i, _ROWS, workspace)
+    p, q = imu[_GYRO] - x[GYRO_BIAS_X], imu[_GYRO + 1] - x[GYRO_BIAS_Y]
+    r = imu[_GYRO + 2] - x[GYRO_BIAS_Z]
+    shown = workspace.rest_cross
+    for i in range(_ROWS, STATES):
+        shown[0, i] = rest[ACCEL_BIAS_X, i] - r * rest[LATERAL_SPEED, i]
+        shown[1, i] = rest[ACCEL_BIAS_Y, i] + r * rest[SPEED, i]
+        shown[2, i] = p * rest[LATERAL_SPEED, i] - q * rest[SPEED, i]
+    for b in range(3):
+        for i in range(_ROWS, STATES):
+            cross[b, i] += shown[b, i]
+        S[0, b] += shown[b, ACCEL_BIAS_X] - r * shown[b, LATERAL_SPEED]
+        S[1, b] += shown[b, ACCEL_BIAS_Y] + r * shown[b, SPEED]
+        S[2, b] += p * shown[b, LATERAL_SPEED] - q * shown[b, SPEED]
     variance = model.noise.vibration**2
     variances = (variance, variance, 4 * variance)
-    gate = model.gates.vector
-    return _correct_by_points(x, P, imu[_FORCE:], variances, gate, weights, workspace)
+    return _correct_by_moments(x, P, imu[_FORCE:], variances, model.gates.vector, workspace)
 
 
 @kernel
@@ -535,12 +655,11 @@ def correct_mag(
         model: Parameters of the filter.
         workspace: Buffers of the filter.
     """
-    body, weights = model.body, model.weights
+    body = model.body
     points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
-    if not draw_sigma_points(x, P, weights.reach, workspace.factor, points):
+    if not _draw_points(x, P, _ATTITUDE_ROWS, model, workspace):
         return np.nan
-    _fill_trigonometry(body, workspace)
-    for k in range(points.shape[0]):
+    for k in range(2 * _ATTITUDE_ROWS + 1):
         sr, cr = trig[k, _SIN_ROLL], trig[k, _COS_ROLL]
         sp, cp = trig[k, _SIN_PITCH], trig[k, _COS_PITCH]
         sy, cy = trig[k, _SIN_YAW], trig[k, _COS_YAW]
@@ -551,10 +670,18 @@ def correct_mag(
         predicted[k, 0] = cp * ahead - sp * body.flux_up + points[k, HARD_IRON_X]
         predicted[k, 1] = cr * aside + sr * up + points[k, HARD_IRON_Y]
         predicted[k, 2] = cr * up - sr * aside + points[k, HARD_IRON_Z]
+    _transform_measurement(_ATTITUDE_ROWS, model.weights, workspace)
+    # Points that are not drawn have the attitude of the mean, and hard iron of their own.
+    cross, S, rest = workspace.cross, workspace.S, workspace.rest
+    for a in range(3):
+        _find_rest(P, HARD_IRON_X + a, _ATTITUDE_ROWS, workspace)
+        for i in range(_ATTITUDE_ROWS, STATES):
+            cross[a, i] += rest[HARD_IRON_X + a, i]
+        for b in range(3):
+            S[a, b] += rest[HARD_IRON_X + a, HARD_IRON_X + b]
     variance = model.noise.mag**2
     variances = (variance, variance, variance)
-    gate = model.gates.vector
-    return _correct_by_points(x, P, mag[1:], variances, gate, weights, workspace)
+    return _correct_by_moments(x, P, mag[1:], variances, model.gates.vector, workspace)
 
 
 @kernel
@@ -580,13 +707,13 @@ def correct_gnss(
     cross, S, expected = workspace.cross, workspace.S, workspace.expected
     # With H the sum of position and error: cross = P H', S = H P H'.
     for i in range(STATES):
-        cross[i, 0] = P[i, X] + P[i, GNSS_EAST]
-        cross[i, 1] = P[i, Y] + P[i, GNSS_NORTH]
-        cross[i, 2] = P[i, Z]
+        cross[0, i] = P[X, i] + P[GNSS_EAST, i]
+        cross[1, i] = P[Y, i] + P[GNSS_NORTH, i]
+        cross[2, i] = P[Z, i]
     for j in range(3):
-        S[0, j] = cross[X, j] + cross[GNSS_EAST, j]
-        S[1, j] = cross[Y, j] + cross[GNSS_NORTH, j]
-        S[2, j] = cross[Z, j]
+        S[0, j] = cross[j, X] + cross[j, GNSS_EAST]
+        S[1, j] = cross[j, Y] + cross[j, GNSS_NORTH]
+        S[2, j] = cross[j, Z]
     expected[0], expected[1] = x[X] + x[GNSS_EAST], x[Y] + x[GNSS_NORTH]
     expected[2] = x[Z]
     horizontal, vertical = fix[_HORIZONTAL_SIGMA] ** 2, fix[_VERTICAL_SIGMA] ** 2
@@ -613,7 +740,7 @@ def correct_zero_rate(
     """
     for a in range(3):
         for i in range(STATES):
-            workspace.cross[i, a] = P[i, GYRO_BIAS_X + a]
+            workspace.cross[a, i] = P[GYRO_BIAS_X + a, i]
         for b in range(3):
             workspace.S[a, b] = P[GYRO_BIAS_X + a, GYRO_BIAS_X + b]
         workspace.expected[a] = x[GYRO_BIAS_X + a]

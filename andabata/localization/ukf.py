@@ -5,6 +5,16 @@ of the innovation ``S``, Kalman gain ``K``. The functions work on arrays that th
 caller draws sigma points, propagates them through its own model and hands them back. Before each
 correction the points are drawn again: several sensors correct between two predictions, and points
 from before an earlier correction would no longer represent the state.
+
+The covariance's Cholesky factor is kept as its transpose ``U``, ``P = U' U``, and what belongs to a
+number of the measurement as a row: loops along rows take vector instructions.
+
+Points along a row of ``U`` need not be drawn where the model is
+affine in what they change: such a pair has the mean of its centre, and adds to the covariance what
+a Kalman filter would add. The states come first that the model is not affine in; the points along
+their rows are drawn, and the covariance that the others would show is what is left of ``P``, in
+closed form and exactly (Morelande and Moran 2007, "An unscented transformation for conditionally
+linear models").
 """
 
 from typing import NamedTuple
@@ -63,47 +73,49 @@ def draw_sigma_points(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     reach: float,
-    L: NDArray[np.float64],
+    U: NDArray[np.float64],
     points: NDArray[np.float64],
 ) -> bool:
-    """Draw sigma points around a mean.
+    """Draw sigma points around a mean, along the first rows of the Cholesky factor ``U``.
 
-    Point 0 is the mean, 1 to n lie on one side and n + 1 to 2 n on the other. Column ``j`` of a
-    Cholesky factor is zero above row ``j``: point ``1 + j`` shares the states before ``j`` with the
-    mean, which saves a model most of its sines.
+    Point 0 is the mean, 1 to c lie on one side and c + 1 to 2 c on the other. Row ``j`` of ``U`` is
+    zero before column ``j``: point ``1 + j`` shares the states before ``j`` with the mean, which
+    saves a model most of its sines.
 
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
         reach: ``SigmaWeights.reach``.
-        L: Buffer of the Cholesky factor, shape (n, n).
-        points: Buffer of the points, shape (2 n + 1, n).
+        U: Buffer of the first rows of the Cholesky factor, shape (c, n).
+        points: Buffer of the points, shape (2 c + 1, n).
 
     Returns:
-        True if the covariance is positive definite; if not, the points are invalid.
+        True if the covariance is positive definite as far as it is factorised; if not, the points
+        are invalid.
     """
-    n = len(x)
-    # Cholesky factor P = L L', column by column.
-    for j in range(n):
-        rest = P[j, j]
+    rows, n = U.shape
+    for j in range(rows):
+        for i in range(j, n):
+            U[j, i] = P[j, i]
         for k in range(j):
-            rest -= L[j, k] * L[j, k]
-        if not rest > 0.0:
+            share = U[k, j]
+            for i in range(j, n):
+                U[j, i] -= share * U[k, i]
+        if not U[j, j] > 0.0:
             return False
-        pivot = np.sqrt(rest)
-        L[j, j] = pivot
-        for i in range(j + 1, n):
-            total = P[i, j]
-            for k in range(j):
-                total -= L[i, k] * L[j, k]
-            L[i, j] = total / pivot
-    # Pairs of points: x +- reach * L[:, j].
+        pivot = np.sqrt(U[j, j])
+        for i in range(j, n):
+            U[j, i] /= pivot
+    # Pairs of points: x +- reach * U[j].
     for i in range(n):
         points[0, i] = x[i]
-        for j in range(n):
-            shift = reach * L[i, j] if j <= i else 0.0
+    for j in range(rows):
+        for i in range(j):
+            points[1 + j, i] = points[1 + rows + j, i] = x[i]
+        for i in range(j, n):
+            shift = reach * U[j, i]
             points[1 + j, i] = x[i] + shift
-            points[1 + n + j, i] = x[i] - shift
+            points[1 + rows + j, i] = x[i] - shift
     return True
 
 
@@ -119,21 +131,19 @@ def unscented_transform(
     """Compute mean and covariance of sigma points.
 
     Angles are averaged as differences from point 0, so that the mean of angles near pi is near pi.
+    Pairs that are not among the points are taken to lie at point 0: the caller adds the covariance
+    that they show, and their mean is none.
 
     Args:
-        points: Sigma points, shape (p, m).
-        weights: Weights of the points.
+        points: The first p sigma points, in pairs that all have the same weight, shape (p, m).
+        weights: Weights of all points.
         angular: True for states that are angles, bool, shape (m,).
         mean: Buffer of the mean, shape (m,).
-        deviations: Buffer of the points' deviations from the mean, shape (p, m).
+        deviations: Buffer of the points' deviations from point 0, shape (p, m).
         P: Buffer of the covariance, shape (m, m).
     """
     p, m = points.shape
-    weights_mean, weights_covariance = weights.mean, weights.covariance
-    for i in range(m):
-        mean[i] = 0.0
-        for j in range(m):
-            P[i, j] = 0.0
+    weight = weights.covariance[1]
     # Differences from point 0.
     for k in range(p):
         for i in range(m):
@@ -143,16 +153,22 @@ def unscented_transform(
         if angular[i]:
             for k in range(p):
                 deviations[k, i] = wrap_angle(deviations[k, i])
-    # Weighted mean of the differences, then the covariance about it.
-    for k in range(p):
+    # Weighted mean of the differences, of which that of point 0 is none.
+    for i in range(m):
+        mean[i] = 0.0
+    for k in range(1, p):
         for i in range(m):
-            mean[i] += weights_mean[k] * deviations[k, i]
-    for k in range(p):
+            mean[i] += weight * deviations[k, i]
+    # Covariance about the mean d: sum(w e e') - d d' - d d' + sum(w) d d' over all points, of which
+    # those at point 0 have no deviation e.
+    about = weights.covariance.sum() - 2.0
+    for i in range(m):
+        for j in range(i + 1):
+            P[i, j] = about * mean[i] * mean[j]
+    for k in range(1, p):
         for i in range(m):
-            deviations[k, i] -= mean[i]
-        for i in range(m):
-            weighted = weights_covariance[k] * deviations[k, i]
-            for j in range(m):
+            weighted = weight * deviations[k, i]
+            for j in range(i + 1):
                 P[i, j] += weighted * deviations[k, j]
     # Back from differences to states; the covariance is made exactly symmetric.
     for i in range(m):
@@ -165,7 +181,7 @@ def unscented_transform(
 
 @kernel
 def cross_covariance(
-    L: NDArray[np.float64],
+    U: NDArray[np.float64],
     weights: SigmaWeights,
     expected: NDArray[np.float64],
     cross: NDArray[np.float64],
@@ -176,21 +192,21 @@ def cross_covariance(
     reduces to the differences within the pairs, and point 0 does not count.
 
     Args:
-        L: Cholesky factor that the points were drawn with, shape (n, n).
+        U: Rows of the Cholesky factor that the points were drawn along, shape (c, n).
         weights: Weights of the points.
-        expected: Expected measurement of each point, shape (2 n + 1, m).
-        cross: Buffer of the covariance, shape (n, m).
+        expected: Expected measurement of each point, shape (2 c + 1, m).
+        cross: Buffer of the covariance, shape (m, n).
     """
-    n, m = cross.shape
+    m, n = cross.shape
+    rows = len(U)
     weight = weights.covariance[1]
-    for i in range(n):
-        for j in range(m):
-            cross[i, j] = 0.0
-    for c in range(n):
-        for j in range(m):
-            share = weight * weights.reach * (expected[1 + c, j] - expected[1 + n + c, j])
-            for i in range(c, n):  # The factor is zero above its diagonal.
-                cross[i, j] += L[i, c] * share
+    for j in range(m):
+        for i in range(n):
+            cross[j, i] = 0.0
+        for c in range(rows):
+            share = weight * weights.reach * (expected[1 + c, j] - expected[1 + rows + c, j])
+            for i in range(c, n):  # The factor is zero before its diagonal.
+                cross[j, i] += U[c, i] * share
 
 
 @kernel
@@ -242,17 +258,17 @@ def correct(
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
         angular: True for states that are angles, bool, shape (n,).
-        cross: Covariance of state and expected measurement, shape (n, m).
+        cross: Covariance of state and expected measurement, shape (m, n).
         S: Covariance of the innovation, measurement noise included, shape (m, m); overwritten by
             its Cholesky factor.
         innovation: Measurement less expectation, angles wrapped, shape (m,); overwritten.
         gate: Largest NIS that is accepted.
-        gain: Buffer of the gain, shape (n, m).
+        gain: Buffer of the gain, shape (m, n).
 
     Returns:
         The NIS; if it is larger than the gate, or NaN, nothing was changed.
     """
-    n, m = cross.shape
+    m, n = cross.shape
     if not _factorise(S):
         return np.nan
     nis = _whiten(S, innovation)
@@ -260,20 +276,23 @@ def correct(
         return nis
     # With S = F F' the gain K = cross S^-1 is G F^-1 with G = cross F'^-1: then x moves by
     # G F^-1 y, and K S K' = G G' is subtracted from P, which keeps P symmetric.
+    for j in range(m):
+        for i in range(n):
+            gain[j, i] = cross[j, i]
+        for k in range(j):
+            for i in range(n):
+                gain[j, i] -= gain[k, i] * S[j, k]
+        for i in range(n):
+            gain[j, i] /= S[j, j]
+        for i in range(n):
+            x[i] += gain[j, i] * innovation[j]
     for i in range(n):
-        for j in range(m):
-            total = cross[i, j]
-            for k in range(j):
-                total -= gain[i, k] * S[j, k]
-            gain[i, j] = total / S[j, j]
-        for j in range(m):
-            x[i] += gain[i, j] * innovation[j]
         if angular[i]:
             x[i] = wrap_angle(x[i])
-        for j in range(i + 1):
-            for k in range(m):
-                P[i, j] -= gain[i, k] * gain[j, k]
-            P[j, i] = P[i, j]
+        for k in range(m):
+            share = gain[k, i]
+            for j in range(n):
+                P[i, j] -= share * gain[k, j]
     return nis
 
 
@@ -300,7 +319,7 @@ def correct_state(
         z: Measurement.
         variance: Variance of the measurement.
         gate: Largest NIS that is accepted.
-        gain: Buffer of the gain, shape (n, m).
+        gain: Buffer of the gain, shape (m, n).
 
     Returns:
         The NIS; if it is larger than the gate, or NaN, nothing was changed.
@@ -314,12 +333,12 @@ def correct_state(
         return nis
     root = np.sqrt(s)
     for i in range(n):
-        gain[i, 0] = P[i, index] / root
+        gain[0, i] = P[index, i] / root
     for i in range(n):
-        x[i] += gain[i, 0] * innovation / root
+        x[i] += gain[0, i] * innovation / root
         if angular[i]:
             x[i] = wrap_angle(x[i])
-        for j in range(i + 1):
-            P[i, j] -= gain[i, 0] * gain[j, 0]
-            P[j, i] = P[i, j]
+        share = gain[0, i]
+        for j in range(n):
+            P[i, j] -= share * gain[0, j]
     return nis

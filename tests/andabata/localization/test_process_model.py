@@ -245,8 +245,11 @@ def test_a_covariance_that_is_not_positive_definite_is_reported():
     """Prediction returns false and corrections NaN if the covariance is invalid."""
     workspace = Workspace.allocate()
     x, P = fresh(2)
-    P[4, 4] = -1.0
-    assert not model.predict(x, P, gyro(np.zeros(3)), 0.01, GATED, workspace)
+    for i in range(STATES):
+        wrong = P.copy()
+        wrong[i, i] = -1.0
+        assert not model.predict(x, wrong, gyro(np.zeros(3)), 0.01, GATED, workspace)
+    P[1, 1] = -1.0
     mag = np.array([0.0, *field(x)])
     assert np.isnan(model.correct_mag(x, P, mag, GATED, workspace))
     P[9, 9] = -1.0

@@ -447,23 +447,23 @@ def _find_bumps(
     slopes = cells.planes.reshape(len(has_relief), 3)
     tops = np.zeros((len(has_relief), 4))
     for k in range(len(points)):
-        place = bins[k]
-        if place < 0 or not has_relief[place]:
+        if bins[k] < 0 or not has_relief[np.uint64(bins[k])]:
             continue
-        plane, top = slopes[place], tops[place]
+        place = np.uint64(bins[k])
         rise = (
             points[k, 2]
-            - plane[_GRADIENT_X] * points[k, 0]
-            - plane[_GRADIENT_Y] * points[k, 1]
-            - plane[_LEVEL]
+            - slopes[place, _GRADIENT_X] * points[k, 0]
+            - slopes[place, _GRADIENT_Y] * points[k, 1]
+            - slopes[place, _LEVEL]
         )
-        top[_N_ABOVE] += rise > _BUMP_HEIGHT
-        if rise > top[_FIRST]:
-            top[_THIRD], top[_SECOND], top[_FIRST] = top[_SECOND], top[_FIRST], rise
-        elif rise > top[_SECOND]:
-            top[_THIRD], top[_SECOND] = top[_SECOND], rise
-        elif rise > top[_THIRD]:
-            top[_THIRD] = rise
+        if rise > _BUMP_HEIGHT:
+            tops[place, _N_ABOVE] += 1.0
+        # Few points are among the highest of their quarter: the others change nothing.
+        if rise > tops[place, _THIRD]:
+            first, second = tops[place, _FIRST], tops[place, _SECOND]
+            tops[place, _FIRST] = max(first, rise)
+            tops[place, _SECOND] = max(second, min(first, rise))
+            tops[place, _THIRD] = min(second, rise)
     # A cell has the highest bump of its quarters, and the points of all.
     for sector in range(counts.shape[0]):
         for ring in range(rings):

@@ -8,8 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
-from traversability.cartesian.features import EDGE_CELLS, GROUND_FEATURES, GroundFeatures
+from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from traversability.cartesian.rolling_grid import RollingGrid
+from traversability.cartesian.windows import EDGE_CELLS
 
 _RANGE = GROUND_FEATURES.index("range")
 

@@ -165,8 +165,9 @@ class GroundClassifier:
         Raises:
             ValueError: If the features have another shape.
         """
-        rows = add_context(features, self.first.log_odds(features), cells)
-        return self.second.log_odds(rows if due is None else rows[due])
+        return self.second.log_odds(
+            add_context(features, self.first.log_odds(features), cells, due)
+        )
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""

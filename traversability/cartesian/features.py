@@ -226,14 +226,14 @@ def _fill_flat(ground: _Ground, filled: NDArray[np.int64]) -> NDArray[np.int64]:
     """
     for k in range(len(filled)):
         remove_flat_cell(ground.flat, filled[k, 0], filled[k, 1])
-    n, hit = len(ground.table), ground.hit
+    table, hit, n = ground.table, ground.hit, len(ground.table)
     found, count = np.empty((len(hit), 2), dtype=np.int64), 0
     for k in range(len(hit)):
-        own = ground.table[hit[k, 0], hit[k, 1]]
-        if own[POINTS] > 0 and own[HIGHEST] - own[LOWEST] <= _MAX_FLAT:
-            i = (hit[k, 0] - ground.first[0]) & (n - 1)
-            j = (hit[k, 1] - ground.first[1]) & (n - 1)
-            add_flat_cell(ground.flat, i, j, np.float64(own[MEAN]), ground.cell)
+        u, v = hit[k, 0], hit[k, 1]
+        spread = table[u, v, HIGHEST] - table[u, v, LOWEST]
+        if table[u, v, POINTS] > 0 and spread <= _MAX_FLAT:
+            i, j = (u - ground.first[0]) & (n - 1), (v - ground.first[1]) & (n - 1)
+            add_flat_cell(ground.flat, i, j, np.float64(table[u, v, MEAN]), ground.cell)
             found[count, 0], found[count, 1] = i, j
             count += 1
     return found[:count]
@@ -267,11 +267,13 @@ def _describe(
         if begin < end:
             add_columns(ground.flat, i, begin - reach, end + reach, work.sums)
         for j in range(begin, end):
+            if not wanted[i, j]:
+                continue
             # Ground cell, counted from the origin.
             u, v = i + ground.first[0] // EDGE_CELLS, j + ground.first[1] // EDGE_CELLS
             dx, dy = (u + 0.5) * edge - here[0], (v + 0.5) * edge - here[1]
             far = np.sqrt(dx * dx + dy * dy)
-            if not wanted[i, j] or not MIN_RANGE <= far <= MAX_RANGE or count == len(found.cells):
+            if far < MIN_RANGE or far > MAX_RANGE or count == len(found.cells):
                 continue
             row = found.values[count]
             if not _describe_own(ground.table, u, v, own, row):
@@ -348,13 +350,14 @@ def _describe_own(
     low, high = np.inf, -np.inf
     for a in range(EDGE_CELLS):
         for b in range(EDGE_CELLS):
-            part = table[(EDGE_CELLS * i + a) & (n - 1), (EDGE_CELLS * j + b) & (n - 1)]
+            u, v = (EDGE_CELLS * i + a) & (n - 1), (EDGE_CELLS * j + b) & (n - 1)
             own[a, b, OWN_MEAN] = np.nan
-            if part[POINTS] > 0:
-                points, seen = points + part[POINTS], seen + 1
-                spread = max(spread, part[HIGHEST] - part[LOWEST])
-                low, high = min(low, part[LOWEST]), max(high, part[HIGHEST])
-                own[a, b, OWN_MEAN], own[a, b, OWN_TOP] = part[MEAN], part[HIGHEST]
+            if table[u, v, POINTS] > 0:
+                points, seen = points + table[u, v, POINTS], seen + 1
+                lowest, highest = table[u, v, LOWEST], table[u, v, HIGHEST]
+                spread = max(spread, highest - lowest)
+                low, high = min(low, lowest), max(high, highest)
+                own[a, b, OWN_MEAN], own[a, b, OWN_TOP] = table[u, v, MEAN], highest
     if seen == 0:
         return False
     row[_N_POINTS], row[_N_CELLS], row[_SPREAD], row[_HEIGHT] = points, seen, spread, high - low

@@ -119,17 +119,25 @@ def add_flat_cell(flat: FlatCells, i: int, j: int, z: float, cell: float) -> Non
     """
     flat.heights[i, j] = z
     x, y = _middle_of(i, flat, cell), _middle_of(j, flat, cell)
-    own = flat.moments[i // EDGE_CELLS, j // EDGE_CELLS]
-    own[_S], own[_SX], own[_SY], own[_SZ] = own[_S] + 1, own[_SX] + x, own[_SY] + y, own[_SZ] + z
-    own[_SXX], own[_SYY], own[_SXY] = own[_SXX] + x * x, own[_SYY] + y * y, own[_SXY] + x * y
-    own[_SXZ], own[_SYZ], own[_SZZ] = own[_SXZ] + x * z, own[_SYZ] + y * z, own[_SZZ] + z * z
+    moments, a, b = flat.moments, i // EDGE_CELLS, j // EDGE_CELLS
+    moments[a, b, _S] += 1.0
+    moments[a, b, _SX] += x
+    moments[a, b, _SY] += y
+    moments[a, b, _SZ] += z
+    moments[a, b, _SXX] += x * x
+    moments[a, b, _SYY] += y * y
+    moments[a, b, _SXY] += x * y
+    moments[a, b, _SXZ] += x * z
+    moments[a, b, _SYZ] += y * z
+    moments[a, b, _SZZ] += z * z
 
 
 @kernel
 def remove_flat_cell(flat: FlatCells, i: int, j: int) -> None:
     """Remove a flat elevation cell, and what its ground cell holds of others."""
     flat.heights[i, j] = np.nan
-    flat.moments[i // EDGE_CELLS, j // EDGE_CELLS] = 0.0
+    for k in range(_N_MOMENTS):
+        flat.moments[i // EDGE_CELLS, j // EDGE_CELLS, k] = 0.0
 
 
 @kernel
@@ -187,22 +195,23 @@ def fit_planes(
     row, column, cell = place
     found[:] = _UNKNOWN
     for k in range(len(WINDOWS)):
-        reach, features = WINDOWS[k], found[len(WINDOW_FEATURES) * k :]
+        reach, first = WINDOWS[k], len(WINDOW_FEATURES) * k
         for q in range(_N_MOMENTS):
             total = 0.0
             for b in range(column - reach, column + reach + 1):
                 total += work.sums[k, b * _N_MOMENTS + q]
             work.moments[q] = total
-        features[_FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2
+        found[first + _FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2
         is_plane, plane, variance = _fit_plane(work.moments, cell)
         if is_plane:
-            slope = plane.along_x * plane.along_x + plane.along_y * plane.along_y
-            features[_SLOPE], features[_ROUGHNESS] = np.sqrt(slope), np.sqrt(max(variance, 0.0))
-            features[_STEP] = _range_beside(flat, (row, column, reach, cell), plane, work)
+            slope = np.sqrt(plane.along_x * plane.along_x + plane.along_y * plane.along_y)
+            step = _range_beside(flat, (row, column, reach, cell), plane, work)
+            found[first + _SLOPE], found[first + _STEP] = slope, step
+            found[first + _ROUGHNESS] = np.sqrt(max(variance, 0.0))
             x = _middle_of(EDGE_CELLS * row, flat, cell)
             y = _middle_of(EDGE_CELLS * column, flat, cell)
             rise, drop, peak = _own_beside(own, x, y, plane, cell)
-            features[_RISE], features[_DROP], features[_PEAK] = rise, drop, peak
+            found[first + _RISE], found[first + _DROP], found[first + _PEAK] = rise, drop, peak
 
 
 @kernel
@@ -290,11 +299,11 @@ def _own_beside(
     uphill = (abs(plane.along_x) + abs(plane.along_y)) * cell / 2
     for a in range(EDGE_CELLS):
         for b in range(EDGE_CELLS):
+            # Cells without points are NaN, which fails every comparison.
             mean, top = own[a, b, OWN_MEAN], own[a, b, OWN_TOP]
-            if np.isnan(mean):
-                continue
             off = mean - plane.z - plane.along_x * (x + a * cell - plane.x)
             off -= plane.along_y * (y + b * cell - plane.y)
-            drop, rise = min(drop, off), max(rise, off)
-            peak = max(peak, off + top - mean - uphill)
+            above = off + top - mean - uphill
+            drop, rise = off if off < drop else drop, off if off > rise else rise
+            peak = above if above > peak else peak
     return rise, drop, peak

@@ -159,7 +159,7 @@ def _find_due(
     found, count = np.empty_like(hit), 0
     for k in range(len(hit)):
         if span[0] <= ages[hit[k, 0], hit[k, 1]] < span[1]:
-            found[count] = hit[k]
+            found[count, 0], found[count, 1] = hit[k, 0], hit[k, 1]
             count += 1
     return found[:count]
 
@@ -194,24 +194,23 @@ def _accumulate(
             continue
         known = 0
         for k in range(len(_PAIRS)):
-            one = table[(u + _PAIRS[k, 0]) & (n - 1), (v + _PAIRS[k, 1]) & (n - 1)]
-            other = table[(u - _PAIRS[k, 0]) & (n - 1), (v - _PAIRS[k, 1]) & (n - 1)]
-            if one[POINTS] > 0 and other[POINTS] > 0:
-                levels[known] = (one[MEAN] + other[MEAN]) / 2
+            du, dv = _PAIRS[k, 0], _PAIRS[k, 1]
+            one, other = (u + du) & (n - 1), (u - du) & (n - 1)
+            beside, beyond = (v + dv) & (n - 1), (v - dv) & (n - 1)
+            if table[one, beside, POINTS] > 0 and table[other, beyond, POINTS] > 0:
+                levels[known] = (table[one, beside, MEAN] + table[other, beyond, MEAN]) / 2
                 known += 1
         if known == 0:
             continue
-        own = table[u, v]
-        height = own[MEAN] - _median(levels[:known])
+        points, height = table[u, v, POINTS], table[u, v, MEAN] - _median(levels[:known])
         if abs(height) > reach.max_height:
             continue
-        seen = sums[u, v]
-        seen[_COUNT] += own[POINTS]
-        seen[_SUM] += own[POINTS] * height
+        sums[u, v, _COUNT] += points
+        sums[u, v, _SUM] += points * height
         # A long memory would hold on to what drift has smeared: the mean stays, its weight not.
-        if seen[_COUNT] > reach.max_points:
-            seen[_SUM] *= np.float32(reach.max_points) / seen[_COUNT]
-            seen[_COUNT] = reach.max_points
+        if sums[u, v, _COUNT] > reach.max_points:
+            sums[u, v, _SUM] *= np.float32(reach.max_points) / sums[u, v, _COUNT]
+            sums[u, v, _COUNT] = reach.max_points
 
 
 @kernel
@@ -250,9 +249,9 @@ def _detect(
         for a in range(i - around, i + around + 1):
             for b in range(j - around, j + around + 1):
                 far = max(abs(a - i), abs(b - j))
-                other = sums[a & (n - 1), b & (n - 1)]
-                if far >= _BESIDE and other[_COUNT] >= threshold.min_points:
-                    rough += abs(other[_SUM] / other[_COUNT])
+                u, v = a & (n - 1), b & (n - 1)
+                if far >= _BESIDE and sums[u, v, _COUNT] >= threshold.min_points:
+                    rough += abs(sums[u, v, _SUM] / sums[u, v, _COUNT])
                     count += 1
         if total > threshold.roughness_factor * points * rough / max(count, 1):
             heights[i, j] = max(heights[i, j], total / points)

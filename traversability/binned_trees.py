@@ -1,11 +1,11 @@
 """Shallow trees on features in bins: all nodes of a tree at once, for many rows at once.
 
-A walk from the root waits at each node for what the node before has read. Here every node of a
-complete tree compares its feature in hundreds of rows, one row of memory with one number, and each
-level passes up the leaf that the comparison has selected of the two below. That is ten times the
-comparisons, and no waiting: a compiler packs 16 to 64 of them into one instruction, for features
-are given by the number of cuts below them, in a byte (after QuickScorer, Lucchese et al. 2015, and
-LightGBM's histograms).
+A walk from the root cannot read a node before the comparison at its parent is done. Here every
+node of a complete tree compares its feature in hundreds of rows with its cut, and each level passes
+up the leaf that the comparison selects of the two below. That is ten times the comparisons, but
+none depends on another, and features are given by the number of cuts below them, in a byte:
+compilers pack 16 to 64 of them into one instruction. Cuts as integers are those of QuickScorer
+(Lucchese et al. 2015).
 """
 
 from typing import NamedTuple

@@ -3,8 +3,8 @@
 The planes are the paper's step from points to features (Sanchez et al. 2023, section 3.3) on the
 scale of a wheel and of the body. Windows are made of whole ground cells, each two by two elevation
 cells: their moments are summed up once, then down the columns of a row of windows, which all of
-them share, then across each window. Nothing is subtracted, as from a summed-area table, whose sums
-would drown the millimetres of a smooth patch.
+them share, then across each window. Differences of a summed-area table would need fewer sums, but
+leave too few digits for a roughness of millimetres.
 """
 
 from typing import NamedTuple
@@ -148,7 +148,7 @@ def _middle_of(place: int, flat: FlatCells, cell: float) -> float:
 
 @kernel
 def add_columns(flat: FlatCells, row: int, begin: int, end: int, sums: NDArray[np.float64]) -> None:
-    """Write the moments of the columns of ground cells of the windows around a row's.
+    """Write the sums down the columns of the windows around a row of ground cells.
 
     Args:
         flat: Flat cells.

@@ -100,8 +100,8 @@ def test_cells_that_were_hit_are_listed_once_crowns_too():
 def test_crowns_are_those_of_a_plain_search(here):
     """A cell is one if a cell within eight, whose lowest point counts, lies 1.2 m below its own."""
     rng = np.random.default_rng(3)
-    low, high = np.array([*here, 0.0]) - [1.5, 1.5, 0.0], np.array([*here, 0.2]) + [1.5, 1.5, 0.0]
-    points = rng.uniform(low, high, (150, 3))
+    middle, half = np.append(here, 0.1), np.array([1.5, 1.5, 0.1])
+    points = rng.uniform(middle - half, middle + half, (150, 3))
     points[::3, 2] += rng.uniform(0.9, 1.5, 50)
     elevation = described(points, here=here, cells=64)
     lowest = elevation.table[:, :, LOWEST]

@@ -33,11 +33,11 @@ from andabata.navigation.planning.ground_layer import GroundLayer
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
 from traversability.cartesian.features import (
-    EDGE_CELLS,
     MAX_RANGE,
     MIN_RANGE,
     GroundFeatures,
 )
+from traversability.cartesian.windows import EDGE_CELLS
 from worlds.scenes import SceneCache
 
 GOALS = 3

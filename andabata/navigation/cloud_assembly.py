@@ -90,11 +90,17 @@ class SweepWindow:
             and the ages of what has settled, from the first on, less than the second.
         """
         lag = _newest(self.parts[-1]) - self.settled
-        swath = joined([part for part in self.parts if _newest(part) > stamp - lag])
-        assert swath.stamps is not None
-        newest = float(swath.stamps.max())
-        ages = (newest - swath.stamps).astype(np.float32)
-        return swath.points, ages, (newest - self.settled, newest - stamp)
+        swath: list[PointCloud] = []
+        # Parts are in order: those before the first old one are older still.
+        for part in reversed(self.parts):
+            if _newest(part) <= stamp - lag:
+                break
+            swath.insert(0, part)
+        stamps = [part.stamps for part in swath if part.stamps is not None]
+        newest = max(float(times.max()) for times in stamps)
+        ages = np.concatenate([(newest - times).astype(np.float32) for times in stamps])
+        due = (newest - self.settled, newest - stamp)
+        return np.concatenate([part.points for part in swath]), ages, due
 
 
 def _newest(part: PointCloud) -> float:

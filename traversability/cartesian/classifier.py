@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.binned_trees import BinnedTrees, add_binned_leaves, bin_trees
 from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
@@ -18,7 +19,7 @@ from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.labels import MIN_SHARE, object_points
 from traversability.tree_fitting import fit_boosted
-from traversability.trees import TreeNodes, Trees, add_leaves
+from traversability.trees import Trees
 
 _FORMAT = "andabata-squares"  # As files of before have it.
 _VERSION = 2
@@ -87,13 +88,14 @@ class Stage:
     names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Check that the sums of leaves are log odds.
+        """Check that the sums of leaves are log odds, and that the trees fit into bins.
 
         Raises:
-            ValueError: If they are not.
+            ValueError: If they are not, or do not; see ``bin_trees``.
         """
         if self.trees.vote != "logistic":
             raise ValueError(f"vote: expected 'logistic', got {self.trees.vote!r}")
+        _ = self._binned
 
     def log_odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the log odds of ground cells for being non-traversable, shape (n,).
@@ -107,14 +109,13 @@ class Stage:
         if rows.ndim != 2 or rows.shape[1] != len(self.names):
             raise ValueError(f"features: expected shape (n, {len(self.names)}), got {rows.shape}")
         found = np.full(len(rows), self.trees.base)
-        every, flat = np.arange(len(rows)), np.ascontiguousarray(rows)
-        add_leaves(flat, every, len(every), self._nodes, 0, self._nodes.n_trees, found)
+        add_binned_leaves(np.ascontiguousarray(rows), self._binned, found)
         return found
 
     @cached_property
-    def _nodes(self) -> TreeNodes:
-        """Trees laid out for the kernel, kept: they are walked with every cloud."""
-        return self.trees.laid_out(self.names)
+    def _binned(self) -> BinnedTrees:
+        """Trees laid out for the kernel, kept: they are used with every cloud."""
+        return bin_trees(self.trees.laid_out(self.names), len(self.names))
 
 
 @dataclass(frozen=True)
@@ -164,8 +165,9 @@ class GroundClassifier:
         Raises:
             ValueError: If the features have another shape.
         """
-        rows = add_context(features, self.first.log_odds(features), cells)
-        return self.second.log_odds(rows if due is None else rows[due])
+        return self.second.log_odds(
+            add_context(features, self.first.log_odds(features), cells, due)
+        )
 
     def to_bytes(self) -> bytes:
         """Return the classifier as a file's bytes."""

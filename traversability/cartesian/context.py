@@ -31,58 +31,84 @@ _OWN, _BESIDE_MEAN, _BESIDE_LEAST, _BESIDE_MOST = range(4)
 
 
 def add_context(
-    features: NDArray[np.float32], log_odds: NDArray[np.float64], cells: NDArray[np.int64]
+    features: NDArray[np.float32],
+    log_odds: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    due: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float32]:
-    """Return the second stage's features of the ground cells of one cloud, shape (n, c).
+    """Return the second stage's features of ground cells of one cloud, shape (k, c).
 
     Args:
         features: Features in the order of ``GROUND_FEATURES``, float32, shape (n, f).
         log_odds: Log odds of the first stage, shape (n,).
         cells: Ground cells, each once, int64, shape (n, 2).
+        due: True for the k cells that are asked for, bool, shape (n,); None for all.
 
     Returns:
         Features in the order of ``CONTEXT_FEATURES``, float32.
     """
-    n, n_known = features.shape
-    found = np.empty((n, len(CONTEXT_FEATURES)), dtype=np.float32)
-    found[:, :n_known] = features
-    if n:
-        # A map that just holds the cells, with a rim of one, so that each has eight neighbours.
-        corner = cells.min(axis=0) - 1
-        ground = np.full(cells.max(axis=0) - corner + 2, NO_NEIGHBOUR, dtype=np.float32)
-        i, j = (cells - corner).T
-        ground[i, j] = np.clip(log_odds, -MAX_LOG_ODDS, MAX_LOG_ODDS)
-        _gather_neighbours(ground, i, j, found[:, n_known:])
+    asked = np.ones(len(cells), dtype=np.bool_) if due is None else due
+    found = np.empty((np.count_nonzero(asked), len(CONTEXT_FEATURES)), dtype=np.float32)
+    if len(cells):
+        _add_context(features, log_odds, cells, asked, found)
     return found
 
 
 @kernel
-def _gather_neighbours(
-    ground: NDArray[np.float32],
-    i: NDArray[np.int64],
-    j: NDArray[np.int64],
+def _add_context(
+    features: NDArray[np.float32],
+    log_odds: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    due: NDArray[np.bool_],
     found: NDArray[np.float32],
 ) -> None:
-    """Write the log odds of each cell, and mean and extremes of its neighbours'.
+    """Write the features of each cell that is due, and mean and extremes of its neighbours' odds.
+
+    Args:
+        features: Features of the first stage, shape (n, f).
+        log_odds: Log odds of the first stage, shape (n,).
+        cells: Ground cells, shape (n, 2).
+        due: True for the k cells that are asked for, shape (n,).
+        found: Output, shape (k, c).
+    """
+    # A map that just holds the cells, with a rim of one, so that each has eight neighbours.
+    low0, low1 = cells[:, 0].min() - 1, cells[:, 1].min() - 1
+    shape = (cells[:, 0].max() - low0 + 2, cells[:, 1].max() - low1 + 2)
+    ground = np.full(shape, np.float32(NO_NEIGHBOUR), dtype=np.float32)
+    for k in range(len(cells)):
+        odds = min(max(log_odds[k], -MAX_LOG_ODDS), MAX_LOG_ODDS)
+        ground[cells[k, 0] - low0, cells[k, 1] - low1] = odds
+    count, n_known = 0, features.shape[1]
+    for k in range(len(cells)):
+        if due[k]:
+            row = found[count]
+            row[:n_known] = features[k]
+            _gather_neighbours(ground, cells[k, 0] - low0, cells[k, 1] - low1, row[n_known:])
+            count += 1
+
+
+@kernel
+def _gather_neighbours(
+    ground: NDArray[np.float32], i: int, j: int, found: NDArray[np.float32]
+) -> None:
+    """Write the log odds of a cell, and mean and extremes of its neighbours'.
 
     Args:
         ground: Log odds on a grid, ``NO_NEIGHBOUR`` where it has no cell.
-        i: Row of each cell, at least 1, shape (n,).
-        j: Column of each cell, at least 1, shape (n,).
-        found: Output, columns ``_OWN`` to ``_BESIDE_MOST``, shape (n, 4).
+        i: Row of the cell, at least 1.
+        j: Column of the cell, at least 1.
+        found: Output, columns ``_OWN`` to ``_BESIDE_MOST``, shape (4,).
     """
-    for k in range(len(i)):
-        count, total, least, most = 0, 0.0, MAX_LOG_ODDS, NO_NEIGHBOUR
-        for u in range(-1, 2):
-            for v in range(-1, 2):
-                odds = ground[i[k] + u, j[k] + v]
-                if odds > NO_NEIGHBOUR and (u != 0 or v != 0):
-                    count, total = count + 1, total + odds
-                    least, most = min(least, odds), max(most, odds)
-        row = found[k]
-        row[_OWN] = ground[i[k], j[k]]
-        if count:
-            row[_BESIDE_MEAN] = total / count
-            row[_BESIDE_LEAST], row[_BESIDE_MOST] = least, most
-        else:
-            row[_BESIDE_MEAN] = row[_BESIDE_LEAST] = row[_BESIDE_MOST] = NO_NEIGHBOUR
+    count, total, least, most = 0, 0.0, MAX_LOG_ODDS, NO_NEIGHBOUR
+    for u in range(i - 1, i + 2):
+        for v in range(j - 1, j + 2):
+            odds = ground[u, v]
+            if odds > NO_NEIGHBOUR and (u != i or v != j):
+                count, total = count + 1, total + odds
+                least, most = min(least, odds), max(most, odds)
+    found[_OWN] = ground[i, j]
+    if count:
+        found[_BESIDE_MEAN] = total / count
+        found[_BESIDE_LEAST], found[_BESIDE_MOST] = least, most
+    else:
+        found[_BESIDE_MEAN] = found[_BESIDE_LEAST] = found[_BESIDE_MOST] = NO_NEIGHBOUR

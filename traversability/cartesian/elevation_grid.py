@@ -27,12 +27,12 @@ Wrapping = PowerOfTwo
 _MAX_ABS_Z = 1e4
 """Largest magnitude of a height that is a measurement [m]."""
 
+_OUTSIDE = -1
+"""Row of points beyond the window."""
+
 _CROWN_REACH = 8
 """Cells on either side in which ground is sought below the lowest point of a cell: where it lies
-deeper than ``MAX_HEIGHT``, the cell shows a crown alone."""
-
-_STEPS = (1, 2, 4, 8, 1)
-"""Growth of the window of minima, from 1 cell to ``2 * _CROWN_REACH + 1`` [cells]."""
+deeper than ``MAX_HEIGHT``, the cell shows a crown alone. Also the edge of a block of cells."""
 
 
 class ElevationGrid:
@@ -54,13 +54,23 @@ class ElevationGrid:
 
         Args:
             cell: Edge of a cell [m].
-            cells: Number of cells along an edge of the window, a power of two.
+            cells: Number of cells along an edge of the window, a power of two, at least 16.
         """
         self.cell = cell
         self.table = np.zeros((cells, cells, 4), dtype=np.float32)
-        self.ages = np.full((cells, cells), np.inf, dtype=np.float32)
+        self.ages = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
-        self._floors = np.zeros((cells + 2 * _CROWN_REACH, cells), dtype=np.float32)
+        self._bases = np.zeros((cells, cells), dtype=np.float32)
+        # One place more than cells, for the last point's, whether new or not.
+        self._hit = np.zeros((cells**2 + 1, 2), dtype=np.int32)
+        self._hit[:-1] = np.indices((cells, cells)).reshape(2, -1).T
+        self._n_hit = cells**2
+        _empty(self.table, self.ages, self.hit)
+
+    @property
+    def hit(self) -> NDArray[np.int32]:
+        """Rows and columns of the cells that points fell into, crowns too, int32, shape (k, 2)."""
+        return self._hit[: self._n_hit]
 
     def describe(
         self,
@@ -78,9 +88,28 @@ class ElevationGrid:
         """
         self.centre[:] = np.floor(here / self.cell).astype(np.int64)
         times = np.zeros(len(points), dtype=np.float32) if ages is None else ages
-        _find_lowest(points, self.centre, self.cell, self.table)
-        _find_floors(self.table, self._floors)
-        _add_points(points, times, self.centre, self.cell, self._floors, self.table, self.ages)
+        # A few thousand of all cells.
+        _empty(self.table, self.ages, self.hit)
+        places = np.empty((len(points), 2), dtype=np.int16)
+        self._n_hit = _find_lowest(points, self.centre, self.cell, places, self.table, self._hit)
+        _find_bases(self.table, self.hit, self._bases)
+        _add_points(points, times, places, self._bases, self.table, self.ages)
+
+
+@kernel
+def _empty(table: NDArray[np.float32], ages: NDArray[np.float32], hit: NDArray[np.int32]) -> None:
+    """Write that some cells have no points.
+
+    Args:
+        table: Cells, changed in place, shape (n, n, 4).
+        ages: Their ages, changed in place, shape (n, n).
+        hit: Cells to empty, shape (k, 2).
+    """
+    for k in range(len(hit)):
+        i, j = hit[k, 0], hit[k, 1]
+        table[i, j, LOWEST], table[i, j, POINTS] = np.inf, 0.0
+        table[i, j, MEAN], table[i, j, HIGHEST] = 0.0, -np.inf
+        ages[i, j] = np.inf
 
 
 @kernel
@@ -88,81 +117,120 @@ def _find_lowest(
     points: NDArray[np.float32],
     centre: NDArray[np.int64],
     cell: float,
+    places: NDArray[np.int16],
     table: NDArray[np.float32],
-) -> None:
-    """Write the lowest z of each cell of the window, infinite where it has no points."""
+    hit: NDArray[np.int32],
+) -> int:
+    """Write each point's cell, the cells that are hit and their lowest z; return their number.
+
+    Args:
+        points: Points [m], shape (m, 3).
+        centre: Cell of the robot.
+        cell: Edge of a cell [m].
+        places: Output, row and column of each point's cell, ``_OUTSIDE`` for none, shape (m, 2).
+        table: Cells, empty, changed in place, shape (n, n, 4).
+        hit: Output in the first rows, shape (n * n + 1, 2).
+    """
     n = len(table)
-    table[:, :, LOWEST] = np.inf
-    half = n // 2 - 1
+    half, count = n // 2 - 1, 0
     for k in range(len(points)):
         x, y, z = points[k, 0] / cell, points[k, 1] / cell, points[k, 2]
+        places[k, 0] = _OUTSIDE
         # NaN fails every comparison, so that it is left out, too.
         if abs(x - centre[0]) < half and abs(y - centre[1]) < half and abs(z) < _MAX_ABS_Z:
-            own = table[int(np.floor(x)) & (n - 1), int(np.floor(y)) & (n - 1)]
-            own[LOWEST] = min(own[LOWEST], z)
+            i, j = int(np.floor(x)) & (n - 1), int(np.floor(y)) & (n - 1)
+            lowest = table[i, j, LOWEST]
+            table[i, j, LOWEST] = min(lowest, z)
+            places[k, 0], places[k, 1] = i, j
+            # Written whether new or not: a branch on it would be guessed wrong too often.
+            hit[count, 0], hit[count, 1] = i, j
+            count += int(lowest == np.inf)
+    return count
 
 
 @kernel
-def _find_floors(table: NDArray[np.float32], floors: NDArray[np.float32]) -> None:
-    """Write the lowest z within ``_CROWN_REACH`` cells of each cell, one axis after the other.
+def _find_bases(
+    table: NDArray[np.float32], hit: NDArray[np.int32], bases: NDArray[np.float32]
+) -> None:
+    """Write the height from which each cell that was hit counts: its lowest z.
 
-    The minimum over a window is that of two overlapping windows, so it grows by doubling. Rows and
-    columns are padded with those from the other side, as indices wrap around.
+    The lowest point is a crown's where ground lies far below it nearby. Blocks of cells decide most
+    cells: such ground lies in none of the nine around, or in the block itself.
 
     Args:
-        table: Cells; see ``ElevationGrid``.
-        floors: Output in the first n rows, shape (n + 2 _CROWN_REACH, n).
+        table: Cells with their lowest z, shape (n, n, 4).
+        hit: Cells that were hit, shape (k, 2).
+        bases: Output, minus infinity for crowns, which no point is below; shape (n, n).
     """
-    n = len(table)
-    # Along each row.
-    row = np.empty(n + 2 * _CROWN_REACH, dtype=np.float32)
-    for i in range(n):
-        for j in range(len(row)):
-            row[j] = table[i, (j - _CROWN_REACH) & (n - 1), LOWEST]
-        for step in _STEPS:
-            for j in range(len(row) - step):
-                row[j] = min(row[j], row[j + step])
-        floors[i + _CROWN_REACH] = row[:n]
-    # Across the rows.
-    floors[:_CROWN_REACH] = floors[n : n + _CROWN_REACH]
-    floors[n + _CROWN_REACH :] = floors[_CROWN_REACH : 2 * _CROWN_REACH]
-    for step in _STEPS:
-        for i in range(len(floors) - step):
-            own, other = floors[i], floors[i + step]
-            for j in range(n):
-                own[j] = min(own[j], other[j])
+    m, deep = len(table) // _CROWN_REACH, np.float32(MAX_HEIGHT)
+    blocks = np.full((m, m), np.inf, dtype=np.float32)
+    for k in range(len(hit)):
+        i, j = hit[k, 0], hit[k, 1]
+        a, b = i // _CROWN_REACH, j // _CROWN_REACH
+        blocks[a, b] = min(blocks[a, b], table[i, j, LOWEST])
+    around = _lowest_around(blocks)
+    for k in range(len(hit)):
+        i, j = hit[k, 0], hit[k, 1]
+        a, b = i // _CROWN_REACH, j // _CROWN_REACH
+        lowest = table[i, j, LOWEST]
+        is_crown = lowest > around[a, b] + deep
+        if is_crown and not lowest > blocks[a, b] + deep:
+            is_crown = _is_over_ground(table, i, j)
+        bases[i, j] = -np.inf if is_crown else lowest
+
+
+@kernel
+def _lowest_around(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the lowest value of each block and the eight around it; indices wrap around."""
+    m = len(blocks)
+    found = blocks.copy()
+    for a in range(m):
+        for b in range(m):
+            for u in range(a - 1, a + 2):
+                for v in range(b - 1, b + 2):
+                    found[a, b] = min(found[a, b], blocks[u & (m - 1), v & (m - 1)])
+    return found
+
+
+@kernel
+def _is_over_ground(table: NDArray[np.float32], i: int, j: int) -> bool:
+    """Return True if a cell within ``_CROWN_REACH`` lies more than ``MAX_HEIGHT`` below a cell."""
+    n, lowest, deep = len(table), table[i, j, LOWEST], np.float32(MAX_HEIGHT)
+    for u in range(i - _CROWN_REACH, i + _CROWN_REACH + 1):
+        for v in range(j - _CROWN_REACH, j + _CROWN_REACH + 1):
+            if lowest > table[u & (n - 1), v & (n - 1), LOWEST] + deep:
+                return True
+    return False
 
 
 @kernel
 def _add_points(
     points: NDArray[np.float32],
     times: NDArray[np.float32],
-    centre: NDArray[np.int64],
-    cell: float,
-    floors: NDArray[np.float32],
+    places: NDArray[np.int16],
+    bases: NDArray[np.float32],
     table: NDArray[np.float32],
     ages: NDArray[np.float32],
 ) -> None:
-    """Write ground, highest points and ages of all cells that show more than a crown."""
-    n = len(table)
-    table[:, :, POINTS] = 0.0
-    table[:, :, MEAN] = 0.0
-    table[:, :, HIGHEST] = -np.inf
-    ages[:] = np.inf
-    half = n // 2 - 1
+    """Write ground, highest points and ages of all cells that show more than a crown.
+
+    Args:
+        points: Points [m], shape (m, 3).
+        times: Their ages [s], shape (m,).
+        places: Row and column of each point's cell, ``_OUTSIDE`` for none, shape (m, 2).
+        bases: Height from which each cell counts; see ``_find_bases``.
+        table: Cells, changed in place, shape (n, n, 4).
+        ages: Ages of the cells, changed in place, shape (n, n).
+    """
     for k in range(len(points)):
-        x, y, z = points[k, 0] / cell, points[k, 1] / cell, points[k, 2]
-        if not (abs(x - centre[0]) < half and abs(y - centre[1]) < half and abs(z) < _MAX_ABS_Z):
+        i, j = places[k, 0], places[k, 1]
+        if i == _OUTSIDE:
             continue
-        i, j = int(np.floor(x)) & (n - 1), int(np.floor(y)) & (n - 1)
-        own = table[i, j]
-        # The lowest point is a crown's where ground lies far below it nearby.
-        if own[LOWEST] > floors[i, j] + np.float32(MAX_HEIGHT):
-            continue
+        z, base = points[k, 2], bases[i, j]
         # Running mean: as exact as a sum, without a second pass to divide.
-        if z < own[LOWEST] + np.float32(GROUND_LAYER):
-            own[POINTS] += np.float32(1.0)
-            own[MEAN] += (z - own[MEAN]) / own[POINTS]
-        if z < own[LOWEST] + np.float32(MAX_HEIGHT):
-            own[HIGHEST] = max(own[HIGHEST], z)
+        if z < base + np.float32(GROUND_LAYER):
+            count, mean = table[i, j, POINTS] + np.float32(1.0), table[i, j, MEAN]
+            table[i, j, POINTS], table[i, j, MEAN] = count, mean + (z - mean) / count
+        if z < base + np.float32(MAX_HEIGHT):
+            table[i, j, HIGHEST] = max(table[i, j, HIGHEST], z)
             ages[i, j] = min(ages[i, j], times[k])

@@ -1,15 +1,18 @@
 """Ground layer: log odds of each ground cell around the robot for being non-traversable."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from terrain.kernel import kernel
 from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ANY_AGE, ElevationGrid
-from traversability.cartesian.features import EDGE_CELLS, GROUND_FEATURES, GroundFeatures
+from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from traversability.cartesian.rolling_grid import RollingGrid
+from traversability.cartesian.windows import EDGE_CELLS
 
 _RANGE = GROUND_FEATURES.index("range")
 
@@ -32,6 +35,22 @@ class GroundLayerConfig(BaseModel):
     max_log_odds: float = Field(default=4.0, gt=0)
     miss_cost: float = Field(default=4.0, gt=0)
     near_range: float = Field(default=5.0, ge=0)
+
+
+class _Weights(NamedTuple):
+    """Weights of memory and verdicts; see ``GroundLayerConfig``.
+
+    Attributes:
+        memory: Weight of the log odds so far.
+        max_log_odds: Largest log odds that are remembered.
+        near: Log odds that are added to a verdict near the robot.
+        near_range: Range up to which they are added [m].
+    """
+
+    memory: float
+    max_log_odds: float
+    near: float
+    near_range: float
 
 
 class GroundLayer:
@@ -90,16 +109,18 @@ class GroundLayer:
                 ``GroundFeatures.describe``.
         """
         self.follow(position)
-        config = self._config
-        self._features.describe(elevation, position, ages)
-        due = self._features.due
-        verdicts = self._classifier.log_odds(self._features.values, self._features.cells, due)
-        places, values = self._features.cells[due], self._features.values[due]
-        i, j = self._grid.wrap(places).T
-        # A miss near the robot costs more than a false alarm: shift the decision towards blocked.
-        verdicts[values[:, _RANGE] < config.near_range] += math.log(config.miss_cost)
-        log_odds = config.memory * self.log_odds[i, j] + verdicts
-        self.log_odds[i, j] = np.clip(log_odds, -config.max_log_odds, config.max_log_odds)
+        config, features = self._config, self._features
+        features.describe(elevation, position, ages)
+        verdicts = self._classifier.log_odds(features.values, features.cells, features.due)
+        weights = _Weights(
+            memory=config.memory,
+            max_log_odds=config.max_log_odds,
+            # A miss near the robot costs more than a false alarm: decide rather for blocked.
+            near=math.log(config.miss_cost),
+            near_range=config.near_range,
+        )
+        ranges = features.values[:, _RANGE]
+        _accumulate(self.log_odds, features.cells, features.due, ranges, verdicts, weights)
 
     def follow(self, position: NDArray[np.float64]) -> None:
         """Move the square to the robot and forget what it leaves behind.
@@ -108,3 +129,36 @@ class GroundLayer:
             position: Position of the robot in ``odom`` [m], shape (2,).
         """
         self._grid.follow(position)
+
+
+@kernel
+def _accumulate(
+    log_odds: NDArray[np.float32],
+    cells: NDArray[np.int64],
+    due: NDArray[np.bool_],
+    ranges: NDArray[np.float32],
+    verdicts: NDArray[np.float64],
+    weights: _Weights,
+) -> None:
+    """Add a cloud's verdicts to what is remembered.
+
+    Args:
+        log_odds: Log odds of the layer, wrapped around, changed in place, shape (n, n).
+        cells: Ground cells of the cloud, shape (k, 2).
+        due: True for the cells that have a verdict, shape (k,).
+        ranges: Range of each ground cell [m], shape (k,).
+        verdicts: Log odds of the cells that are due, one after the other.
+        weights: Weights of memory and verdicts.
+    """
+    mask, most, count = len(log_odds) - 1, weights.max_log_odds, 0
+    for k in range(len(cells)):
+        if not due[k]:
+            continue
+        verdict = verdicts[count]
+        if ranges[k] < weights.near_range:
+            verdict += weights.near
+        i, j = cells[k, 0] & mask, cells[k, 1] & mask
+        # As numpy has it: the memory's product is a float32.
+        known = np.float32(weights.memory) * log_odds[i, j] + verdict
+        log_odds[i, j] = min(max(known, -most), most)
+        count += 1

@@ -136,7 +136,7 @@ class LowObstacleLayer:
         """
         config, cell = self.config, self._grid.cell
         self._grid.follow(position)
-        due = (elevation.ages >= np.float32(ages[0])) & (elevation.ages < np.float32(ages[1]))
+        due = _find_due(elevation.hit, elevation.ages, (np.float32(ages[0]), np.float32(ages[1])))
         reach = Reach(config.min_range, config.max_range, config.max_height, config.max_points)
         _accumulate(elevation.table, due, self._sums, self.centre, position, cell, reach)
         threshold = Threshold(
@@ -146,9 +146,28 @@ class LowObstacleLayer:
 
 
 @kernel
+def _find_due(
+    hit: NDArray[np.int32], ages: NDArray[np.float32], span: tuple[np.float32, np.float32]
+) -> NDArray[np.int32]:
+    """Return rows and columns of the cells that count, shape (k, 2).
+
+    Args:
+        hit: Rows and columns of the cells that points fell into.
+        ages: Age of each cell [s].
+        span: Ages of the cells that count [s], from the first on and below the second.
+    """
+    found, count = np.empty_like(hit), 0
+    for k in range(len(hit)):
+        if span[0] <= ages[hit[k, 0], hit[k, 1]] < span[1]:
+            found[count, 0], found[count, 1] = hit[k, 0], hit[k, 1]
+            count += 1
+    return found[:count]
+
+
+@kernel
 def _accumulate(
     table: NDArray[np.float32],
-    due: NDArray[np.bool_],
+    due: NDArray[np.int32],
     sums: NDArray[np.float32],
     centre: NDArray[np.int64],
     position: NDArray[np.float64],
@@ -163,62 +182,76 @@ def _accumulate(
     n = len(table)
     half = min(int(reach.max_range / cell), n // 2 - _BESIDE - 1)
     levels = np.empty(len(_PAIRS))
-    for i in range(centre[0] - half, centre[0] + half + 1):
-        for j in range(centre[1] - half, centre[1] + half + 1):
-            own = table[i & (n - 1), j & (n - 1)]
-            far = np.hypot((i + 0.5) * cell - position[0], (j + 0.5) * cell - position[1])
-            in_reach = reach.min_range <= far <= reach.max_range
-            if not due[i & (n - 1), j & (n - 1)] or not in_reach:
-                continue
-            known = 0
-            for k in range(len(_PAIRS)):
-                a = table[(i + _PAIRS[k, 0]) & (n - 1), (j + _PAIRS[k, 1]) & (n - 1)]
-                b = table[(i - _PAIRS[k, 0]) & (n - 1), (j - _PAIRS[k, 1]) & (n - 1)]
-                if a[POINTS] > 0 and b[POINTS] > 0:
-                    levels[known] = (a[MEAN] + b[MEAN]) / 2
-                    known += 1
-            if known == 0:
-                continue
-            height = own[MEAN] - np.median(levels[:known])
-            if abs(height) > reach.max_height:
-                continue
-            seen = sums[i & (n - 1), j & (n - 1)]
-            seen[_COUNT] += own[POINTS]
-            seen[_SUM] += own[POINTS] * height
-            # A long memory would hold on to what drift has smeared: the mean stays, its weight not.
-            if seen[_COUNT] > reach.max_points:
-                seen[_SUM] *= np.float32(reach.max_points) / seen[_COUNT]
-                seen[_COUNT] = reach.max_points
+    for q in range(len(due)):
+        u, v = due[q, 0], due[q, 1]
+        # Cells from the robot's, which tell those of the window from what is wrapped around.
+        a = ((u - centre[0] + n // 2) & (n - 1)) - n // 2
+        b = ((v - centre[1] + n // 2) & (n - 1)) - n // 2
+        dx = (centre[0] + a + 0.5) * cell - position[0]
+        dy = (centre[1] + b + 0.5) * cell - position[1]
+        in_reach = reach.min_range**2 <= dx * dx + dy * dy <= reach.max_range**2
+        if not in_reach or abs(a) > half or abs(b) > half:
+            continue
+        known = 0
+        for k in range(len(_PAIRS)):
+            du, dv = _PAIRS[k, 0], _PAIRS[k, 1]
+            one, other = (u + du) & (n - 1), (u - du) & (n - 1)
+            beside, beyond = (v + dv) & (n - 1), (v - dv) & (n - 1)
+            if table[one, beside, POINTS] > 0 and table[other, beyond, POINTS] > 0:
+                levels[known] = (table[one, beside, MEAN] + table[other, beyond, MEAN]) / 2
+                known += 1
+        if known == 0:
+            continue
+        points, height = table[u, v, POINTS], table[u, v, MEAN] - _median(levels[:known])
+        if abs(height) > reach.max_height:
+            continue
+        sums[u, v, _COUNT] += points
+        sums[u, v, _SUM] += points * height
+        # A long memory would hold on to what drift has smeared: the mean stays, its weight not.
+        if sums[u, v, _COUNT] > reach.max_points:
+            sums[u, v, _SUM] *= np.float32(reach.max_points) / sums[u, v, _COUNT]
+            sums[u, v, _COUNT] = reach.max_points
+
+
+@kernel
+def _median(values: NDArray[np.float64]) -> float:
+    """Return the median of a few values, which are put in order."""
+    for k in range(1, len(values)):
+        value, place = values[k], k
+        while place > 0 and values[place - 1] > value:
+            values[place] = values[place - 1]
+            place -= 1
+        values[place] = value
+    half = len(values) // 2
+    return (values[half] + values[(len(values) - 1) // 2]) / 2
 
 
 @kernel
 def _detect(
     sums: NDArray[np.float32],
-    due: NDArray[np.bool_],
+    due: NDArray[np.int32],
     threshold: Threshold,
     heights: NDArray[np.float32],
 ) -> None:
     """Write the heights of obstacles: higher than the threshold, and than what is around them."""
     n, around = len(sums), 2 * _BESIDE
     least = threshold.min_height
-    for i in range(n):
-        for j in range(n):
-            if not due[i, j]:
-                continue
-            points, total = sums[i, j]
-            # What was an obstacle fades where the new cloud shows none.
-            kept = np.float32(threshold.decay) * heights[i, j]
-            heights[i, j] = kept if points > 0 and kept > least / 2 else np.float32(0.0)
-            if points < threshold.min_points or total < least * points:
-                continue
-            # Mean absolute height of the cells around, but not of those that it lies on.
-            rough, count = 0.0, 0
-            for a in range(i - around, i + around + 1):
-                for b in range(j - around, j + around + 1):
-                    far = max(abs(a - i), abs(b - j))
-                    other = sums[a & (n - 1), b & (n - 1)]
-                    if far >= _BESIDE and other[_COUNT] >= threshold.min_points:
-                        rough += abs(other[_SUM] / other[_COUNT])
-                        count += 1
-            if total > threshold.roughness_factor * points * rough / max(count, 1):
-                heights[i, j] = max(heights[i, j], total / points)
+    for q in range(len(due)):
+        i, j = due[q, 0], due[q, 1]
+        points, total = sums[i, j, _COUNT], sums[i, j, _SUM]
+        # What was an obstacle fades where the new cloud shows none.
+        kept = np.float32(threshold.decay) * heights[i, j]
+        heights[i, j] = kept if points > 0 and kept > least / 2 else np.float32(0.0)
+        if points < threshold.min_points or total < least * points:
+            continue
+        # Mean absolute height of the cells around, but not of those that it lies on.
+        rough, count = 0.0, 0
+        for a in range(i - around, i + around + 1):
+            for b in range(j - around, j + around + 1):
+                far = max(abs(a - i), abs(b - j))
+                u, v = a & (n - 1), b & (n - 1)
+                if far >= _BESIDE and sums[u, v, _COUNT] >= threshold.min_points:
+                    rough += abs(sums[u, v, _SUM] / sums[u, v, _COUNT])
+                    count += 1
+        if total > threshold.roughness_factor * points * rough / max(count, 1):
+            heights[i, j] = max(heights[i, j], total / points)

@@ -37,3 +37,13 @@ def test_context_is_made_of_the_log_odds_of_the_neighbours():
     assert np.array_equal(add_context(features[order], log_odds[order], cells[order]), rows[order])
     assert np.array_equal(add_context(features, log_odds, cells - 1000), rows)
     assert add_context(features[:0], log_odds[:0], cells[:0]).shape == (0, len(CONTEXT_FEATURES))
+
+
+def test_cells_that_are_not_due_are_neighbours_alone():
+    """Rows of due cells are those of all cells."""
+    rng = np.random.default_rng(0)
+    cells = np.argwhere(rng.random((9, 9)) < 0.6)
+    features = rng.random((len(cells), len(GROUND_FEATURES))).astype(np.float32)
+    log_odds, due = rng.normal(0, 6, len(cells)), rng.random(len(cells)) < 0.5
+    rows = add_context(features, log_odds, cells)
+    assert np.array_equal(add_context(features, log_odds, cells, due), rows[due])

@@ -85,3 +85,30 @@ def test_a_cloud_replaces_the_one_before():
     np.testing.assert_array_equal(elevation.ages, fresh.ages)
     np.testing.assert_array_equal(elevation.centre, [10, 20])
     assert elevation.table[:, :, LOWEST].min() == 0.0
+
+
+def test_cells_that_were_hit_are_listed_once_crowns_too():
+    """Points beyond the window and points that are no numbers hit none."""
+    points = [[0.05, 0.05, 0.0], [0.05, 0.06, 0.1], [0.55, 0.05, 4.0], [99.0, 0.0, 0.0]]
+    elevation = described([*points, [np.nan, 0.0, 0.0], [0.0, 0.0, np.inf], [-0.05, 0.05, 0.0]])
+    assert elevation.hit.tolist() == [[0, 0], [5, 0], [255, 0]]
+    assert elevation.table[5, 0, POINTS] == 0
+    assert described(np.empty((0, 3))).hit.tolist() == []
+
+
+@pytest.mark.parametrize("here", [[0.0, 0.0], [-7.3, 12.9]])
+def test_crowns_are_those_of_a_plain_search(here):
+    """A cell is one if a cell within eight, whose lowest point counts, lies 1.2 m below its own."""
+    rng = np.random.default_rng(3)
+    middle, half = np.append(here, 0.1), np.array([1.5, 1.5, 0.1])
+    points = rng.uniform(middle - half, middle + half, (150, 3))
+    points[::3, 2] += rng.uniform(0.9, 1.5, 50)
+    elevation = described(points, here=here, cells=64)
+    lowest = elevation.table[:, :, LOWEST]
+    shifts = [(a, b) for a in range(-8, 9) for b in range(-8, 9)]
+    floor = np.min([np.roll(lowest, shift, (0, 1)) for shift in shifts], axis=0)
+    is_crown = np.isfinite(lowest) & (lowest > floor + np.float32(1.2))
+    assert 5 < is_crown.sum() < np.isfinite(lowest).sum() - 5
+    np.testing.assert_array_equal(
+        elevation.table[:, :, POINTS] == 0, ~np.isfinite(lowest) | is_crown
+    )

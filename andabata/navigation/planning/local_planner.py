@@ -20,14 +20,9 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.navigation.controller import ControllerInput
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
-from andabata.navigation.planning.grid_planner import (
-    EVERYWHERE,
-    CostConfig,
-    CostWeights,
-    GridPlanner,
-    Passage,
-    geofence_in_odom,
-)
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in_odom
+from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig

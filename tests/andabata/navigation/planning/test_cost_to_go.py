@@ -47,3 +47,19 @@ def test_the_search_ends_a_margin_behind_the_robot():
     found = searched(costs, (4, 16), (1, 16), margin=4.0)
     assert found[4, 16] == pytest.approx(3.0)
     assert np.isinf(found[28, 16])
+
+
+def test_a_queue_whose_entries_are_used_up_goes_on():
+    """With hardly more entries than cells those that are passed over make space."""
+    costs = np.random.default_rng(2).uniform(1.0, 30.0, (CELLS, CELLS)).astype(np.float32)
+    queue = queue_for(CELLS, 30.0, 1.0)
+    first, last = np.array([3, 4]), np.array([60, 12])  # Beyond: all cells of the edge wait first.
+    found, used = [], []
+    for count in (CELLS**2 + 8, 8 * CELLS**2):
+        entries = {name: np.zeros(count, dtype=np.int32) for name in ("cells", "after")}
+        found.append(np.empty_like(costs))
+        one = queue._replace(**entries)
+        search(costs, found[-1], one, first, last, 1.0, 1e6)
+        used.append(one.numbers[1])
+    assert used[1] > CELLS**2 + 8
+    np.testing.assert_array_equal(*found)

@@ -8,7 +8,7 @@ from scipy.ndimage import map_coordinates
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
-from andabata.navigation.planning.grid_planner import CostConfig, CostWeights
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,

@@ -1,7 +1,8 @@
 """Cost to go: exact cost of the way to the goal from the cells around the robot.
 
 The search is A* from the goal to the robot with a bucket queue (Dial 1969). It knows no unit: with
-costs of a metre it answers in metres, with costs of a second in seconds.
+costs of a metre it answers in metres, with costs of a second in seconds. It can go on later, for
+single cells that somebody asks for.
 """
 
 import math
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 
 _NOW, _USED, _WAITING = 0, 1, 2
 """Places of a queue's numbers."""
@@ -62,43 +63,79 @@ def queue_for(cells: int, highest: float, unknown: float) -> Queue:
     )
 
 
+class Search(NamedTuple):
+    """A search and its result.
+
+    Attributes:
+        costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
+        cost_to_go: Cost of the way to the goal, infinite where the search has not been, float32,
+            shape (n, n).
+        queue: Queue for such a square.
+        first: Cell of the robot, int64, shape (2,).
+    """
+
+    costs: NDArray[np.float32]
+    cost_to_go: NDArray[np.float32]
+    queue: Queue
+    first: NDArray[np.int64]
+
+
 @kernel
-def search(
-    costs: NDArray[np.float32],
-    cost_to_go: NDArray[np.float32],
-    queue: Queue,
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    unknown: float,
-    margin: float,
-) -> None:
+def search(around: Search, last: NDArray[np.int64], unknown: float, margin: float) -> None:
     """Write the cost of the way to the last cell into those between it and the first, and around.
 
     Args:
-        costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
-        cost_to_go: Result, infinite where the search has not been, float32, shape (n, n).
-        queue: Queue for such a square.
-        first: Cell of the robot, shape (2,).
+        around: Search, whose costs to go are written.
         last: Cell of the goal, shape (2,).
         unknown: Cost of a cell's length beyond the square.
         margin: Cost beyond the robot's up to which the costs are known.
     """
-    _begin(cost_to_go, queue, first, last, unknown)
-    _go_on(costs, cost_to_go, queue, first, margin)
+    _begin(around, last, unknown)
+    _go_on(around, around.first[0], around.first[1], margin, np.inf)
 
 
 @kernel
-def _begin(
+def is_settled(
+    numbers: NDArray[np.int64],
     cost_to_go: NDArray[np.float32],
-    queue: Queue,
     first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    unknown: float,
-) -> None:
+    cell: tuple[int, int],
+    limit: float,
+    margin: float,
+) -> bool:
+    """Return True if ``settle`` has nothing to do for a cell.
+
+    Most cells that are asked for are known already. A call with all arrays of a search takes longer
+    than this look, which takes three of them.
+    """
+    i, j = cell
+    rest = _straight(i - first[0], j - first[1])
+    most = min(limit + rest, cost_to_go[first[0], first[1]] + margin)
+    return numbers[_WAITING] == 0 or numbers[_NOW] > min(cost_to_go[i, j] + rest, most)
+
+
+@kernel
+def settle(around: Search, cell: tuple[int, int], limit: float, margin: float) -> None:
+    """Go on with a search until the cost to go of a cell is exact.
+
+    Args:
+        around: Search.
+        cell: Row and column of the cell.
+        limit: Cost above which it need not be exact: it stays above.
+        margin: Cost beyond the robot's above which it need not be exact either.
+    """
+    (i, j), first = cell, around.first
+    most = limit + _straight(i - first[0], j - first[1])
+    _go_on(around, i, j, 0.0, min(most, around.cost_to_go[first[0], first[1]] + margin))
+
+
+@kernel
+def _begin(around: Search, last: NDArray[np.int64], unknown: float) -> None:
     """Let the last cell wait, or, if it is beyond the square, all cells of the edge.
 
     Each of these costs the straight way to the last one over unknown ground.
     """
+    _, cost_to_go, queue, first = around
     n = len(cost_to_go)
     cost_to_go[:] = np.inf
     queue.heads[:] = -1
@@ -116,27 +153,29 @@ def _begin(
 
 
 @kernel
-def _go_on(
-    costs: NDArray[np.float32],
-    cost_to_go: NDArray[np.float32],
-    queue: Queue,
-    first: NDArray[np.int64],
-    margin: float,
-) -> None:
-    """Take cells until the robot's cost, and all up to a margin beyond it, are exact.
+def _go_on(around: Search, row: int, column: int, margin: float, most: float) -> None:
+    """Take cells until the cost of one, and of all up to a margin beyond it, is exact.
 
     A cell that gets cheaper after it was taken is taken again.
+
+    Args:
+        around: Search.
+        row: Row of the cell.
+        column: Column of the cell.
+        margin: Cost beyond that of the way from the goal over the cell to the robot.
+        most: Cost of such a way at which to stop in any case.
     """
+    costs, cost_to_go, queue, first = around
     n, ring = len(costs), len(queue.heads) - 1
     flat, price = cost_to_go.ravel(), costs.ravel()
     a0, a1 = first
-    robot = a0 * n + a1
+    target, beyond = row * n + column, np.float32(_straight(row - a0, column - a1) + margin)
     half_steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
     now, used, waiting = queue.numbers
     while waiting:
         while queue.heads[now & ring] < 0:
             now += 1
-        if now > flat[robot] + np.float32(margin):
+        if now > flat[target] + beyond or now > most:
             break
         entry = queue.heads[now & ring]
         queue.heads[now & ring] = queue.after[entry]
@@ -147,7 +186,7 @@ def _go_on(
             continue
         queue.is_waiting[cell] = False
         if used + 8 > len(queue.cells):
-            used = waiting = _fill_again(queue, cost_to_go, first, now)
+            used = waiting = _fill_again(around, now)
         i, j = cell // n, cell % n
         here, own = flat[cell], price[cell]
         for p in range(max(i - 1, 0), min(i + 2, n)):
@@ -166,10 +205,9 @@ def _go_on(
 
 
 @kernel
-def _fill_again(
-    queue: Queue, cost_to_go: NDArray[np.float32], first: NDArray[np.int64], now: int
-) -> int:
+def _fill_again(around: Search, now: int) -> int:
     """Drop the entries that are passed over, and return the number of those that stay."""
+    _, cost_to_go, queue, first = around
     n, used = len(cost_to_go), 0
     queue.heads[:] = -1
     for i in range(n):
@@ -190,7 +228,7 @@ def _put(queue: Queue, entry: int, cell: int, bucket: int) -> None:
     queue.is_waiting[cell] = True
 
 
-@kernel
+@inlined_kernel
 def _straight(rows: int, columns: int) -> float:
     """Return the length of the straight way over a number of rows and columns [cells]."""
     return np.sqrt(np.float32(rows * rows + columns * columns))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.navigation.planning.cost_map import CostMap, CostWeights, Passage
-from andabata.navigation.planning.cost_to_go import queue_for, search
+from andabata.navigation.planning.cost_to_go import Search, queue_for, search
 from andabata.navigation.planning.geofence_bounds import GeofenceBounds
 from terrain.kernel import kernel
 
@@ -33,6 +33,7 @@ class GridPlanner:
         corner: Place of the first cell's corner, in ``odom`` [m], shape (2,).
         goal: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it counts as unknown
             ground in a straight line.
+        search: Search of the cost to go, which can go on.
     """
 
     def __init__(
@@ -63,7 +64,9 @@ class GridPlanner:
         self.traversed_clearance = self._map.traversed_clearance
         self.costs = self._map.costs
         self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
-        self._queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
+        queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
+        first = np.zeros(2, dtype=np.int64)
+        self.search = Search(self.costs, self.cost_to_go, queue, first)
         self.reset()
 
     def reset(self) -> None:
@@ -99,10 +102,11 @@ class GridPlanner:
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         self.goal = np.asarray(goal, dtype=np.float64)
         start = (position - self.corner) / cell
-        first = np.clip(start, 0, n - 1).astype(np.int64)
+        first = self.search.first
+        first[:] = np.clip(start, 0, n - 1)
         last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
         unknown = 1.0 + self.weights.unknown_cost
-        search(self.costs, self.cost_to_go, self._queue, first, last, unknown, self._margin)
+        search(self.search, last, unknown, self._margin)
         # The farthest place of that way that is as good to head for in a straight line.
         place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell

@@ -27,7 +27,6 @@ from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import (
-    MARGIN,
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
 )
@@ -114,7 +113,7 @@ class LocalPlanner:
             occupancy.cell,
             CostWeights.of(self.config.costs, occupancy.lethal_log_odds, occupancy.max_log_odds),
             (self.config.min_lookahead, self.config.max_lookahead),
-            0.0 if rollouts is None else MARGIN,
+            0.0,
             Passage(robot.half_radius + _PASSAGE, self.occupancy.driven_radius, robot.length),
         )
         self.reset()

@@ -352,10 +352,13 @@ def _widen_where_driven(
     """
     n = len(clearance)
     for i in range(n):
+        driven = 0
         for j in range(n):
-            known = log_odds[i, j]
             traversed[i, j] = clearance[i, j]
-            # Few cells are driven on: the distance is computed for them alone.
+            driven += log_odds[i, j] <= -max_log_odds
+        # Few cells are driven on, in few rows: only these are looked at one by one.
+        for j in range(n if driven else 0):
+            known = log_odds[i, j]
             if not (known <= -max_log_odds and clearance[i, j] > 0):
                 continue
             if np.hypot(i - n // 2, j - n // 2) > passage.behind:

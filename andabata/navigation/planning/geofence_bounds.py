@@ -66,14 +66,11 @@ def clear_outside(
         bounds: Bounds of the geofence.
     """
     n = len(clearance)
-    # A square whose corners are inside is inside, and most are.
-    corners = 0
-    for i in (0, n - 1):
-        for j in (0, n - 1):
-            corners += _is_inside(i, j, n, centre, cell, bounds)
-    if corners == 4:
-        return
     for i in range(n):
+        # A row whose ends are inside is inside, and most are.
+        begins = _is_inside(i, 0, n, centre, cell, bounds)
+        if begins and _is_inside(i, n - 1, n, centre, cell, bounds):
+            continue
         for j in range(n):
             if not _is_inside(i, j, n, centre, cell, bounds):
                 clearance[i, j] = np.float32(0.0)

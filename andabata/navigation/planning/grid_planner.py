@@ -103,7 +103,7 @@ class GridPlanner:
         self.goal = np.asarray(goal, dtype=np.float64)
         start = (position - self.corner) / cell
         first = self.search.first
-        first[:] = np.clip(start, 0, n - 1)
+        first[:] = [int(min(max(value, 0.0), n - 1.0)) for value in start.tolist()]
         last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
         unknown = 1.0 + self.weights.unknown_cost
         search(self.search, last, unknown, self._margin)

@@ -174,9 +174,9 @@ class LocalPlanner:
             return
         turn = pose.yaw - odometry.yaw
         c, s = math.cos(turn), math.sin(turn)
-        x, y = odometry.position[:2]
-        shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._geofence = geofence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
+        (x, y), (map_x, map_y) = odometry.position[:2].tolist(), pose.position[:2].tolist()
+        shift = (map_x - (c * x - s * y), map_y - (s * x + c * y))
+        self._geofence = geofence_in_odom(geofence, turn, shift)
 
     def bearing(
         self,
@@ -223,7 +223,7 @@ class LocalPlanner:
         Raises:
             ValueError: If one of them is not finite: it would be looked up beyond the square.
         """
-        if not (np.isfinite(position).all() and np.isfinite(goal).all()):
+        if not all(map(math.isfinite, (*position.tolist(), *goal.tolist()))):
             raise ValueError(
                 f"goal: expected finite places in odom [m], got {goal} from {position}"
             )

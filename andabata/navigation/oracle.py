@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.controller import ControllerInput
-from andabata.navigation.planning.trajectory_rollouts import ARRIVED, STEP, arc_fan
+from andabata.navigation.planning.rollout_prices import ARRIVED, STEP
+from andabata.navigation.planning.trajectory_rollouts import arc_fan
 from worlds.world import World
 
 _CONTACT = 1e4

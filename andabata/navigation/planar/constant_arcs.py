@@ -24,13 +24,9 @@ from andabata.navigation.planar.clearance_field import (
     body_discs,
     clearance_field,
 )
-from andabata.navigation.planning.grid_planner import (
-    EVERYWHERE,
-    CostConfig,
-    CostWeights,
-    GridPlanner,
-    Passage,
-)
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE
+from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
 from andabata.navigation.planning.time_to_go import TimeField, time_at
 from terrain.kernel import kernel

@@ -1,7 +1,8 @@
 """Cost to go: exact cost of the way to the goal from the cells around the robot.
 
 The search is A* from the goal to the robot with a bucket queue (Dial 1969). It knows no unit: with
-costs of a metre it answers in metres, with costs of a second in seconds.
+costs of a metre it answers in metres, with costs of a second in seconds. It can go on later, for
+single cells that somebody asks for.
 """
 
 import math
@@ -12,21 +13,31 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 
+_NOW, _USED, _WAITING = 0, 1, 2
+"""Places of a queue's numbers."""
+
 
 class Queue(NamedTuple):
-    """Bucket queue of cells: a ring of doubly linked lists, a cell's length of cost each.
+    """Bucket queue of cells: a ring of linked lists of entries, a cell's length of cost each.
+
+    A cell that gets cheaper while it waits gets another entry; the one before stays and is passed
+    over. Entries are used one after the other, so that neighbours in time are neighbours in memory:
+    lists that cells are taken out of are three times as slow.
 
     Attributes:
-        heads: First cell of each bucket, -1 for none, int32, shape (a power of 2,).
-        before: Cell before each cell in its bucket, int32, shape (n * n,).
-        after: Cell after each cell in its bucket, int32, shape (n * n,).
-        bucket: Bucket of each cell, -1 for none, int32, shape (n * n,).
+        heads: First entry of each bucket, -1 for none, int32, shape (a power of 2,).
+        cells: Cell of each entry, int32, shape (m,).
+        after: Entry after each entry in its bucket, -1 for none, int32, shape (m,).
+        is_waiting: True for cells that wait to be taken, bool, shape (n * n,).
+        numbers: Bucket that is taken from, number of entries used, number of those in buckets,
+            int64, shape (3,).
     """
 
     heads: NDArray[np.int32]
-    before: NDArray[np.int32]
+    cells: NDArray[np.int32]
     after: NDArray[np.int32]
-    bucket: NDArray[np.int32]
+    is_waiting: NDArray[np.bool_]
+    numbers: NDArray[np.int64]
 
 
 def queue_for(cells: int, highest: float, unknown: float) -> Queue:
@@ -41,80 +52,186 @@ def queue_for(cells: int, highest: float, unknown: float) -> Queue:
     # at most as far as the way along the edge and back to the robot.
     step = math.sqrt(2.0) * max(highest + 1.0, (1.0 + unknown) * cells)
     count = 1 << math.ceil(math.log2(step + 2.0))
-    links = np.zeros((3, cells * cells), dtype=np.int32)
-    return Queue(np.zeros(count, dtype=np.int32), *links)
+    # Twice as many as cells are hardly ever used up; then those that are passed over go.
+    entries = 2 * cells * cells
+    return Queue(
+        heads=np.zeros(count, dtype=np.int32),
+        cells=np.zeros(entries, dtype=np.int32),
+        after=np.zeros(entries, dtype=np.int32),
+        is_waiting=np.zeros(cells * cells, dtype=np.bool_),
+        numbers=np.zeros(3, dtype=np.int64),
+    )
+
+
+class Search(NamedTuple):
+    """A search and its result.
+
+    Attributes:
+        costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
+        cost_to_go: Cost of the way to the goal, infinite where the search has not been, float32,
+            shape (n, n).
+        queue: Queue for such a square.
+        first: Cell of the robot, int64, shape (2,).
+    """
+
+    costs: NDArray[np.float32]
+    cost_to_go: NDArray[np.float32]
+    queue: Queue
+    first: NDArray[np.int64]
 
 
 @kernel
-def search(
-    costs: NDArray[np.float32],
-    cost_to_go: NDArray[np.float32],
-    queue: Queue,
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    unknown: float,
-    margin: float,
-) -> None:
+def search(around: Search, last: NDArray[np.int64], unknown: float, margin: float) -> None:
     """Write the cost of the way to the last cell into those between it and the first, and around.
 
-    A last cell beyond the square is reached from every cell of its edge, at the cost of unknown
-    ground. A cell that gets cheaper while it waits moves to another bucket, and one that gets
-    cheaper after it was taken is taken again: the costs are exact.
-
     Args:
-        costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
-        cost_to_go: Result, infinite where the search has not been, float32, shape (n, n).
-        queue: Queue for such a square.
-        first: Cell of the robot, shape (2,).
+        around: Search, whose costs to go are written.
         last: Cell of the goal, shape (2,).
         unknown: Cost of a cell's length beyond the square.
         margin: Cost beyond the robot's up to which the costs are known.
     """
+    _begin(around, last, unknown)
+    _go_on(around, around.first[0], around.first[1], margin, np.inf)
+
+
+@kernel
+def is_settled(
+    numbers: NDArray[np.int64],
+    cost_to_go: NDArray[np.float32],
+    first: NDArray[np.int64],
+    cell: tuple[int, int],
+    limit: float,
+    margin: float,
+) -> bool:
+    """Return True if ``settle`` has nothing to do for a cell.
+
+    Most cells that are asked for are known already. A call with all arrays of a search takes longer
+    than this look, which takes three of them.
+    """
+    i, j = cell
+    rest = _straight(i - first[0], j - first[1])
+    most = min(limit + rest, cost_to_go[first[0], first[1]] + margin)
+    return numbers[_WAITING] == 0 or numbers[_NOW] > min(cost_to_go[i, j] + rest, most)
+
+
+@kernel
+def settle(around: Search, cell: tuple[int, int], limit: float, margin: float) -> None:
+    """Go on with a search until the cost to go of a cell is exact.
+
+    Args:
+        around: Search.
+        cell: Row and column of the cell.
+        limit: Cost above which it need not be exact: it stays above.
+        margin: Cost beyond the robot's above which it need not be exact either.
+    """
+    (i, j), first = cell, around.first
+    most = limit + _straight(i - first[0], j - first[1])
+    _go_on(around, i, j, 0.0, min(most, around.cost_to_go[first[0], first[1]] + margin))
+
+
+@kernel
+def _begin(around: Search, last: NDArray[np.int64], unknown: float) -> None:
+    """Let the last cell wait, or, if it is beyond the square, all cells of the edge.
+
+    Each of these costs the straight way to the last one over unknown ground.
+    """
+    _, cost_to_go, queue, first = around
+    n = len(cost_to_go)
+    cost_to_go[:] = np.inf
+    queue.heads[:] = -1
+    queue.is_waiting[:] = False
+    inside = 0 <= last[0] < n and 0 <= last[1] < n
+    count = 1 if inside else 4 * (n - 1)
+    now = 1 << 30
+    for k in range(count):
+        i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
+        cost_to_go[i, j] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
+        bucket = int(cost_to_go[i, j] + _straight(i - first[0], j - first[1]))
+        _put(queue, k, i * n + j, bucket)
+        now = min(now, bucket)
+    queue.numbers[_NOW], queue.numbers[_USED], queue.numbers[_WAITING] = now, count, count
+
+
+@kernel
+def _go_on(around: Search, row: int, column: int, margin: float, most: float) -> None:
+    """Take cells until the cost of one, and of all up to a margin beyond it, is exact.
+
+    A cell that gets cheaper after it was taken is taken again.
+
+    Args:
+        around: Search.
+        row: Row of the cell.
+        column: Column of the cell.
+        margin: Cost beyond that of the way from the goal over the cell to the robot.
+        most: Cost of such a way at which to stop in any case.
+    """
+    costs, cost_to_go, queue, first = around
     n, ring = len(costs), len(queue.heads) - 1
     flat, price = cost_to_go.ravel(), costs.ravel()
-    flat[:] = np.inf
-    queue.heads[:] = -1
-    queue.bucket[:] = -1
     a0, a1 = first
-    inside = 0 <= last[0] < n and 0 <= last[1] < n
-    waiting = 1 if inside else 4 * (n - 1)
-    now = 1 << 30
-    for k in range(waiting):
-        i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
-        cell = i * n + j
-        flat[cell] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
-        # A*: the straight line to the robot, at the least cost of a cell, never overestimates.
-        slot = int(flat[cell] + np.hypot(np.float32(i - a0), np.float32(j - a1)))
-        _push(queue, cell, slot & ring)
-        now = min(now, slot)
-    most = np.float32(np.inf)
+    target, beyond = row * n + column, np.float32(_straight(row - a0, column - a1) + margin)
     half_steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
+    now, used, waiting = queue.numbers
     while waiting:
         while queue.heads[now & ring] < 0:
             now += 1
-        if now > most:
+        if now > flat[target] + beyond or now > most:
             break
-        cell = queue.heads[now & ring]
-        _remove(queue, cell)
+        entry = queue.heads[now & ring]
+        queue.heads[now & ring] = queue.after[entry]
         waiting -= 1
+        cell = queue.cells[entry]
+        # It got cheaper since this entry, and was taken by another.
+        if not queue.is_waiting[cell]:
+            continue
+        queue.is_waiting[cell] = False
+        if used + 8 > len(queue.cells):
+            used = waiting = _fill_again(around, now)
         i, j = cell // n, cell % n
         here, own = flat[cell], price[cell]
-        if i == a0 and j == a1:
-            # The robot's cost is known: go on for the margin that rollouts look up.
-            most = here + np.float32(margin)
         for p in range(max(i - 1, 0), min(i + 2, n)):
             for q in range(max(j - 1, 0), min(j + 2, n)):
                 other = p * n + q
                 length = here + half_steps[int(p != i and q != j)] * (own + price[other])
-                if not length < flat[other]:
-                    continue
-                flat[other] = length
-                if queue.bucket[other] >= 0:
-                    _remove(queue, other)
-                    waiting -= 1
-                rest = np.sqrt(np.float32((p - a0) * (p - a0) + (q - a1) * (q - a1)))
-                _push(queue, other, max(now, int(length + rest)) & ring)
-                waiting += 1
+                if length < flat[other]:
+                    flat[other] = length
+                    # A*: the straight line to the robot, at the least cost of a cell, never
+                    # overestimates.
+                    bucket = int(length + _straight(p - a0, q - a1))
+                    _put(queue, used, other, max(now, bucket))
+                    used += 1
+                    waiting += 1
+    queue.numbers[_NOW], queue.numbers[_USED], queue.numbers[_WAITING] = now, used, waiting
+
+
+@kernel
+def _fill_again(around: Search, now: int) -> int:
+    """Drop the entries that are passed over, and return the number of those that stay."""
+    _, cost_to_go, queue, first = around
+    n, used = len(cost_to_go), 0
+    queue.heads[:] = -1
+    for i in range(n):
+        for j in range(n):
+            if queue.is_waiting[i * n + j]:
+                bucket = int(cost_to_go[i, j] + _straight(i - first[0], j - first[1]))
+                _put(queue, used, i * n + j, max(now, bucket))
+                used += 1
+    return used
+
+
+@kernel
+def _put(queue: Queue, entry: int, cell: int, bucket: int) -> None:
+    """Put a cell into a bucket with an entry that is not in use."""
+    slot = bucket & (len(queue.heads) - 1)
+    queue.cells[entry], queue.after[entry] = cell, queue.heads[slot]
+    queue.heads[slot] = entry
+    queue.is_waiting[cell] = True
+
+
+@inlined_kernel
+def _straight(rows: int, columns: int) -> float:
+    """Return the length of the straight way over a number of rows and columns [cells]."""
+    return np.sqrt(np.float32(rows * rows + columns * columns))
 
 
 @kernel
@@ -128,26 +245,3 @@ def _edge_cell(k: int, n: int) -> tuple[int, int]:
     if side == 2:
         return n - 1, n - 1 - along
     return n - 1 - along, 0
-
-
-@inlined_kernel
-def _push(queue: Queue, cell: int, slot: int) -> None:
-    """Put a cell at the head of a bucket."""
-    head = queue.heads[slot]
-    queue.before[cell], queue.after[cell], queue.bucket[cell] = -1, head, slot
-    if head >= 0:
-        queue.before[head] = cell
-    queue.heads[slot] = cell
-
-
-@inlined_kernel
-def _remove(queue: Queue, cell: int) -> None:
-    """Take a cell out of its bucket."""
-    left, right = queue.before[cell], queue.after[cell]
-    if left >= 0:
-        queue.after[left] = right
-    else:
-        queue.heads[queue.bucket[cell]] = right
-    if right >= 0:
-        queue.before[right] = left
-    queue.bucket[cell] = -1

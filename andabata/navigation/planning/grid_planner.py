@@ -1,19 +1,15 @@
-"""Shortest path over the occupancy grid: cost of every cell, cost to go, and a sub-goal on the way.
+"""Shortest path over the occupancy grid: cost to go, and a sub-goal on the way.
 
-Costs follow the layered costmaps of mobile robots (inscribed and inflation radius). The cost to go
-is exact around the robot, and the path is read off from there.
+The cost to go is exact around the robot, and the path is read off from there.
 """
-
-import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.navigation.planning.cost_to_go import queue_for, search
+from andabata.navigation.planning.cost_map import CostMap, CostWeights, Passage
+from andabata.navigation.planning.cost_to_go import Search, queue_for, search
+from andabata.navigation.planning.geofence_bounds import GeofenceBounds
 from terrain.kernel import kernel
-from worlds.world import Geofence
 
 _DETOUR = 1.05
 """Ratio of a straight line's cost to the path's (and a cell more) up to which both are as good."""
@@ -21,138 +17,6 @@ _DETOUR = 1.05
 _GOAL_SHIFT = 1e-6
 """Shift of the goal, in cells: goals like to lie on the edges of cells, where rounding must not
 choose."""
-
-
-class CostConfig(BaseModel):
-    """Costs of a metre; free ground costs one.
-
-    Attributes:
-        inscribed_radius: Distance from obstacles that the path keeps where it can [m].
-        inflation_radius: Distance from obstacles at which a metre costs no more [m].
-        inscribed_cost: Extra cost of a metre nearer to obstacles than ``inscribed_radius``.
-        inflation_cost: Extra cost of a metre at ``inscribed_radius``, falling to none at
-            ``inflation_radius``.
-        unknown_cost: Extra cost of a metre where no scan has seen anything.
-        uncertain_cost: Extra cost of a metre whose log odds are almost lethal.
-        lethal_cost: Extra cost of a metre with as much log odds again: an obstacle that was seen
-            from near is not tried twice.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    inscribed_radius: float = Field(default=0.5, ge=0)
-    inflation_radius: float = Field(default=1.3, gt=0)
-    inscribed_cost: float = Field(default=15.0, ge=0)
-    inflation_cost: float = Field(default=2.0, ge=0)
-    unknown_cost: float = Field(default=0.5, ge=0)
-    uncertain_cost: float = Field(default=3.0, ge=0)
-    lethal_cost: float = Field(default=50.0, ge=0)
-
-
-class CostWeights(NamedTuple):
-    """Numbers of ``CostConfig`` and of the occupancy grid that the compiled costs depend on.
-
-    Attributes:
-        lethal_log_odds: Log odds above which a cell is an obstacle.
-        max_log_odds: Largest log odds.
-        inscribed_radius: Distance from obstacles that the path keeps where it can [m].
-        inflation_radius: Distance from obstacles at which a metre costs no more [m].
-        inscribed_cost: Extra cost of a metre nearer than ``inscribed_radius``.
-        inflation_cost: Extra cost of a metre at ``inscribed_radius``.
-        unknown_cost: Extra cost of an unknown metre.
-        uncertain_cost: Extra cost of an almost lethal metre.
-        lethal_cost: Extra cost of a metre of twice the lethal log odds.
-    """
-
-    lethal_log_odds: float
-    max_log_odds: float
-    inscribed_radius: float
-    inflation_radius: float
-    inscribed_cost: float
-    inflation_cost: float
-    unknown_cost: float
-    uncertain_cost: float
-    lethal_cost: float
-
-    @classmethod
-    def of(cls, costs: CostConfig, lethal_log_odds: float, max_log_odds: float) -> "CostWeights":
-        """Return the weights of a configuration."""
-        return cls(
-            lethal_log_odds=lethal_log_odds,
-            max_log_odds=max_log_odds,
-            inscribed_radius=costs.inscribed_radius,
-            inflation_radius=costs.inflation_radius,
-            inscribed_cost=costs.inscribed_cost,
-            inflation_cost=costs.inflation_cost,
-            unknown_cost=costs.unknown_cost,
-            uncertain_cost=costs.uncertain_cost,
-            lethal_cost=costs.lethal_cost,
-        )
-
-    @property
-    def highest(self) -> float:
-        """The highest cost of a cell's length."""
-        sure = max(self.max_log_odds / self.lethal_log_odds - 1.0, 0.0)
-        occupied = self.uncertain_cost + self.lethal_cost * sure
-        around = 2.0 * self.inscribed_cost + self.inflation_cost
-        return 1.0 + max(self.unknown_cost, occupied) + around
-
-
-class Passage(NamedTuple):
-    """Room that the robot has had where it drove, whatever stands beside its way.
-
-    Attributes:
-        clearance: Clearance where the middle of the robot has been [cells].
-        driven_radius: Distance from the middle within which ground counts as driven [cells].
-        behind: Distance beyond which a place is behind the robot's body [cells].
-    """
-
-    clearance: float
-    driven_radius: float
-    behind: float
-
-
-class GeofenceBounds(NamedTuple):
-    """A geofence seen from ``odom``.
-
-    Attributes:
-        c: Cosine of the turn from ``odom`` to the map.
-        s: Sine of that turn.
-        x: Shift along x [m].
-        y: Shift along y [m].
-        x_min: Bound in the map [m].
-        y_min: Bound in the map [m].
-        x_max: Bound in the map [m].
-        y_max: Bound in the map [m].
-    """
-
-    c: float
-    s: float
-    x: float
-    y: float
-    x_min: float
-    y_min: float
-    x_max: float
-    y_max: float
-
-
-EVERYWHERE = GeofenceBounds(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, math.inf)
-"""Bounds of a geofence that holds everything."""
-
-
-def geofence_in_odom(
-    geofence: Geofence | None, turn: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)
-) -> GeofenceBounds:
-    """Return a geofence of the map as it lies in ``odom``.
-
-    Args:
-        geofence: Bounds in the map [m]; None for none.
-        turn: Yaw of the map's pose less that in ``odom`` [rad].
-        shift: Origin of ``odom`` in the map [m].
-    """
-    if geofence is None:
-        return EVERYWHERE
-    return GeofenceBounds(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
 
 
 class GridPlanner:
@@ -169,6 +33,7 @@ class GridPlanner:
         corner: Place of the first cell's corner, in ``odom`` [m], shape (2,).
         goal: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it counts as unknown
             ground in a straight line.
+        search: Search of the cost to go, which can go on.
     """
 
     def __init__(
@@ -193,13 +58,15 @@ class GridPlanner:
         self._cell = cell
         self.weights = weights
         self._lookahead = (lookahead[0] / cell, lookahead[1] / cell)
-        self._passage = Passage(*(length / cell for length in passage))
         self._margin = margin / cell
-        self.clearance = np.zeros((cells, cells), dtype=np.float32)
-        self.traversed_clearance = np.zeros((cells, cells), dtype=np.float32)
+        self._map = CostMap(cells, cell, weights, passage)
+        self.clearance = self._map.clearance
+        self.traversed_clearance = self._map.traversed_clearance
+        self.costs = self._map.costs
         self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
-        self.costs = np.zeros((cells, cells), dtype=np.float32)
-        self._queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
+        queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
+        first = np.zeros(2, dtype=np.int64)
+        self.search = Search(self.costs, self.cost_to_go, queue, first)
         self.reset()
 
     def reset(self) -> None:
@@ -228,25 +95,18 @@ class GridPlanner:
                 around, float32, shape (n, n, 2). Clearances are then the distances from these
                 places; None takes the middles of cells and the chamfer transform.
         """
-        n, cell, weights = len(self.costs), self._cell, self.weights
+        n, cell = len(self.costs), self._cell
         # What a metre costs where.
-        _apply_geofence(centre, cell, bounds, self.clearance)
-        if hits is None:
-            _inflate(log_odds, centre, cell, weights, self.clearance, self.costs)
-        else:
-            _inflate_hits(log_odds, hits, centre, cell, weights, self.clearance, self.costs)
-        _widen_where_driven(
-            *(log_odds, centre, weights.max_log_odds, self._passage),
-            *(self.clearance, self.traversed_clearance),
-        )
+        self._map.update(log_odds, centre, bounds, hits)
         # What the rest of the way costs from where.
         self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
         self.goal = np.asarray(goal, dtype=np.float64)
         start = (position - self.corner) / cell
-        first = np.clip(start, 0, n - 1).astype(np.int64)
+        first = self.search.first
+        first[:] = [int(min(max(value, 0.0), n - 1.0)) for value in start.tolist()]
         last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
-        unknown = 1.0 + weights.unknown_cost
-        search(self.costs, self.cost_to_go, self._queue, first, last, unknown, self._margin)
+        unknown = 1.0 + self.weights.unknown_cost
+        search(self.search, last, unknown, self._margin)
         # The farthest place of that way that is as good to head for in a straight line.
         place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell
@@ -271,183 +131,6 @@ class GridPlanner:
         if not self.costs.any():
             return np.empty((0, 2))
         return np.asarray(self.corner + (cells + 0.5) * self._cell)
-
-
-@kernel
-def _apply_geofence(
-    centre: NDArray[np.int64], cell: float, bounds: GeofenceBounds, clearance: NDArray[np.float32]
-) -> None:
-    """Write 0 into the clearance of cells outside the geofence, 1 into the others."""
-    n = len(clearance)
-    for i in range(n):
-        for j in range(n):
-            # Middle of the cell in odom, then in the map, where the geofence is straight.
-            x = (centre[0] - n // 2 + i + 0.5) * cell
-            y = (centre[1] - n // 2 + j + 0.5) * cell
-            map_x = bounds.c * x - bounds.s * y + bounds.x
-            map_y = bounds.s * x + bounds.c * y + bounds.y
-            inside = bounds.x_min < map_x < bounds.x_max and bounds.y_min < map_y < bounds.y_max
-            clearance[i, j] = np.float32(inside)
-
-
-@kernel
-def _inflate(
-    log_odds: NDArray[np.float32],
-    centre: NDArray[np.int64],
-    cell: float,
-    weights: CostWeights,
-    clearance: NDArray[np.float32],
-    costs: NDArray[np.float32],
-) -> None:
-    """Write clearance and cost of each cell of the square, in its own order.
-
-    Where ``clearance`` is zero there is an obstacle already, the geofence. Clearances are those of
-    the chamfer transform (Borgefors 1986): two sweeps, each from the neighbours it has passed.
-    """
-    n = len(log_odds)
-    straight = np.float32(1.0)
-    diagonal = np.float32(np.sqrt(2.0))
-    far = np.float32(weights.inflation_radius / cell)
-    # Odom's cells are wrapped around: the square's own order begins at its corner.
-    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    for i in range(n):
-        row = (low0 + i) & (n - 1)
-        for j in range(n):
-            near = np.float32(0.0)
-            known = log_odds[row, (low1 + j) & (n - 1)]
-            # Not a NaN-safe "<=": what is no number is an obstacle's opposite.
-            if clearance[i, j] > 0 and not known > weights.lethal_log_odds:
-                near = far
-            if near > 0:
-                if j > 0:
-                    near = min(near, clearance[i, j - 1] + straight)
-                if i > 0:
-                    near = min(near, clearance[i - 1, j] + straight)
-                    if j > 0:
-                        near = min(near, clearance[i - 1, j - 1] + diagonal)
-                    if j < n - 1:
-                        near = min(near, clearance[i - 1, j + 1] + diagonal)
-            clearance[i, j] = near
-    for i in range(n - 1, -1, -1):
-        for j in range(n - 1, -1, -1):
-            near = clearance[i, j]
-            if near > 0:
-                if j < n - 1:
-                    near = min(near, clearance[i, j + 1] + straight)
-                if i < n - 1:
-                    near = min(near, clearance[i + 1, j] + straight)
-                    if j < n - 1:
-                        near = min(near, clearance[i + 1, j + 1] + diagonal)
-                    if j > 0:
-                        near = min(near, clearance[i + 1, j - 1] + diagonal)
-                clearance[i, j] = near
-            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            costs[i, j] = _cost(known, float(near * cell), weights)
-
-
-@kernel
-def _inflate_hits(
-    log_odds: NDArray[np.float32],
-    hits: NDArray[np.float32],
-    centre: NDArray[np.int64],
-    cell: float,
-    weights: CostWeights,
-    clearance: NDArray[np.float32],
-    costs: NDArray[np.float32],
-) -> None:
-    """Write clearance and cost of each cell like ``_inflate``, from places within cells.
-
-    A laser's hits are few: each lowers the clearances around it. The geofence's cells count by
-    their middles.
-    """
-    n = len(log_odds)
-    far = np.float32(weights.inflation_radius / cell)
-    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    # Zero is outside of the geofence until the costs are written.
-    for i in range(n):
-        for j in range(n):
-            clearance[i, j] *= far
-    for i in range(n):
-        row = (low0 + i) & (n - 1)
-        for j in range(n):
-            column = (low1 + j) & (n - 1)
-            if log_odds[row, column] > weights.lethal_log_odds:
-                _lower(clearance, i + hits[row, column, 0], j + hits[row, column, 1], float(far))
-            elif clearance[i, j] == 0.0 and _is_edge(clearance, i, j):
-                _lower(clearance, i + 0.5, j + 0.5, float(far))
-    for i in range(n):
-        for j in range(n):
-            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            costs[i, j] = _cost(known, float(clearance[i, j] * cell), weights)
-
-
-@kernel
-def _lower(clearance: NDArray[np.float32], x: float, y: float, far: float) -> None:
-    """Lower clearances to the distance from an obstacle at a place, all in cells."""
-    n = len(clearance)
-    for i in range(max(int(x - far), 0), min(int(x + far) + 1, n)):
-        for j in range(max(int(y - far), 0), min(int(y + far) + 1, n)):
-            away = np.sqrt((i + 0.5 - x) ** 2 + (j + 0.5 - y) ** 2)
-            clearance[i, j] = min(clearance[i, j], np.float32(away))
-
-
-@kernel
-def _is_edge(clearance: NDArray[np.float32], i: int, j: int) -> bool:
-    """Return True if a neighbour has a clearance."""
-    for p in range(max(i - 1, 0), min(i + 2, len(clearance))):
-        for q in range(max(j - 1, 0), min(j + 2, len(clearance))):
-            if clearance[p, q] > 0.0:
-                return True
-    return False
-
-
-@kernel
-def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
-    """Return the cost of a metre at a clearance [m] with some log odds."""
-    # Where the robot has driven it can drive, however narrow it is there.
-    if log_odds <= -np.float32(weights.max_log_odds):
-        return 1.0
-    cost = 1.0
-    if log_odds == 0.0:
-        cost += weights.unknown_cost
-    elif log_odds > 0.0:
-        share = log_odds / weights.lethal_log_odds
-        sure = weights.lethal_cost * max(share - 1.0, 0.0)
-        cost += weights.uncertain_cost * min(share, 1.0) + sure
-    inscribed, inflation = weights.inscribed_radius, weights.inflation_radius
-    if clearance < inscribed:
-        cost += weights.inscribed_cost * (2.0 - clearance / inscribed)
-    if clearance < inflation:
-        falling = (inflation - clearance) / (inflation - inscribed)
-        cost += weights.inflation_cost * min(1.0, falling)
-    return cost
-
-
-@kernel
-def _widen_where_driven(
-    log_odds: NDArray[np.float32],
-    centre: NDArray[np.int64],
-    max_log_odds: float,
-    passage: Passage,
-    clearance: NDArray[np.float32],
-    traversed: NDArray[np.float32],
-) -> None:
-    """Write the clearance, raised where the robot has driven and its body is gone.
-
-    Log odds there are -1 to -2 times the largest, the more the nearer the robot's middle was.
-    """
-    n = len(clearance)
-    low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    for i in range(n):
-        for j in range(n):
-            known = log_odds[(low0 + i) & (n - 1), (low1 + j) & (n - 1)]
-            traversed[i, j] = clearance[i, j]
-            # Few cells are driven on: the distance is computed for them alone.
-            if not (known <= -max_log_odds and clearance[i, j] > 0):
-                continue
-            if np.hypot(i - n // 2, j - n // 2) > passage.behind:
-                off = (2.0 + known / max_log_odds) * passage.driven_radius
-                traversed[i, j] = max(clearance[i, j], np.float32(passage.clearance - off))
 
 
 @kernel

@@ -12,13 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.navigation.planning.grid_planner import (
-    EVERYWHERE,
-    CostConfig,
-    CostWeights,
-    GridPlanner,
-    Passage,
-)
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE
+from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
 
 _RIM = 0.02

@@ -20,19 +20,13 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.navigation.controller import ControllerInput
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
-from andabata.navigation.planning.grid_planner import (
-    EVERYWHERE,
-    CostConfig,
-    CostWeights,
-    GridPlanner,
-    Passage,
-    geofence_in_odom,
-)
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in_odom
+from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import (
-    MARGIN,
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
 )
@@ -119,7 +113,7 @@ class LocalPlanner:
             occupancy.cell,
             CostWeights.of(self.config.costs, occupancy.lethal_log_odds, occupancy.max_log_odds),
             (self.config.min_lookahead, self.config.max_lookahead),
-            0.0 if rollouts is None else MARGIN,
+            0.0,
             Passage(robot.half_radius + _PASSAGE, self.occupancy.driven_radius, robot.length),
         )
         self.reset()
@@ -180,9 +174,9 @@ class LocalPlanner:
             return
         turn = pose.yaw - odometry.yaw
         c, s = math.cos(turn), math.sin(turn)
-        x, y = odometry.position[:2]
-        shift = pose.position[:2] - [c * x - s * y, s * x + c * y]
-        self._geofence = geofence_in_odom(geofence, turn, (float(shift[0]), float(shift[1])))
+        (x, y), (map_x, map_y) = odometry.position[:2].tolist(), pose.position[:2].tolist()
+        shift = (map_x - (c * x - s * y), map_y - (s * x + c * y))
+        self._geofence = geofence_in_odom(geofence, turn, shift)
 
     def bearing(
         self,
@@ -229,7 +223,7 @@ class LocalPlanner:
         Raises:
             ValueError: If one of them is not finite: it would be looked up beyond the square.
         """
-        if not (np.isfinite(position).all() and np.isfinite(goal).all()):
+        if not all(map(math.isfinite, (*position.tolist(), *goal.tolist()))):
             raise ValueError(
                 f"goal: expected finite places in odom [m], got {goal} from {position}"
             )

@@ -393,19 +393,22 @@ def _add_low_obstacles(
     """
     n, m, k = len(log_odds), len(low.heights), len(low.ground)
     half = min(low.half, m // 4 - 1)
-    for a in range(centre[0] - half, centre[0] + half + 1):
-        for b in range(centre[1] - half, centre[1] + half + 1):
-            i, j = a & (n - 1), b & (n - 1)
-            is_free = low.ground[i & (k - 1), j & (k - 1)] < -low.free_log_odds
-            if log_odds[i, j] <= -max_log_odds or is_free:
+    # Obstacles are few: each raises the cells that it lies in or beside, instead of each cell
+    # looking at the four half cells inside and one more around.
+    for u in range(2 * (centre[0] - half) - 1, 2 * (centre[0] + half) + 3):
+        row = low.heights[u & (m - 1)]
+        for v in range(2 * (centre[1] - half) - 1, 2 * (centre[1] + half) + 3):
+            height = row[v & (m - 1)]
+            if not height > 0 or max(abs(u - low.centre[0]), abs(v - low.centre[1])) >= m // 2:
                 continue
-            # The four half cells inside, and one more around.
-            for u in range(2 * a - 1, 2 * a + 3):
-                for v in range(2 * b - 1, 2 * b + 3):
-                    height = low.heights[u & (m - 1), v & (m - 1)]
-                    inside = max(abs(u - low.centre[0]), abs(v - low.centre[1])) < m // 2
-                    if height > 0 and inside:
-                        raised = min(low.gain * height, max_log_odds)
+            raised = min(low.gain * height, max_log_odds)
+            for a in range(u // 2 - 1 + u % 2, u // 2 + 1 + u % 2):
+                for b in range(v // 2 - 1 + v % 2, v // 2 + 1 + v % 2):
+                    if max(abs(a - centre[0]), abs(b - centre[1])) > half:
+                        continue
+                    i, j = a & (n - 1), b & (n - 1)
+                    is_free = low.ground[i & (k - 1), j & (k - 1)] < -low.free_log_odds
+                    if log_odds[i, j] > -max_log_odds and not is_free:
                         log_odds[i, j] = max(log_odds[i, j], raised)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.navigation.planning.cost_to_go import queue_for, search
+from andabata.navigation.planning.cost_to_go import Search, queue_for, search
 from andabata.navigation.planning.nearest_hits import NearestHits
 from terrain.kernel import kernel
 
@@ -123,7 +123,8 @@ class TimeToGo:
         times = np.full((n, n), np.inf, dtype=np.float32)
         self.field = TimeField(times, np.zeros(2), edge, edge / limits.max_speed, np.zeros(1))
         highest = limits.max_speed * (1.0 / limits.min_speed + limits.toll)
-        self._queue = queue_for(n, highest, 1.0)
+        first = np.zeros(2, dtype=np.int64)
+        self._search = Search(self.costs, times, queue_for(n, highest, 1.0), first)
 
     def update(
         self, hits: NearestHits, position: NDArray[np.float64], goal: NDArray[np.float64]
@@ -138,10 +139,11 @@ class TimeToGo:
         field, n = self.field, len(self.costs)
         field.corner[:] = hits.corner
         _price(hits, self._stride, self.limits, self.costs)
-        first = np.clip((position - field.corner) / field.cell, 0, n - 1).astype(np.int64)
+        first = self._search.first
+        first[:] = np.clip((position - field.corner) / field.cell, 0, n - 1)
         last = np.floor((goal - field.corner) / field.cell + _GOAL_SHIFT).astype(np.int64)
         margin = self._margin / field.unit
-        search(self.costs, field.times, self._queue, first, last, 1.0, margin)
+        search(self._search, last, 1.0, margin)
         # What the search has not reached costs more than the robot's way and the margin.
         field.unknown[0] = (float(field.times[tuple(first)]) + margin) * field.unit
 

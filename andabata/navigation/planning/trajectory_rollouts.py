@@ -18,28 +18,23 @@ from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.grid_planner import GridPlanner
+from andabata.navigation.planning.rollout_prices import (
+    STEP,
+    Body,
+    Candidates,
+    Ground,
+    Motion,
+    Place,
+    Stops,
+    price_moves,
+)
 from terrain.kernel import kernel
-
-STEP = 0.2
-"""Time between the points of an arc [s]."""
-
-ARRIVED = 0.8
-"""Distance from the goal at which a rollout ends [m]."""
-
-MARGIN = 8.0
-"""Cost above the robot's up to which rollouts look up the way on [m]."""
 
 _STAY_RADIUS = 2.5
 """Distance within which the robot counts as staying about a place [m]."""
 
 _STAY_MEMORY = 90.0
 """Time after which a stay is forgotten [s]."""
-
-_NO_WAY = 1e3
-"""Cost of a place without a way on [m]."""
-
-_CONTACT = 1e4
-"""Cost of a square metre of missing clearance [m]."""
 
 
 class TrajectoryRolloutsConfig(BaseModel):
@@ -82,93 +77,6 @@ class TrajectoryRolloutsConfig(BaseModel):
     override_margin: float = Field(default=0.3, ge=0)
     max_speed_scale: float = Field(default=2.0, ge=1, le=3)
     full_speed_clearance: float = Field(default=0.9, gt=0)
-
-
-class Candidates(NamedTuple):
-    """First moves among which the cheapest is selected.
-
-    Attributes:
-        rates: Yaw rates of arcs [rad/s], the controller's command first, shape (a,).
-        turns: Angles of turns on the spot [rad], shape (t,).
-        reverse_rates: Yaw rates of arcs backwards [rad/s], shape (r,).
-        after_arc: Arcs that may follow an arc, in its end's frame: x, y [m], heading [rad], shape
-            (k, m, 3).
-        after_turn: Arcs that may follow a turn: longer, so that both look equally far ahead.
-    """
-
-    rates: NDArray[np.float64]
-    turns: NDArray[np.float64]
-    reverse_rates: NDArray[np.float64]
-    after_arc: NDArray[np.float64]
-    after_turn: NDArray[np.float64]
-
-
-class Motion(NamedTuple):
-    """Sampling of an arc.
-
-    Attributes:
-        points: Number of points.
-        stride: Distance between two [m].
-        time: Time between two [s].
-    """
-
-    points: int
-    stride: float
-    time: float
-
-
-class Ground(NamedTuple):
-    """What the plan knows around the robot; see ``GridPlanner``.
-
-    Attributes:
-        costs: Cost of a cell's length, float32, shape (n, n).
-        clearance: Clearance [cells], float32, shape (n, n).
-        traversed_clearance: Clearance, more where the robot came through [cells], shape (n, n).
-        cost_to_go: Cost of the rest of the way [cells], float32, shape (n, n).
-        cell: Edge of a cell [m].
-        goal_x: Goal in the square [cells].
-        goal_y: Goal in the square [cells].
-    """
-
-    costs: NDArray[np.float32]
-    clearance: NDArray[np.float32]
-    traversed_clearance: NDArray[np.float32]
-    cost_to_go: NDArray[np.float32]
-    cell: float
-    goal_x: float
-    goal_y: float
-
-
-class Body(NamedTuple):
-    """Body of the robot as circles, and what its moves cost.
-
-    Attributes:
-        radius: Radius of the two circles that cover the body that drives, with margin [m].
-        offset: Distance of their middles before and behind the robot's [m].
-        swing_radius: Radius of the circle that the turning body sweeps, with margin [m].
-        cost_share: Share of the plan's extra costs that counts.
-        turn_cost: Cost of turning on the spot [m/rad].
-    """
-
-    radius: float
-    offset: float
-    swing_radius: float
-    cost_share: float
-    turn_cost: float
-
-
-class Place(NamedTuple):
-    """A pose in the square of the plan.
-
-    Attributes:
-        x: Position [cells].
-        y: Position [cells].
-        yaw: Heading [rad].
-    """
-
-    x: float
-    y: float
-    yaw: float
 
 
 class SpeedLimit(NamedTuple):
@@ -248,40 +156,52 @@ class TrajectoryRollouts:
             rate: Yaw rate of the command [rad/s].
         """
         config, robot, moves = self.config, self._robot, self._candidates
-        limit = robot.max_steering
         moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular
-        x, y = (position - plan.corner) / cell
-        goal_x, goal_y = (plan.goal - plan.corner) / cell
-        ground = Ground(
-            *(plan.costs, plan.clearance, plan.traversed_clearance, plan.cost_to_go),
-            *(cell, goal_x, goal_y),
-        )
+        x, y = ((position - plan.corner) / cell).tolist()
         place = Place(x, y, yaw)
-        _price_moves(moves, self._motion, ground, place, self._relaxed(position), self._prices)
-        # A turn is paid for when it begins, and turning back begins another. Backing out takes two
-        # stops, and a turn that is still to come.
-        arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
-        self._prices[arcs:turns] += config.stop_cost * (moves.turns * self._turning <= 0)
-        self._prices[turns:] += 2.0 * config.stop_cost + np.pi * self._body.turn_cost
+        self._price(plan, cell, place, self._relaxed(position), config.override_margin)
         best = int(np.argmin(self._prices))
-        self._turning = 0.0
         if self._prices[0] <= self._prices[best] + config.override_margin:
             best = 0
+        arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
+        self._turning = 0.0
         if best < arcs:
             driven = float(moves.rates[best])
             scale = self._speed_scale(plan, cell, place, driven)
             return Twist(robot.speed * scale, rate if best == 0 else driven)
         if best >= turns:
             return Twist(-robot.speed, float(moves.reverse_rates[best - turns]))
-        self._turning = math.copysign(limit, moves.turns[best - arcs])
+        self._turning = math.copysign(robot.max_steering, moves.turns[best - arcs])
         return Twist(0.0, self._turning)
+
+    def _price(
+        self, plan: GridPlanner, cell: float, place: Place, body: Body, override_margin: float
+    ) -> None:
+        """Write the prices of all moves that can matter [m].
+
+        Args:
+            plan: Plan with costs to the goal.
+            cell: Edge of its cells [m].
+            place: Pose of the robot in the plan's square.
+            body: Body of the robot.
+            override_margin: Cost by which a move has to be cheaper than the first arc [m].
+        """
+        goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
+        ground = Ground(
+            *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
+            *(cell, goal_x, goal_y),
+        )
+        # Backing out takes two stops, and a turn that is still to come.
+        stop, turn = self.config.stop_cost, np.pi * self._body.turn_cost
+        stops = Stops(self._turning, stop, 2.0 * stop + turn, override_margin)
+        price_moves(self._candidates, self._motion, ground, place, body, stops, self._prices)
 
     def _relaxed(self, position: NDArray[np.float64]) -> Body:
         """Return the body with less margin the longer the robot makes no progress."""
         self._places[self._decisions % len(self._places)] = position
         self._decisions += 1
-        stays = np.hypot(*(self._places - position).T) < _STAY_RADIUS
-        time = float(stays.sum()) * self.config.action_repeat * CONTROL_PERIOD
+        stays = _count_near(self._places, position, _STAY_RADIUS)
+        time = stays * self.config.action_repeat * CONTROL_PERIOD
         share = min(max(time / self.config.no_progress_time - 1.0, 0.0), 1.0)
         relaxed, body = self.config.clearance_relaxation * share, self._body
         return body._replace(radius=body.radius - relaxed, swing_radius=body.swing_radius - relaxed)
@@ -304,142 +224,6 @@ class TrajectoryRollouts:
             if _is_free(plan.costs, plan.clearance, limit, place, turn, stride, points):
                 return scale
         return 1.0
-
-
-def arc_fan(
-    robot: RobotModel, rates: tuple[float, ...], arcs: int, arc_time: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return all sequences of arcs at constant speed, and the first yaw rate of each.
-
-    Args:
-        robot: Speed and steering limit.
-        rates: Yaw rates of an arc, as shares of the limit.
-        arcs: Number of arcs in a row.
-        arc_time: Duration of an arc [s].
-
-    Returns:
-        x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
-        shape (k,).
-    """
-    sequences = np.array(list(product(rates, repeat=arcs))) * robot.max_steering
-    turns = np.repeat(sequences, round(arc_time / STEP), axis=1) * STEP
-    # The heading halfway through a step: an arc's chord points there.
-    yaw = np.cumsum(turns, axis=1) - turns / 2
-    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
-    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP
-    return np.stack([x, y, yaw + turns / 2], axis=2), sequences[:, 0]
-
-
-@kernel
-def _price_moves(
-    moves: Candidates,
-    motion: Motion,
-    ground: Ground,
-    place: Place,
-    body: Body,
-    prices: NDArray[np.float64],
-) -> None:
-    """Write the cost [m] of the cheapest way that begins with each arc, turn, arc backwards."""
-    cell = ground.cell
-    arrived = ARRIVED / cell
-    arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
-    for k in range(len(prices)):
-        x, y, yaw = place
-        driven = missing = 0.0
-        there = False
-        is_turn, is_reverse = arcs <= k < turns, k >= turns
-        if not is_turn:
-            rate = moves.reverse_rates[k - turns] if is_reverse else moves.rates[k]
-            way = -motion.stride if is_reverse else motion.stride
-            for _ in range(motion.points):
-                middle = yaw + rate * motion.time / 2
-                x, y = x + way * np.cos(middle) / cell, y + way * np.sin(middle) / cell
-                yaw += rate * motion.time
-                there |= np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived
-                if there:
-                    break
-                driven += motion.stride * _rate_at(ground, body, x, y)
-                missing += _missing(ground, body, x, y, yaw)
-        else:
-            turn = moves.turns[k - arcs]
-            driven = body.turn_cost * abs(turn)
-            # On the spot the corners sweep a circle, and no passage that was driven helps.
-            swept = _between(ground.clearance, x, y) * cell
-            missing = motion.points * max(body.swing_radius - swept, 0.0) ** 2
-            yaw += turn
-        price = driven + _CONTACT * missing
-        if there or is_reverse:
-            prices[k] = price
-            if not there:
-                prices[k] += _rest(ground, x, y)
-            continue
-        followers = moves.after_turn if is_turn else moves.after_arc
-        prices[k] = _cheapest_follower(followers, motion, ground, Place(x, y, yaw), body, price)
-
-
-@kernel
-def _cheapest_follower(
-    followers: NDArray[np.float64],
-    motion: Motion,
-    ground: Ground,
-    place: Place,
-    body: Body,
-    price: float,
-) -> float:
-    """Return the cost [m] of a first move with the cheapest arcs that may follow it."""
-    cell = ground.cell
-    arrived = ARRIVED / cell
-    cheapest = np.inf
-    c, s = np.cos(place.yaw), np.sin(place.yaw)
-    for k in range(len(followers)):
-        more, x, y = price, place.x, place.y
-        there = False
-        for t in range(followers.shape[1]):
-            a, b = followers[k, t, 0] / cell, followers[k, t, 1] / cell
-            x, y = place.x + c * a - s * b, place.y + s * a + c * b
-            if np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived:
-                there = True
-                break
-            more += motion.stride * _rate_at(ground, body, x, y)
-            more += _CONTACT * _missing(ground, body, x, y, place.yaw + followers[k, t, 2])
-            # Costs only grow: what is dearer already needs no end.
-            if more > cheapest:
-                break
-        if not there:
-            more += _rest(ground, x, y)
-        cheapest = min(cheapest, more)
-    return cheapest
-
-
-@kernel
-def _rate_at(ground: Ground, body: Body, x: float, y: float) -> float:
-    """Return the cost of a metre at a place, of whose extra costs a share counts."""
-    return 1.0 + body.cost_share * (_between(ground.costs, x, y) - 1.0)
-
-
-@kernel
-def _missing(ground: Ground, body: Body, x: float, y: float, yaw: float) -> float:
-    """Return the square of the clearance that the driving body lacks at a pose [m2].
-
-    Two circles, before and behind the middle, cover the body: the nearer one counts.
-    """
-    u, v = body.offset / ground.cell * np.cos(yaw), body.offset / ground.cell * np.sin(yaw)
-    clearance = min(
-        _between(ground.traversed_clearance, x + u, y + v),
-        _between(ground.traversed_clearance, x - u, y - v),
-    )
-    return max(body.radius - clearance * ground.cell, 0.0) ** 2
-
-
-@kernel
-def _rest(ground: Ground, x: float, y: float) -> float:
-    """Return the cost of the way on from a place [m]."""
-    limit = len(ground.cost_to_go) - 1
-    i, j = min(max(int(x), 0), limit), min(max(int(y), 0), limit)
-    rest = ground.cost_to_go[i, j] * ground.cell
-    if rest < _NO_WAY:
-        return float(rest)
-    return _NO_WAY + np.hypot(x - ground.goal_x, y - ground.goal_y) * ground.cell
 
 
 @kernel
@@ -470,11 +254,33 @@ def _is_free(
 
 
 @kernel
-def _between(grid: NDArray[np.float32], x: float, y: float) -> float:
-    """Return the value between the middles of the four nearest cells."""
-    limit = len(grid) - 2.0
-    x, y = min(max(x - 0.5, 0.0), limit), min(max(y - 0.5, 0.0), limit)
-    i, j = int(x), int(y)
-    a, b = x - i, y - j
-    near = grid[i, j] * (1 - a) + grid[i + 1, j] * a
-    return float(near * (1 - b) + (grid[i, j + 1] * (1 - a) + grid[i + 1, j + 1] * a) * b)
+def _count_near(places: NDArray[np.float64], position: NDArray[np.float64], radius: float) -> int:
+    """Return the number of places nearer to a position than a radius."""
+    count = 0
+    for k in range(len(places)):
+        count += np.hypot(places[k, 0] - position[0], places[k, 1] - position[1]) < radius
+    return count
+
+
+def arc_fan(
+    robot: RobotModel, rates: tuple[float, ...], arcs: int, arc_time: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return all sequences of arcs at constant speed, and the first yaw rate of each.
+
+    Args:
+        robot: Speed and steering limit.
+        rates: Yaw rates of an arc, as shares of the limit.
+        arcs: Number of arcs in a row.
+        arc_time: Duration of an arc [s].
+
+    Returns:
+        x, y [m] and heading [rad] in the robot's frame, shape (k, m, 3), and the rates [rad/s],
+        shape (k,).
+    """
+    sequences = np.array(list(product(rates, repeat=arcs))) * robot.max_steering
+    turns = np.repeat(sequences, round(arc_time / STEP), axis=1) * STEP
+    # The heading halfway through a step: an arc's chord points there.
+    yaw = np.cumsum(turns, axis=1) - turns / 2
+    x = np.cumsum(np.cos(yaw), axis=1) * robot.speed * STEP
+    y = np.cumsum(np.sin(yaw), axis=1) * robot.speed * STEP
+    return np.stack([x, y, yaw + turns / 2], axis=2), sequences[:, 0]

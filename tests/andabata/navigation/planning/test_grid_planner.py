@@ -5,14 +5,9 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 import pytest
 
-from andabata.navigation.planning.grid_planner import (
-    EVERYWHERE,
-    CostConfig,
-    CostWeights,
-    GridPlanner,
-    Passage,
-    geofence_in_odom,
-)
+from andabata.navigation.planning.cost_map import CostWeights, Passage
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE
+from andabata.navigation.planning.grid_planner import GridPlanner
 
 CELLS, CELL = 64, 0.2
 WEIGHTS = CostWeights(
@@ -168,120 +163,6 @@ def test_where_the_robot_has_driven_a_metre_costs_one():
     assert spent[True] == pytest.approx(6.0, abs=CELL)
 
 
-def test_costs_around_an_obstacle_have_known_values():
-    """Twice to once the inscribed cost inside its radius; inflation falls to none at its own."""
-    log_odds = free()
-    log_odds[0, 0] = 2.0
-    plan, _ = planned(log_odds)
-    row = plan.costs[MIDDLE : MIDDLE + 10, MIDDLE]
-    expected = [86.0, 27.0, 21.0, 2.75, 2.25, 1.75, 1.25, 1.0, 1.0, 1.0]
-    np.testing.assert_allclose(row, expected, rtol=1e-5)
-    np.testing.assert_allclose(plan.costs[MIDDLE, MIDDLE : MIDDLE + 10], expected, rtol=1e-5)
-    np.testing.assert_allclose(plan.costs[MIDDLE, MIDDLE::-1][:10], expected, rtol=1e-5)
-    np.testing.assert_allclose(plan.costs[MIDDLE::-1, MIDDLE][:10], expected, rtol=1e-5)
-    diagonal = 3.0 + 15.0 * (2.0 - 0.2 * np.sqrt(2.0) / 0.5)
-    corners = plan.costs[MIDDLE - 1 : MIDDLE + 2 : 2, MIDDLE - 1 : MIDDLE + 2 : 2]
-    np.testing.assert_allclose(corners, diagonal, rtol=1e-5)
-
-
-def test_clearance_is_the_chamfer_distance_up_to_the_inflation_radius():
-    """Straight steps count one cell, diagonal ones the root of two."""
-    log_odds = free()
-    log_odds[3, -2] = 1.1
-    plan, _ = planned(log_odds)
-    i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array([MIDDLE + 3, MIDDLE - 2])[:, None, None])
-    chamfer = np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)
-    np.testing.assert_allclose(plan.clearance, np.minimum(chamfer, 6.5), rtol=1e-5)
-
-
-def distances_from(places):
-    """Return the distance of each cell's middle from the nearest of some places, in cells."""
-    x, y = np.mgrid[:CELLS, :CELLS] + 0.5
-    return np.min([np.hypot(x - u, y - v) for u, v in places], axis=0)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_with_hits_clearance_is_the_distance_from_the_places_in_the_cells(seed):
-    """It is exact, for obstacles alone, up to the inflation radius, wherever the square lies."""
-    rng = np.random.default_rng(seed)
-    log_odds, hits = free(), rng.uniform(0.0, 1.0, (CELLS, CELLS, 2)).astype(np.float32)
-    cells, centre = rng.integers(0, CELLS, (30, 2)), rng.integers(-500, 500, 2)
-    log_odds[tuple(cells.T)] = 1.1
-    plan, start = make(), (centre + 0.5) * CELL
-    plan.plan(log_odds, centre, EVERYWHERE, start, start + 1.0, hits)
-    places = (cells - (centre - MIDDLE)) % CELLS + hits[tuple(cells.T)]
-    expected = np.minimum(distances_from(places), 6.5)
-    np.testing.assert_allclose(plan.clearance, expected, atol=1e-5)
-
-
-def test_with_hits_in_the_middles_of_cells_costs_are_those_without_along_a_row():
-    """The two clearances agree where the chamfer transform is exact."""
-    log_odds = free()
-    log_odds[0, 0] = 2.0
-    middles = np.full((CELLS, CELLS, 2), 0.5, dtype=np.float32)
-    exact, chamfer = planned(log_odds, hits=middles)[0], planned(log_odds)[0]
-    np.testing.assert_allclose(exact.costs[MIDDLE], chamfer.costs[MIDDLE], rtol=1e-5)
-    np.testing.assert_allclose(exact.costs[:, MIDDLE], chamfer.costs[:, MIDDLE], rtol=1e-5)
-    assert (exact.costs[MIDDLE + 1 :, MIDDLE + 1 :] >= 1.0).all()
-
-
-def test_with_hits_the_geofence_counts_by_the_middles_of_its_cells():
-    """Cells outside have no clearance, those inside their distance from the nearest outside."""
-    geofence, hits = geofence_in_odom((-2.0, -50.0, 50.0, 50.0)), np.zeros((CELLS, CELLS, 2))
-    plan, _ = planned(free(), geofence=geofence, hits=hits.astype(np.float32))
-    first = MIDDLE - 10
-    assert (plan.clearance[:first] == 0.0).all()
-    rows = np.minimum(np.arange(1, CELLS - first + 1), 6.5)
-    np.testing.assert_allclose(plan.clearance[first:], np.repeat(rows[:, None], CELLS, 1))
-
-
-@pytest.mark.parametrize(
-    ("log_odds", "cost"),
-    [(0.0, 1.5), (0.5, 2.5), (1.0, 4.0), (-0.5, 1.0), (-3.0, 1.0), (np.nan, 1.0)],
-)
-def test_log_odds_have_a_known_cost_in_the_open(log_odds, cost):
-    """Unknown ground costs half a metre more, uncertain ground its share of lethal log odds."""
-    plan, _ = planned(free(log_odds))
-    np.testing.assert_allclose(plan.costs, cost)
-
-
-def test_lethal_is_what_exceeds_the_threshold():
-    """Log odds at the threshold are no obstacle, a little more is one."""
-    log_odds = free()
-    log_odds[0, 0], log_odds[0, 20] = 1.0, 1.001
-    plan, _ = planned(log_odds)
-    assert plan.clearance[MIDDLE, MIDDLE] == 6.5
-    assert plan.clearance[MIDDLE, MIDDLE + 20] == 0.0
-
-
-@pytest.mark.parametrize(("lethal", "highest"), [(1.0, 136.0), (2.0, 61.0)])
-def test_no_cost_is_higher_than_the_highest(lethal, highest):
-    """The highest cost is that of a certain obstacle among others."""
-    weights = WEIGHTS._replace(lethal_log_odds=lethal)
-    plan, _ = planned(free(3.0), weights=weights)
-    assert plan.costs.max() == pytest.approx(weights.highest)
-    assert weights.highest == pytest.approx(highest)
-
-
-def test_weights_are_those_of_the_configuration():
-    """Each number of the configuration has its place among the weights."""
-    config = CostConfig(
-        inscribed_radius=0.1,
-        inflation_radius=0.2,
-        inscribed_cost=3.0,
-        inflation_cost=4.0,
-        unknown_cost=5.0,
-        uncertain_cost=6.0,
-        lethal_cost=7.0,
-    )
-    assert CostWeights.of(config, 8.0, 9.0) == (8.0, 9.0, 0.1, 0.2, 3.0, 4.0, 5.0, 6.0, 7.0)
-    assert CostWeights.of(config, 8.0, 9.0)._asdict() == {
-        "lethal_log_odds": 8.0,
-        "max_log_odds": 9.0,
-        **config.model_dump(),
-    }
-
-
 def test_the_square_lies_around_its_centre():
     """The corner is half the square below the centre; memory is wrapped around."""
     log_odds, centre = free(), np.array([100, -37])
@@ -295,47 +176,6 @@ def test_the_square_lies_around_its_centre():
     plan.reset()
     np.testing.assert_array_equal(plan.corner, ORIGIN)
     np.testing.assert_array_equal(plan.goal, ORIGIN)
-
-
-@pytest.mark.parametrize("turn", [0.0, 0.5, -2.0])
-def test_cells_beyond_the_geofence_are_obstacles(turn):
-    """A cell is inside when its middle, turned and shifted into the map, lies in the bounds."""
-    shift = (10.0, 20.0)
-    geofence = geofence_in_odom((8.0, 18.5, 30.0, 23.0), turn, shift)
-    plan, _ = planned(free(), geofence=geofence)
-    x, y = (np.mgrid[:CELLS, :CELLS] - MIDDLE + 0.5) * CELL
-    map_x = shift[0] + np.cos(turn) * x - np.sin(turn) * y
-    map_y = shift[1] + np.sin(turn) * x + np.cos(turn) * y
-    inside = (map_x > 8.0) & (map_x < 30.0) & (map_y > 18.5) & (map_y < 23.0)
-    assert 0 < inside.sum() < inside.size
-    np.testing.assert_array_equal(plan.clearance > 0, inside)
-
-
-def test_without_a_geofence_everywhere_is_inside():
-    """No bounds leave the whole square as it is."""
-    assert geofence_in_odom(None, 0.3, (1.0, 2.0)) == EVERYWHERE
-    plan, _ = planned(free())
-    assert (plan.clearance == 6.5).all()
-
-
-def test_traversed_clearance_grows_where_the_robot_came_through():
-    """The passage's clearance at the middle of the trail, less towards its edges, behind alone."""
-    log_odds = free()
-    log_odds[:, 2], log_odds[:, -2] = 2.0, 2.0
-    log_odds[:, 0] = -6.0  # The robot's middle was there.
-    log_odds[:, 1] = -3.0  # As far from the middle as counts as driven.
-    plan, _ = planned(log_odds, passage=(0.8, 0.15, 1.0))
-    clearance, traversed = plan.clearance, plan.traversed_clearance
-    far = MIDDLE + 10
-    assert clearance[far, MIDDLE] == 2.0
-    assert traversed[far, MIDDLE] == pytest.approx(4.0)
-    assert clearance[far, MIDDLE + 1] == 1.0
-    assert traversed[far, MIDDLE + 1] == pytest.approx(4.0 - 0.75)
-    # Not under the body, nor in obstacles, nor where it has not been.
-    assert traversed[MIDDLE + 5, MIDDLE] == 2.0
-    assert traversed[MIDDLE + 6, MIDDLE] == pytest.approx(4.0)
-    assert traversed[far, MIDDLE + 2] == 0.0
-    np.testing.assert_array_equal(traversed[:, MIDDLE + 3 :], clearance[:, MIDDLE + 3 :])
 
 
 def test_a_free_goal_needs_no_sub_goal():

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from andabata.machine.kinematics import Twist
+from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
-from andabata.navigation.planning.grid_planner import CostConfig, CostWeights
+from andabata.navigation.planning.cost_map import CostConfig, CostWeights
+from andabata.navigation.planning.cost_to_go import Search, queue_for
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.local_planner import LocalPlanner
+from andabata.navigation.planning.rollout_prices import Place
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
@@ -65,11 +68,15 @@ def synthetic(goal=AHEAD, clearance=3.0, cost=1.0, rest=None):
         return np.ascontiguousarray(np.broadcast_to(found, (n, n)) / scale, dtype=np.float32)
 
     straight = rest if rest is not None else lambda x, y: np.hypot(x - goal[0], y - goal[1])
+    costs, cost_to_go = field(cost), field(straight, CELL)
+    # Its queue is empty: the search has been everywhere.
+    search = Search(costs, cost_to_go, queue_for(n, 1.0, 1.0), np.zeros(2, dtype=np.int64))
     return SimpleNamespace(
-        costs=field(cost),
+        costs=costs,
         clearance=field(clearance, CELL),
         traversed_clearance=field(clearance, CELL),
-        cost_to_go=field(straight, CELL),
+        cost_to_go=cost_to_go,
+        search=search,
         goal=np.asarray(goal, dtype=float),
         corner=corner,
         weights=CostWeights.of(CostConfig(), 1.0, 3.0),
@@ -232,11 +239,19 @@ AFTER_TURN = 32 * 0.06
 TURNS = np.arange(1, 7) * np.pi / 6
 
 
+def all_prices(plan, rollouts, rate=0.0, position=ORIGIN, yaw=0.0):
+    """Return the costs of all moves [m], shape (arcs + turns + arcs backwards,), and select one."""
+    rollouts._candidates.rates[0] = executed_twist(Twist(SPEED, rate), ROBOT).angular
+    place = Place(*(np.asarray(position) - plan.corner) / CELL, yaw)
+    rollouts._price(plan, CELL, place, rollouts._body, -np.inf)
+    found = rollouts._prices.copy()
+    chosen(plan, rate, position, yaw, rollouts)
+    return found
+
+
 def prices(plan, rollouts=None, rate=0.0, **settings):
     """Return the costs of arcs, turns and arcs backwards over a synthetic plan [m]."""
-    rollouts = rollouts or rollouts_of(**settings)
-    chosen(plan, rate, rollouts=rollouts)
-    return np.split(rollouts._prices, [6, 18])
+    return np.split(all_prices(plan, rollouts or rollouts_of(**settings), rate), [6, 18])
 
 
 def nowhere(**options):
@@ -357,8 +372,8 @@ def test_prices_are_those_of_a_plain_simulation(seed):
     plan.clearance = np.full_like(plan.clearance, 3.0 / CELL)
     start = (*rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0))
     rollouts = rollouts_of()
-    chosen(plan, 0.4, start[:2], start[2], rollouts)
-    arcs, turns, back = np.split(rollouts._prices, [6, 18])
+    found = all_prices(plan, rollouts, 0.4, start[:2], start[2])
+    arcs, turns, back = np.split(found, [6, 18])
     rates = [LIMIT * share for share in CONFIG.rates]
     pairs = [(a, b) for a in rates for b in rates]
     for rate, price in zip([0.4, *rates], arcs, strict=True):
@@ -373,6 +388,32 @@ def test_prices_are_those_of_a_plain_simulation(seed):
         assert price == pytest.approx(cost + 6.0 + 0.6 * np.pi, rel=1e-4)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_not_simulated_could_not_have_been_selected(seed):
+    """Among obstacles the move is the one that all prices, with the whole search, would select."""
+    rng = np.random.default_rng(seed)
+    log_odds = np.full((256, 256), -1.0, dtype=np.float32)
+    log_odds[rng.uniform(size=log_odds.shape) < 0.02] = 2.0
+    plan = LocalPlanner(GRID, rollouts=CONFIG).plan
+    twists = set()
+    for _ in range(20):
+        goal, yaw, rate = rng.uniform(-20.0, 20.0, 2), *rng.uniform(-3.0, 3.0, 2)
+        position = rng.uniform(-1.0, 1.0, 2)
+        centre = np.floor(position / CELL).astype(np.int64)
+        plan.plan(log_odds, centre, EVERYWHERE, position, goal)
+        twist = chosen(plan, rate, position, yaw)
+        twists.add(twist)
+        rollouts = rollouts_of()
+        found = all_prices(plan, rollouts, rate, position, yaw)
+        best = 0 if found[0] <= found.min() + CONFIG.override_margin else found.argmin()
+        moves = rollouts._candidates
+        rates = [rate, *moves.rates[1:], *moves.turns, *moves.reverse_rates]
+        expected = LIMIT * np.sign(rates[best]) if 6 <= best < 18 else rates[best]
+        assert twist.angular == pytest.approx(expected)
+        assert np.sign(twist.linear) == (1 if best < 6 else -1 if best >= 18 else 0)
+    assert len(twists) > 5
+
+
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.8])
 def test_front_and_rear_of_the_body_need_clearance(yaw):
     """A wall along the way needs less clearance than one across it."""
@@ -382,16 +423,15 @@ def test_front_and_rear_of_the_body_need_clearance(yaw):
     along = nowhere(clearance=lambda x, y: needed + 0.01 - c * y + s * x)
     for plan, is_free in ((across, False), (along, True)):
         rollouts = rollouts_of(rates=(0.0,))
-        chosen(plan, 0.0, yaw=yaw, rollouts=rollouts)
-        straight = rollouts._prices[0]
+        straight = all_prices(plan, rollouts, yaw=yaw)[0]
         assert (straight < ARC + 1e-3) == is_free
         assert straight >= ARC - 1e-9
     # The front circle lies a quarter of the length ahead, at each point of the way.
     rollouts = rollouts_of(rates=(0.0,))
-    chosen(across, 0.0, yaw=yaw, rollouts=rollouts)
+    found = all_prices(across, rollouts, yaw=yaw)
     points = 0.06 * np.arange(1, 34)
     lack = np.maximum(needed - (1.2 - points - ROBOT.length / 4), 0.0)
-    assert rollouts._prices[0] == pytest.approx(ARC + 1e4 * (lack**2).sum(), rel=1e-3)
+    assert found[0] == pytest.approx(ARC + 1e4 * (lack**2).sum(), rel=1e-3)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.3])

@@ -1,0 +1,392 @@
+"""Prices of rollouts: what the cheapest way costs that begins with an arc or a turn.
+
+Rollouts are cut short where they cannot win: what a way has cost, its length and the plan's cost of
+the rest are a bound that needs no simulation.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.navigation.planning.cost_to_go import Search, is_settled, settle
+from terrain.kernel import kernel
+
+STEP = 0.2
+"""Time between the points of an arc [s]."""
+
+ARRIVED = 0.8
+"""Distance from the goal at which a rollout ends [m]."""
+
+_MARGIN = 8.0
+"""Cost above the robot's up to which the way on is looked up [m]."""
+
+_NO_WAY = 1e3
+"""Cost of a place without a way on [m]."""
+
+_CONTACT = 1e4
+"""Cost of a square metre of missing clearance [m]."""
+
+_ROUNDING = 1e-3
+"""Cost that bounds stay below what they bound, so that rounding cannot choose [m]."""
+
+
+class Candidates(NamedTuple):
+    """First moves among which the cheapest is selected.
+
+    Attributes:
+        rates: Yaw rates of arcs [rad/s], the controller's command first, shape (a,).
+        turns: Angles of turns on the spot [rad], shape (t,).
+        reverse_rates: Yaw rates of arcs backwards [rad/s], shape (r,).
+        after_arc: Arcs that may follow an arc, in its end's frame: x, y [m], heading [rad], shape
+            (k, m, 3).
+        after_turn: Arcs that may follow a turn: longer, so that both look equally far ahead.
+    """
+
+    rates: NDArray[np.float64]
+    turns: NDArray[np.float64]
+    reverse_rates: NDArray[np.float64]
+    after_arc: NDArray[np.float64]
+    after_turn: NDArray[np.float64]
+
+
+class Motion(NamedTuple):
+    """Sampling of an arc.
+
+    Attributes:
+        points: Number of points.
+        stride: Distance between two [m].
+        time: Time between two [s].
+    """
+
+    points: int
+    stride: float
+    time: float
+
+
+class Ground(NamedTuple):
+    """What the plan knows around the robot; see ``GridPlanner``.
+
+    Attributes:
+        costs: Cost of a cell's length, float32, shape (n, n).
+        clearance: Clearance [cells], float32, shape (n, n).
+        traversed_clearance: Clearance, more where the robot came through [cells], shape (n, n).
+        search: Search of the cost of the rest of the way [cells].
+        cell: Edge of a cell [m].
+        goal_x: Goal in the square [cells].
+        goal_y: Goal in the square [cells].
+    """
+
+    costs: NDArray[np.float32]
+    clearance: NDArray[np.float32]
+    traversed_clearance: NDArray[np.float32]
+    search: Search
+    cell: float
+    goal_x: float
+    goal_y: float
+
+
+class Body(NamedTuple):
+    """Body of the robot as circles, and what its moves cost.
+
+    Attributes:
+        radius: Radius of the two circles that cover the body that drives, with margin [m].
+        offset: Distance of their middles before and behind the robot's [m].
+        swing_radius: Radius of the circle that the turning body sweeps, with margin [m].
+        cost_share: Share of the plan's extra costs that counts.
+        turn_cost: Cost of turning on the spot [m/rad].
+    """
+
+    radius: float
+    offset: float
+    swing_radius: float
+    cost_share: float
+    turn_cost: float
+
+
+class Place(NamedTuple):
+    """A pose in the square of the plan.
+
+    Attributes:
+        x: Position [cells].
+        y: Position [cells].
+        yaw: Heading [rad].
+    """
+
+    x: float
+    y: float
+    yaw: float
+
+
+class Stops(NamedTuple):
+    """Costs of moves that begin with a stop.
+
+    Attributes:
+        turning: Yaw rate of the turn on the spot that the robot is in, 0 for none [rad/s].
+        turn_cost: Cost of beginning a turn [m]; turning back begins another.
+        reverse_cost: Cost of backing out [m].
+        override_margin: Cost by which a move has to be cheaper than the first arc to matter [m].
+    """
+
+    turning: float
+    turn_cost: float
+    reverse_cost: float
+    override_margin: float
+
+
+@kernel
+def price_moves(
+    moves: Candidates,
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    stops: Stops,
+    prices: NDArray[np.float64],
+) -> None:
+    """Write the cost [m] of the cheapest way that begins with each arc, turn, arc backwards.
+
+    It is infinite for moves that are not cheaper than the first arc by the margin, or than a move
+    before them: they need not be simulated to the end.
+
+    Args:
+        moves: First moves.
+        motion: Sampling of an arc.
+        ground: Plan around the robot.
+        place: Pose of the robot.
+        body: Body of the robot.
+        stops: Costs of stops; an infinite negative margin gives all prices.
+        prices: Result: arcs, turns, arcs backwards, shape (a + t + r,).
+    """
+    enough = np.inf
+    arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
+    for k in range(len(prices)):
+        if k < arcs:
+            found = _price_arc(moves, motion, ground, place, body, moves.rates[k], enough)
+        elif k < turns:
+            turn = moves.turns[k - arcs]
+            stop = stops.turn_cost if turn * stops.turning <= 0 else 0.0
+            found = _price_turn(moves, motion, ground, place, body, turn, enough - stop) + stop
+        else:
+            rate, stop = moves.reverse_rates[k - turns], stops.reverse_cost
+            found = _price_reverse(motion, ground, place, body, rate, enough - stop) + stop
+        prices[k] = found if found < enough else np.inf
+        if k == 0:
+            enough = found - stops.override_margin
+        elif found < enough and stops.override_margin > -np.inf:
+            enough = found
+
+
+class _Arc(NamedTuple):
+    """End of an arc.
+
+    Attributes:
+        place: Pose there.
+        cost: Cost of the way [m].
+        is_goal: True if it ended at the goal.
+    """
+
+    place: Place
+    cost: float
+    is_goal: bool
+
+
+@kernel
+def _drive(
+    motion: Motion, ground: Ground, place: Place, body: Body, rate: float, stride: float
+) -> _Arc:
+    """Return the end of an arc of some yaw rate, backwards where the stride is negative."""
+    x, y, yaw = place
+    cell, arrived = ground.cell, ARRIVED / ground.cell
+    driven = missing = 0.0
+    is_goal = False
+    for _ in range(motion.points):
+        middle = yaw + rate * motion.time / 2
+        x, y = x + stride * np.cos(middle) / cell, y + stride * np.sin(middle) / cell
+        yaw += rate * motion.time
+        is_goal = np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived
+        if is_goal:
+            break
+        driven += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)
+        missing += _missing(ground.traversed_clearance, cell, body, x, y, yaw)
+    return _Arc(Place(x, y, yaw), driven + _CONTACT * missing, is_goal)
+
+
+@kernel
+def _price_arc(
+    moves: Candidates,
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    rate: float,
+    enough: float,
+) -> float:
+    """Return the cost of the cheapest way that begins with an arc [m], infinite from enough on."""
+    arc = _drive(motion, ground, place, body, rate, motion.stride)
+    if arc.is_goal:
+        return arc.cost
+    return _cheapest_follower(moves.after_arc, motion, ground, arc.place, body, arc.cost, enough)
+
+
+@kernel
+def _price_turn(
+    moves: Candidates,
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    turn: float,
+    enough: float,
+) -> float:
+    """Return the cost of the cheapest way that begins with a turn on the spot, like an arc's."""
+    # On the spot the corners sweep a circle, and no passage that was driven helps.
+    swept = _between(ground.clearance, place.x, place.y) * ground.cell
+    missing = motion.points * max(body.swing_radius - swept, 0.0) ** 2
+    cost = body.turn_cost * abs(turn) + _CONTACT * missing
+    turned = Place(place.x, place.y, place.yaw + turn)
+    return _cheapest_follower(moves.after_turn, motion, ground, turned, body, cost, enough)
+
+
+@kernel
+def _price_reverse(
+    motion: Motion, ground: Ground, place: Place, body: Body, rate: float, enough: float
+) -> float:
+    """Return the cost of an arc backwards and the rest of the way, like an arc's."""
+    arc = _drive(motion, ground, place, body, rate, -motion.stride)
+    if arc.is_goal:
+        return arc.cost
+    x, y, search, cell = arc.place.x, arc.place.y, ground.search, ground.cell
+    end = _cell_of(x, y, len(ground.costs))
+    settle(search, end, (enough - arc.cost) / cell, _MARGIN / cell)
+    rest = _rest(search.cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
+    return arc.cost + rest
+
+
+@kernel
+def _cheapest_follower(
+    followers: NDArray[np.float64],
+    motion: Motion,
+    ground: Ground,
+    place: Place,
+    body: Body,
+    price: float,
+    enough: float,
+) -> float:
+    """Return the cost [m] of a first move with the cheapest arcs that may follow it.
+
+    Args:
+        followers: Arcs, see ``Candidates``.
+        motion: Sampling of an arc.
+        ground: Plan around the robot.
+        place: Pose at the end of the first move.
+        body: Body of the robot.
+        price: Cost of the first move [m].
+        enough: Cost [m] from which on it does not matter: then it is infinite.
+    """
+    cell, points = ground.cell, followers.shape[1]
+    search, margin = ground.search, _MARGIN / cell
+    cost_to_go, numbers, first = search.cost_to_go, search.queue.numbers, search.first
+    length = motion.stride * points
+    # What a way costs at the least, but for the rest; less where it may end at the goal.
+    least = price + length - _ROUNDING
+    if np.hypot(place.x - ground.goal_x, place.y - ground.goal_y) * cell < length + ARRIVED:
+        least = -np.inf
+    cheapest = enough
+    c, s = np.cos(place.yaw), np.sin(place.yaw)
+    begin = _nearest_end(followers, cost_to_go, cell, place)
+    for order in range(len(followers)):
+        if least >= cheapest:
+            break
+        # The likeliest first: it leaves little to the others.
+        k = (begin + order) % len(followers)
+        a, b = followers[k, points - 1, 0] / cell, followers[k, points - 1, 1] / cell
+        x, y = place.x + c * a - s * b, place.y + s * a + c * b
+        end, limit = _cell_of(x, y, len(cost_to_go)), (cheapest - least) / cell
+        # The search goes on only where its answer could matter.
+        if not is_settled(numbers, cost_to_go, first, end, limit, margin):
+            settle(search, end, limit, margin)
+        rest = _rest(cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
+        if least + rest >= cheapest:
+            continue
+        more, there = price, False
+        for t in range(points):
+            a, b = followers[k, t, 0] / cell, followers[k, t, 1] / cell
+            x, y = place.x + c * a - s * b, place.y + s * a + c * b
+            if np.hypot(x - ground.goal_x, y - ground.goal_y) < ARRIVED / cell:
+                there = True
+                break
+            more += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)
+            yaw = place.yaw + followers[k, t, 2]
+            more += _CONTACT * _missing(ground.traversed_clearance, cell, body, x, y, yaw)
+            # Costs only grow: what is dearer already needs no end.
+            if more > cheapest:
+                break
+        cheapest = min(cheapest, more if there else more + rest)
+    return cheapest if cheapest < enough else np.inf
+
+
+@kernel
+def _nearest_end(
+    followers: NDArray[np.float64], cost_to_go: NDArray[np.float32], cell: float, place: Place
+) -> int:
+    """Return the arcs whose end costs least as far as the search has been."""
+    last = followers.shape[1] - 1
+    c, s = np.cos(place.yaw), np.sin(place.yaw)
+    nearest, least = 0, np.inf
+    for k in range(len(followers)):
+        a, b = followers[k, last, 0] / cell, followers[k, last, 1] / cell
+        end = _cell_of(place.x + c * a - s * b, place.y + s * a + c * b, len(cost_to_go))
+        if cost_to_go[end] < least:
+            nearest, least = k, cost_to_go[end]
+    return nearest
+
+
+@kernel
+def _rate_at(costs: NDArray[np.float32], share: float, x: float, y: float) -> float:
+    """Return the cost of a metre at a place, of whose extra costs a share counts."""
+    return 1.0 + share * (_between(costs, x, y) - 1.0)
+
+
+@kernel
+def _missing(
+    clearance: NDArray[np.float32], cell: float, body: Body, x: float, y: float, yaw: float
+) -> float:
+    """Return the square of the clearance that the driving body lacks at a pose [m2].
+
+    Two circles, before and behind the middle, cover the body: the nearer one counts.
+    """
+    u, v = body.offset / cell * np.cos(yaw), body.offset / cell * np.sin(yaw)
+    nearest = min(_between(clearance, x + u, y + v), _between(clearance, x - u, y - v))
+    return max(body.radius - nearest * cell, 0.0) ** 2
+
+
+@kernel
+def _rest(cost_to_go: float, aside: float, ahead: float, cell: float) -> float:
+    """Return the cost of the way on from a place [m].
+
+    Args:
+        cost_to_go: Cost of it in the plan [cells].
+        aside: Distance to the goal along x [cells].
+        ahead: Distance to the goal along y [cells].
+        cell: Edge of a cell [m].
+    """
+    rest = cost_to_go * cell
+    return rest if rest < _NO_WAY else _NO_WAY + np.hypot(aside, ahead) * cell
+
+
+@kernel
+def _cell_of(x: float, y: float, n: int) -> tuple[int, int]:
+    """Return the cell of a place, the nearest of the square for places beyond it."""
+    return min(max(int(x), 0), n - 1), min(max(int(y), 0), n - 1)
+
+
+@kernel
+def _between(grid: NDArray[np.float32], x: float, y: float) -> float:
+    """Return the value between the middles of the four nearest cells."""
+    limit = len(grid) - 2.0
+    x, y = min(max(x - 0.5, 0.0), limit), min(max(y - 0.5, 0.0), limit)
+    i, j = int(x), int(y)
+    a, b = x - i, y - j
+    near = grid[i, j] * (1 - a) + grid[i + 1, j] * a
+    return float(near * (1 - b) + (grid[i, j + 1] * (1 - a) + grid[i + 1, j + 1] * a) * b)

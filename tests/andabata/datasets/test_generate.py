@@ -31,7 +31,7 @@ def test_the_same_seed_gives_the_same_clouds_whatever_the_workers(capsys, tmp_pa
     assert len(set(found[0][0].values())) == 3  # No cloud is taken twice.
 
 
-def test_clouds_have_generators_of_their_own(tmp_path, monkeypatch):
+def test_clouds_have_generators_of_their_own(monkeypatch):
     """The generator of a cloud follows from the seed and its number, and from nothing else."""
     states = []
 
@@ -46,7 +46,7 @@ def test_clouds_have_generators_of_their_own(tmp_path, monkeypatch):
             for number in batch.clouds:
                 one = generate.CloudBatch(batch.world, batch.split, (number,), batch.first)
                 with pytest.raises(StopAsyncIteration):
-                    generate.make_clouds(CONFIG, seed, tmp_path, False, one)
+                    generate.make_clouds(CONFIG, seed, False, one)
     assert len(states) == len(set(states)) == 24
 
 
@@ -98,19 +98,17 @@ def test_the_manifest_comes_last(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(generate, "run_tasks", fail)
+    monkeypatch.setattr(generate, "make_clouds", fail)
     with pytest.raises(OSError, match="disk full"):
-        generate_dataset(tmp_path, CONFIG, {"train": 1}, 0, 1, lambda: None)
+        generate_dataset(tmp_path, CONFIG, {"train": 1}, 0, print)
     assert not (tmp_path / "manifest.json").exists()
 
 
 def test_each_cloud_is_reported_and_counted(tmp_path):
     """The manifest knows points, world and split of each cloud, the card counts the cells."""
     seen = []
-    manifest = generate_dataset(
-        tmp_path, CONFIG, {"train": 1, "validation": 1}, 3, 1, lambda: seen.append(1)
-    )
-    assert len(seen) == 2
+    manifest = generate_dataset(tmp_path, CONFIG, {"train": 1, "validation": 1}, 3, seen.append)
+    assert seen == [1, 1]
     for number, entry in enumerate(manifest.clouds):
         assert entry.file == file_name(number)
         with np.load(tmp_path / entry.file) as data:

@@ -147,11 +147,14 @@ def _ray() -> Any:  # noqa: ANN401 - a package that need not be there.
     """
     try:
         import ray
+        import ray._private.worker
         import ray.exceptions
     except ModuleNotFoundError as error:
         raise RayError(
             f"--engine ray: expected the package ray, got none in {sys.prefix}; {INSTALL}"
         ) from error
+    # Else Ray writes of killed workers to stdout, which is for results; the engine tells of them.
+    ray._private.worker._worker_logs_enabled = False
     return ray
 
 

@@ -34,3 +34,7 @@ def kill_the_worker_once(folder, number):
             return 9
         kill_the_worker(number)
     return number * number
+
+
+def threads_of_the_worker(number):
+    return os.environ.get("OMP_NUM_THREADS")

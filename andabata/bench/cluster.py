@@ -156,7 +156,7 @@ def soak(kinds: Sequence[str], runs: int, folder: Path) -> list[dict[str, int | 
                 counts["same bytes"] += digests(one, _COMMAND) == expected
                 counts["done twice"] += watched.done_twice
                 counts["written twice"] += watched.written_twice
-            rows.append(row | counts)
+            rows.append({**row, **counts})
     return rows
 
 

@@ -1,8 +1,12 @@
 """The engine's laws for this process and for several, without the cluster."""
 
+import errno
+from dataclasses import replace
+
 import pytest
 
-from andabata.engine import SerialEngine
+from andabata.engine import SerialEngine, answer
+from andabata.engine_origin import here
 from andabata.engine_processes import ProcessEngine
 from tests import engine_laws as laws
 
@@ -24,3 +28,26 @@ def test_one_worker_works_here():
         assert next(found) == 0
         assert seen == [0]
         assert list(found) == [1, 4, 9]
+
+
+def test_a_full_disk_of_another_machine_is_named():
+    """An error of a file says on whose disk, unless it is that of the driver."""
+
+    def fill_the_disk(number):
+        raise OSError(errno.ENOSPC, "no space", "/tmp/file")
+
+    for driver, text in ((here().host, "no space"), ("driver", f"no space (on {here().host})")):
+        with pytest.raises(OSError, match="no space") as caught:
+            answer(replace(here(), host=driver), fill_the_disk, 1)
+        assert (caught.value.strerror, caught.value.filename) == (text, "/tmp/file")
+
+
+def test_workers_of_other_machines_are_told_once():
+    """The machine, and the note of another processor, come with its first result."""
+    told, theirs = [], replace(here(), host="node-7", cpu="another")
+    engine = ProcessEngine(2, told.append)
+    for origin in (here(), theirs, theirs):
+        engine._greet(origin)
+    assert len(told) == 2
+    assert told[0].startswith("results from node-7: another, commit")
+    assert "node-7 has another processor" in told[1]

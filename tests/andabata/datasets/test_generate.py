@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench.cluster import digests
 from andabata.datasets import generate
 from andabata.datasets.generate import file_name, generate_dataset, plan, world_of
 from andabata.datasets.labelled_cloud import CloudsConfig
@@ -116,3 +117,27 @@ def test_each_cloud_is_reported_and_counted(tmp_path):
         assert (entry.world, entry.world_seed) == world_of(CONFIG, 3, number)
     assert [entry.split for entry in manifest.clouds] == ["train", "validation"]
     assert "train" in (tmp_path / "README.md").read_text()
+
+
+def test_a_killed_run_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Worlds of the journal are not made again; the end has the bytes of an unbroken run."""
+    config = CONFIG.model_copy(update={"clouds_per_world": 1})
+    counts, made, make = {"train": 2, "validation": 1}, [], generate.make_clouds
+    generate_dataset(tmp_path / "whole", config, counts, 3, made.append, kitti=True)
+    assert made == [1, 1, 1]
+
+    def kill(count):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        generate_dataset(tmp_path / "cut", config, counts, 3, kill, kitti=True)
+    assert not (tmp_path / "cut/manifest.json").exists()
+    with pytest.raises(ValueError, match=r"a journal of this run, got .* seed; take another"):
+        generate_dataset(tmp_path / "cut", config, counts, 4, made.append, kitti=True)
+    again = []
+    monkeypatch.setattr(
+        generate, "make_clouds", lambda *most: again.append(most[-1].world) or make(*most)
+    )
+    generate_dataset(tmp_path / "cut", config, counts, 3, made.append, kitti=True)
+    assert again == [1, 2]
+    assert digests(tmp_path / "cut", "run.json") == digests(tmp_path / "whole", "run.json")

@@ -126,6 +126,25 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     assert json.loads(journal.read_text().splitlines()[-1])["trial"] == 3
 
 
+def test_pictures_of_failures_are_written_before_the_journal_knows(tmp_path, monkeypatch):
+    """The picture is drawn by the worker and written here; a kill in between draws it again."""
+    rows = [attempt(0, 1, "stuck")]
+    monkeypatch.setattr(
+        evaluation, "run_one", lambda config, files, on_failure, trial: on_failure(trial) or rows
+    )
+
+    def kill(journal, entry):
+        assert (tmp_path / "1.png").read_bytes() == b"1"
+        raise KeyboardInterrupt
+
+    def draw(failure):
+        return f"{failure + 1}.png", b"1"
+
+    monkeypatch.setattr(evaluation.Journal, "append", kill)
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(CONFIG, Models(), pictures=tmp_path, draw_failure=draw)
+
+
 def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
     """A journal of another policy is refused; the error names the models."""
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])

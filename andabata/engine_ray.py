@@ -66,8 +66,8 @@ class RayEngine(ParallelEngine):
         except (ConnectionError, RuntimeError, ValueError) as error:
             raise RayError(
                 f"--address {self._address or 'of this machine'}: expected a Ray cluster, got "
-                f"{error}; start its head with `ray start --head` and give the command on a node "
-                "of it"
+                f"{error}; start its head with `ray start --head`, give the command on a node of "
+                "it, and set RAY_AUTH_MODE as it was there"
             ) from error
         self._call = ray.remote(num_cpus=1, max_retries=0, runtime_env=_ENVIRONMENT)(_answer)
         nodes = [node for node in ray.nodes() if node["Alive"]]

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import secrets
 import shlex
 import shutil
 import signal
@@ -360,7 +361,9 @@ def test_the_lines_of_a_cluster_run_on_this_machine(document, tmp_path):
     """Nodes of a document join one cluster, on which its commands run to a good end."""
     sheet, nodes = Sheet(tmp_path), []
     address = f"127.0.0.1:{free_port()}"
-    sheet.environment["RAY_ADDRESS"] = address  # Not that of another cluster on this machine.
+    # No other cluster on this machine, and nobody else in this one.
+    sheet.environment |= {"RAY_ADDRESS": address, "RAY_AUTH_MODE": "token"}
+    sheet.environment["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
     try:
         for line in lines_of_a_cluster(document):
             if "andabata" in line:

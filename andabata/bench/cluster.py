@@ -22,7 +22,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from andabata.app.cli import main as andabata
 from andabata.bench.raylets import Raylets, raylets
 from andabata.bench.table import markdown_table
 from andabata.datasets.generate import JOURNAL
@@ -31,11 +30,12 @@ from traversability.dataset import MANIFEST
 KILLED = ("raylet", "worker", "driver")
 """What is killed: a raylet with its workers, one of its workers, or the command itself."""
 
-_COMMAND = "run.json"
+_UNLIKE = "run.json"
 """File that holds the command line, which differs."""
 
 _CLOUDS = 12
-_SMALL = (
+_COMMAND = (
+    *(sys.executable, "-m", "andabata"),
     *("clouds", "generate", "--train", "9", "--validation", "3", "--seed", "7", "--quiet"),
     *("--set", "patch_size=40", "--set", "patch_cell=0.25", "--set", "clouds_per_world=1"),
 )
@@ -106,8 +106,8 @@ def one_run(cluster: Raylets, killed: str, after: int, folder: Path) -> Watched:
     Raises:
         CalledProcessError: If the command fails.
     """
-    words = [*_SMALL, "--out", str(folder), "--engine", "ray", "--workers", "2"]
-    command = [sys.executable, "-m", "andabata", *words, "--address", cluster.address]
+    command = [*_COMMAND, "--out", str(folder), "--engine", "ray", "--workers", "2"]
+    command += ["--address", cluster.address]
     watched, is_killed = Watched(folder), False
     while not (folder / MANIFEST).exists():
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as driver:
@@ -144,8 +144,13 @@ def soak(kinds: Sequence[str], runs: int, folder: Path) -> list[dict[str, int | 
         runs: Number of runs of each.
         folder: Empty folder for the data sets.
     """
-    andabata([*_SMALL, "--out", str(folder / "alone"), "--engine", "serial"])
-    expected, rows = digests(folder / "alone", _COMMAND), []
+    alone = folder / "alone"
+    subprocess.run(
+        [*_COMMAND, "--out", str(alone), "--engine", "serial"],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    expected, rows = digests(alone, _UNLIKE), []
     with raylets(2) as cluster:
         for kind in kinds:
             row: dict[str, int | str] = {"killed": kind, "runs": runs}
@@ -153,7 +158,7 @@ def soak(kinds: Sequence[str], runs: int, folder: Path) -> list[dict[str, int | 
             for run in track(range(runs), kind, console=Console(stderr=True)):
                 one = folder / f"{kind}-{run}"
                 watched = one_run(cluster, kind, 1 + run % (_CLOUDS - 4), one)
-                counts["same bytes"] += digests(one, _COMMAND) == expected
+                counts["same bytes"] += digests(one, _UNLIKE) == expected
                 counts["done twice"] += watched.done_twice
                 counts["written twice"] += watched.written_twice
             rows.append({**row, **counts})

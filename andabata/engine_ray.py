@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from andabata.engine import ParallelEngine, Reply, Tell, WorkerLostError, answer
+from andabata.engine_origin import OriginError
 from andabata.engine_processes import give_memory_back
 
 INSTALL = "pip install -e '.[ray]'"
@@ -109,13 +110,25 @@ class RayEngine(ParallelEngine):
                 self._tell("ray: no processor is left: waiting for a node to join")
 
     def _reply(self, call: Any) -> Reply[Any]:  # noqa: ANN401 - Ray's reference.
-        """Return the reply of a call that is over, or raise the error of its work."""
+        """Return the reply of a call that is over, or raise the error of its work.
+
+        Raises:
+            OriginError: If the worker has other code, with which it may not even read the task.
+            WorkerLostError: If its worker ended before.
+        """
         ray = _ray()
         kinds = {getattr(ray.exceptions, name): text for name, text in _LOST.items()}
         try:
             return ray.get(call)
         except ray.exceptions.RayTaskError as error:
-            raise error.cause from error
+            if not isinstance(error.cause, ray.exceptions.RaySystemError):
+                raise error.cause from error
+            raise OriginError(
+                "a worker of the cluster: expected the package andabata at commit "
+                f"{self.origin.commit}, as the driver's, got one that cannot read a task "
+                f"({str(error.cause).splitlines()[0]}); install that commit on every node and "
+                "start its ray again"
+            ) from error
         except tuple(kinds) as error:
             words = [text for kind, text in kinds.items() if isinstance(error, kind)]
             raise WorkerLostError(words[0]) from error

@@ -36,5 +36,18 @@ def kill_the_worker_once(folder, number):
     return number * number
 
 
+class Unreadable:
+    """A task that only the process that made it can read."""
+
+    def __reduce__(self):
+        return read_here, (os.getpid(),)
+
+
+def read_here(pid):
+    if pid != os.getpid():
+        raise ModuleNotFoundError("no module that is only there")
+    return Unreadable()
+
+
 def threads_of_the_worker(number):
     return os.environ.get("OMP_NUM_THREADS")

@@ -14,10 +14,16 @@ import pytest
 from andabata.app.cli import main
 from andabata.bench.cluster import digests
 from andabata.bench.raylets import raylets
+from andabata.engine_origin import OriginError
 from andabata.engine_ray import RayEngine, RayError
 from andabata.records.journal import Journal
 from tests import engine_laws as laws
-from tests.engine_work import kill_the_worker_once, square, threads_of_the_worker
+from tests.engine_work import (
+    Unreadable,
+    kill_the_worker_once,
+    square,
+    threads_of_the_worker,
+)
 
 UNLIKE = ("run.json", "trials.jsonl")
 """Files that hold the command line, and trials in the order in which they ended."""
@@ -67,6 +73,8 @@ def test_the_laws_of_an_engine_hold_on_a_cluster(cluster, tmp_path, monkeypatch)
         laws.a_task_that_kills_its_workers_ends_the_run(engine, told, monkeypatch)
         laws.a_worker_of_another_origin_is_refused(engine)
         assert list(engine.map(threads_of_the_worker, [0])) == ["1"]
+        with pytest.raises(OriginError, match=r"got one that cannot read a task .*; install that"):
+            list(engine.map(str, [Unreadable()]))
     with pytest.raises(ValueError, match="expected a `with` block for Ray"):
         list(engine.map(square, [1]))
 

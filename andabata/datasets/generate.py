@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +37,9 @@ JOURNAL = "worlds.jsonl"
 
 CELL_COUNTS = ("empty", "free", "blocked", "rule_hits", "rule_false_alarms", "rule_misses")
 """Numbers of cells of a split: by state, and of the height rule on them."""
+
+_WRITERS = 8
+"""Number of threads that write: a disk puts many files onto it in the time that one takes."""
 
 _SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
 
@@ -82,13 +86,13 @@ def generate_dataset(
     batches = plan(config, counts)
     missing = [batch for batch in batches if batch.world not in done]
     work = partial(make_clouds, config, seed, kitti)
-    for _, batch, clouds in (engine or SerialEngine()).run(work, missing):
-        for cloud in clouds:
-            for name, data in cloud.files.items():
-                atomic_io.write(folder / name, data)
-        done[batch.world] = [cloud.made for cloud in clouds]
-        journal.append({"world": batch.world, "made": done[batch.world]})
-        on_clouds(len(clouds))
+    with ThreadPoolExecutor(_WRITERS) as writers:
+        for _, batch, clouds in (engine or SerialEngine()).run(work, missing):
+            files = {folder / name: data for cloud in clouds for name, data in cloud.files.items()}
+            list(writers.map(atomic_io.write, files.keys(), files.values()))
+            done[batch.world] = [cloud.made for cloud in clouds]
+            journal.append({"world": batch.world, "made": done[batch.world]})
+            on_clouds(len(clouds))
     if kitti:
         _write_poses(folder / "kitti", config, batches, done)
     manifest = _write_manifest(folder, config, seed, batches, done)

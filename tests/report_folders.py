@@ -123,7 +123,7 @@ def made_offroad_training(folder):
     overrides += [f"{stage}.episodes=4", f"{stage}.environment.seeds=[0, 1]"]
     overrides += [f"{stage}.environment.terminations.time_limit=4.0"]
     plan = resolve(TrainingPlan, overrides=overrides, base=load_plan("actor-critic"))
-    learn(folder, plan, range(1), 5, 1)
+    learn(folder, plan, range(1), 5)
     return folder
 
 

@@ -3,13 +3,16 @@
 import json
 import os
 import re
+import secrets
 import shlex
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -87,13 +90,18 @@ MAKE = {
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
     "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
 }
+RAY_HEAD = "192.0.2.1:6379"
+"""Address of the head of a cluster in the documents."""
+
 ROS_TOOLS = ("roscore", "rostopic", "rosbag", "rosparam")
 DOCUMENTS = documents()
 
 
 def kind(line: str) -> str:
-    """Return the program of a line of a block: ours, make, ros or unknown."""
+    """Return the program of a line of a block: ours, make, ros, ray or unknown."""
     words = line.rstrip("& ").split()
+    if words[0].split("/")[-1] == "ray" or "--engine ray" in line:
+        return "ray"
     if words[0] == "make" and len(words) == 2 and words[1] in MAKE:
         return "make"
     if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
@@ -105,6 +113,11 @@ def lines_of_a_graph(document: str) -> list[str]:
     """Return the lines of a ROS graph, each for a terminal of its own."""
     found = [line for block in blocks(document) for line in block.commands if kind(line) == "ros"]
     return [line.rstrip("& ") for line in found]
+
+
+def lines_of_a_cluster(document: str) -> list[str]:
+    """Return the lines of a Ray cluster, those of its nodes and the commands that run on it."""
+    return [line for block in blocks(document) for line in block.commands if kind(line) == "ray"]
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
@@ -159,6 +172,8 @@ def test_unknown_words_are_found(text, wrong):
         (".venv/bin/andabata doctor", "ours"),
         (".venv/bin/andabata ros navigator", "ros"),
         ("rostopic hz /cmd_vel", "ros"),
+        ("ray start --head", "ray"),
+        (".venv/bin/andabata evaluate --engine ray", "ray"),
         ("make test", "make"),
         ("make tea", "unknown"),
         ("pip install andabata", "unknown"),
@@ -338,6 +353,49 @@ def test_what_the_help_names_exists(name, command):
     for text in texts:
         assert [wrong for wrong in map(complaint, spans(text)) if wrong] == [], name
         assert {span.split()[1] for span in spans(text) if span.startswith("make ")} <= set(MAKE)
+
+
+@pytest.mark.skipif(find_spec("ray") is None, reason="no ray: it is an extra, `ray`")
+@pytest.mark.parametrize("document", [each for each in DOCUMENTS if lines_of_a_cluster(each)])
+def test_the_lines_of_a_cluster_run_on_this_machine(document, tmp_path):
+    """Nodes of a document join one cluster, on which its commands run to a good end."""
+    sheet, nodes = Sheet(tmp_path), []
+    address = f"127.0.0.1:{free_port()}"
+    # No other cluster on this machine, and nobody else in this one.
+    sheet.environment |= {"RAY_ADDRESS": address, "RAY_AUTH_MODE": "token"}
+    sheet.environment["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
+    try:
+        for line in lines_of_a_cluster(document):
+            if "andabata" in line:
+                sheet.run(reduced(line))
+                continue
+            ray = f"{sys.executable} -m ray.scripts.scripts"
+            line = re.sub(r"^\S*ray ", f"{ray} ", line).replace(RAY_HEAD, address)
+            line = line.replace("--port=6379", f"--port={address.rpartition(':')[2]}")
+            nodes.append(sheet.start(f"exec {line} --num-cpus=1 --block"))
+            wait_for_an_answer(address)
+    finally:
+        for node in reversed(nodes):
+            os.killpg(node.pid, signal.SIGTERM)
+            _, err = node.communicate()
+            assert node.returncode is not None, err
+
+
+def free_port() -> int:
+    """Return a port that nobody listens to."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+def wait_for_an_answer(address: str) -> None:
+    """Return when somebody answers at an address; fail after a minute."""
+    host, _, port = address.rpartition(":")
+    for _ in range(600):
+        with suppress(OSError), socket.create_connection((host, int(port)), timeout=1):
+            return
+        time.sleep(0.1)
+    pytest.fail(f"{address}: expected an answer, got none")
 
 
 @pytest.mark.skipif(

@@ -5,6 +5,7 @@ from typing import Any
 
 from andabata.app.console import Console
 from andabata.app.run_folders import write_evaluation
+from andabata.engine import Engine
 from andabata.evaluation.barn import BarnEvaluationConfig, evaluate_barn, world_names
 from andabata.evaluation.barn_table import barn_differences, barn_failures, barn_rows
 from andabata.records.runs import make_folder
@@ -13,13 +14,13 @@ _ABOUT = "light simulator: no place in a competition"
 
 
 def run_barn_evaluation(
-    config: BarnEvaluationConfig, workers: int, folder: Path | None, console: Console
+    config: BarnEvaluationConfig, engine: Engine, folder: Path | None, console: Console
 ) -> dict[str, Any]:
     """Evaluate navigators and return the tables and the settings, ready for JSON.
 
     Args:
         config: Worlds, controllers and trials.
-        workers: Number of processes.
+        engine: Engine that does the work.
         folder: Folder for the journal and the results, or None. An evaluation that was killed goes
             on from the journal.
         console: Console that shows the progress.
@@ -33,7 +34,7 @@ def run_barn_evaluation(
     with console.progress("worlds", len(names)) as step:
         runs = evaluate_barn(
             config,
-            workers,
+            engine,
             made / "worlds.jsonl" if made else None,
             lambda name, _: step(1, name),
         )

@@ -22,6 +22,7 @@ from andabata.app.settings import resolve, with_parts
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.datasets.generate import generate_dataset
 from andabata.datasets.labelled_cloud import CloudsConfig
+from andabata.engine_processes import ProcessEngine
 from andabata.evaluation.classifier import score_forest
 from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
@@ -110,6 +111,10 @@ class Demonstration:
         write_json(self._folder / "demo.json", self._figures)
         return {**self._figures, "report": str(path)}
 
+    def _engine(self) -> ProcessEngine:
+        """Return the engine of a part; its memory is free for the next one."""
+        return ProcessEngine(self._workers, self._console.status)
+
     def _train_classifier(self) -> None:
         """Make labelled clouds and train a forest on them."""
         clouds = self._folder / "clouds"
@@ -117,15 +122,9 @@ class Demonstration:
             "train": self._config.train,
             "validation": self._config.validation,
         }
-        with self._console.progress("labelled clouds", sum(counts.values())) as step:
-            generate_dataset(
-                clouds,
-                with_parts(CloudsConfig, self._sensor),
-                counts,
-                self._seed,
-                self._workers,
-                step,
-            )
+        config, total = with_parts(CloudsConfig, self._sensor), sum(counts.values())
+        with self._engine() as engine, self._console.progress("labelled clouds", total) as step:
+            generate_dataset(clouds, config, counts, self._seed, step, engine=engine)
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
         few = ForestConfig(trees=self._config.trees, rate=0.2)
@@ -159,13 +158,14 @@ class Demonstration:
             overrides=(f"stages.Maze2D.episodes={episodes}", "validation=0"),
             base=load_plan(sensor=self._sensor),
         )
-        with self._console.progress("episodes in the maze", episodes) as step:
+        bar = self._console.progress("episodes in the maze", episodes)
+        with self._engine() as engine, bar as step:
             result = learn(
                 run,
                 plan,
                 range(1),
                 self._seed,
-                self._workers,
+                engine=engine,
                 on_iteration=lambda g: step(g.played),
             )
         self._figures["learning"] = result
@@ -219,10 +219,9 @@ class Demonstration:
             simulated_robot=with_parts(SimulatedRobotConfig, self._sensor),
             terminations=TerminationConfig(time_limit=self._config.time_limit),
         )
-        with self._console.progress("trials of the controllers", trials) as step:
-            rows = evaluate(
-                config, Models(), workers=self._workers, on_trial=lambda trial, rows: step()
-            )
+        bar = self._console.progress("trials of the controllers", trials)
+        with self._engine() as engine, bar as step:
+            rows = evaluate(config, Models(), engine=engine, on_trial=lambda trial, rows: step())
         table = summarise(rows, config)
         self._figures["evaluation"] = table
         self._report.section(

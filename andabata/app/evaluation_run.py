@@ -1,12 +1,12 @@
 """An evaluation with its progress on the console, and its folder."""
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
-from andabata.app.plots.drives import write_failure
+from andabata.app.plots.drives import failure_picture
 from andabata.app.run_folders import write_evaluation
+from andabata.engine import Engine
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
 from andabata.models import Models
 from andabata.records.runs import make_folder
@@ -15,7 +15,7 @@ from andabata.records.runs import make_folder
 def run_evaluation(
     config: EvaluationConfig,
     models: Models,
-    workers: int,
+    engine: Engine,
     folder: Path | None,
     seed: int,
     console: Console,
@@ -25,7 +25,7 @@ def run_evaluation(
     Args:
         config: Worlds, trials and controllers.
         models: Classifiers and policy.
-        workers: Number of processes.
+        engine: Engine that does the work.
         folder: Folder for the journal, the pictures of failures and the results, or None. An
             evaluation that was killed goes on from the journal.
         seed: Seed of the command.
@@ -37,9 +37,10 @@ def run_evaluation(
         rows = evaluate(
             config,
             models,
-            workers=workers,
+            engine=engine,
             journal=made / "trials.jsonl" if made else None,
-            on_failure=partial(write_failure, make_folder(made / "failures")) if made else None,
+            pictures=make_folder(made / "failures") if made else None,
+            draw_failure=failure_picture,
             on_trial=lambda _, rows: step(1, f"world {rows[0]['world_seed']}"),
         )
     data = {

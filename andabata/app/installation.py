@@ -32,6 +32,7 @@ EXTRAS = {
     "tensorboardX": "extra tensorboard",
     "imageio_ffmpeg": "extra mp4",
     "rerun": "extra rerun",
+    "ray": "extra ray",
     "zensical": "extra docs",
     "CSF": "extra peers",
     "pypatchworkpp": "extra peers",

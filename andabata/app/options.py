@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from andabata.app.console import Console
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.engine import Engine
     from andabata.models import Models
     from andabata.records.sensor_pose import GivenMounting
     from rl.policy import Policy as PolicyModel
@@ -45,8 +46,25 @@ Workers = Annotated[
     int,
     typer.Option(
         min=1,
-        max=256,
-        help="Number of processes; the result does not depend on it.",
+        max=4096,
+        help="Number of tasks at a time; the result does not depend on it.",
+        rich_help_panel=_RUN,
+    ),
+]
+EngineName = Annotated[
+    str,
+    typer.Option(
+        "--engine",
+        help="serial (this process), processes (of this machine) or ray (a cluster, extra `ray`).",
+        rich_help_panel=_RUN,
+    ),
+]
+Address = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST:PORT",
+        help="Head of the Ray cluster that this machine is a node of, or auto for the one that "
+        "runs here; without it Ray is started for this command.",
         rich_help_panel=_RUN,
     ),
 ]
@@ -190,6 +208,36 @@ class ConsoleOptions:
         from andabata.app.console import Console
 
         return Console(self.quiet, self.as_json)
+
+
+@dataclass(frozen=True)
+class EngineOptions:
+    """Who does the work: ``--workers``, ``--engine``, ``--address``."""
+
+    workers: Workers = 2
+    engine: EngineName = "processes"
+    address: Address = None
+
+    def make(self, console: "Console") -> "Engine":
+        """Return the engine, which ``with`` starts.
+
+        Args:
+            console: Console that shows what happens to workers.
+
+        Raises:
+            UsageError: If there is no such engine, or an address is given to another one than Ray.
+        """
+        from andabata.app.usage import UsageError, one_word
+        from andabata.engine import SerialEngine
+        from andabata.engine_processes import ProcessEngine
+        from andabata.engine_ray import RayEngine
+
+        kind = one_word(self.engine, ("serial", "processes", "ray"), "--engine")
+        if kind == "ray":
+            return RayEngine(self.workers, self.address, console.status)
+        if self.address is not None:
+            raise UsageError(f"--address: expected --engine ray beside it, got {kind}")
+        return SerialEngine() if kind == "serial" else ProcessEngine(self.workers, console.status)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 from andabata.app.console import Console
 from andabata.app.room_folder import RoomFolder
+from andabata.engine import Engine
 from andabata.evaluation.lidar_study import LidarStudyConfig, study_lidar
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.room_table import Cell
@@ -22,7 +23,7 @@ from rl.policy import Policy
 def run_room_evaluation(
     config: RoomEvaluationConfig,
     policies: Mapping[str, Policy],
-    workers: int,
+    engine: Engine,
     folder: Path | None,
     console: Console,
 ) -> dict[str, Any]:
@@ -31,7 +32,7 @@ def run_room_evaluation(
     Args:
         config: Rooms, lasers, memories and pairs.
         policies: Policies by name.
-        workers: Number of processes.
+        engine: Engine that does the work.
         folder: Folder for the journal, the drives and the results, or None. An evaluation that was
             killed goes on from the journal.
         console: Console that shows the progress.
@@ -39,7 +40,7 @@ def run_room_evaluation(
     kept = None if folder is None else RoomFolder(folder)
     with watched_cells(config, policies, kept, console) as on_cell:
         journal = None if kept is None else kept.journal
-        table = evaluate_rooms(config, policies, workers, journal, on_cell)
+        table = evaluate_rooms(config, policies, engine, journal, on_cell)
     data = {
         "rows": table.rows,
         "pooled": table.pooled,
@@ -55,7 +56,7 @@ def run_room_evaluation(
 def run_lidar_study(
     config: LidarStudyConfig,
     policies: Mapping[str, Policy],
-    workers: int,
+    engine: Engine,
     folder: Path | None,
     console: Console,
 ) -> dict[str, Any]:
@@ -64,14 +65,14 @@ def run_lidar_study(
     Args:
         config: Laser, changes, rooms and pairs.
         policies: Policies by name, such as several seeds.
-        workers: Number of processes.
+        engine: Engine that does the work.
         folder: Folder as of ``run_room_evaluation``, or None.
         console: Console that shows the progress.
     """
     kept, cells = None if folder is None else RoomFolder(folder), config.cells
     with watched_cells(cells, policies, kept, console) as on_cell:
         journal = None if kept is None else kept.journal
-        study = study_lidar(config, policies, workers, journal, on_cell)
+        study = study_lidar(config, policies, engine, journal, on_cell)
     data = {
         "rows": study.rows,
         "advice": study.advice,

@@ -13,7 +13,7 @@ from andabata.app.report import Fact, Report
 from andabata.app.training_folder import TrainingRun, common_stages
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models

@@ -10,6 +10,7 @@ from andabata.app.event_files import EventFiles, Row
 from andabata.app.tables import training_text
 from andabata.app.training_view import TrainingView
 from andabata.app.usage import UsageError
+from andabata.engine import Engine
 from andabata.models import Models
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import CHECKPOINT, learn
@@ -44,7 +45,7 @@ def train_seeds(
     plan: TrainingPlan,
     stages: range,
     seeds: Sequence[int],
-    workers: int,
+    engine: Engine,
     models: Models,
     console: Console,
     *,
@@ -59,7 +60,7 @@ def train_seeds(
         plan: Plan of every run.
         stages: Indices of the stages, from 0.
         seeds: Seeds, one a run.
-        workers: Number of processes that play episodes.
+        engine: Engine that plays episodes.
         models: Classifiers of cells and of the ground.
         console: Console that shows the progress.
         resume: True to go on with the runs in the folder.
@@ -79,7 +80,7 @@ def train_seeds(
                 plan,
                 stages,
                 seed,
-                workers,
+                engine=engine,
                 models=models,
                 # Of several runs the first may be over and the last not begun.
                 resume=resume and (not several or (one / CHECKPOINT).exists()),

@@ -19,7 +19,7 @@ from rich.progress import track
 from andabata.bench.command import run_command
 from andabata.bench.maze import evaluate_in_mazes
 from andabata.bench.table import Row, markdown_table
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.records import atomic_io
 from andabata.training.run import CHECKPOINT
 

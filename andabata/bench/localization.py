@@ -14,7 +14,7 @@ from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConf
 from andabata.bench.motion import ride_clouds, ride_count
 from andabata.bench.reporter import Reporter
 from andabata.bench.table import Row, benchmark_row
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.evaluation.trial import run_trial
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose, wrap

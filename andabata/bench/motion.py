@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.table import Row
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.localization.noisy_ground_truth import (
     NoisyGroundTruthConfig,
     NoisyGroundTruthLocalizer,

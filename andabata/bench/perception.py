@@ -14,7 +14,7 @@ from andabata.bench.perception_peers import PEERS, Peer
 from andabata.bench.reporter import Reporter
 from andabata.bench.table import Row, benchmark_row
 from andabata.datasets.hazard_suite import HazardCase, hazard_cases, hazard_cloud
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from traversability.binning import fill_quarters
 from traversability.cloud import PointCloud
 from traversability.dataset import DatasetError, Manifest, Split, read_clouds, read_manifest

@@ -23,7 +23,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.ground_cells import rotated, true_state
 from andabata.bench.table import Row, markdown_table
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.trial import run_trial

@@ -23,7 +23,7 @@ from rich.progress import track
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.table import Row, markdown_table
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.evaluation.trial import GoalAttempt, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models

@@ -15,7 +15,7 @@ from rich.progress import track
 
 from andabata.bench.privileged import AS_IT_IS, Drive, drive_with, reached_in_a_row, variant_row
 from andabata.bench.table import markdown_table
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from worlds.splits import DEVELOPMENT_SEEDS
 
 WORLD, FIRST_WORLD, WORLDS = "natural-test", DEVELOPMENT_SEEDS[0], len(DEVELOPMENT_SEEDS)

@@ -1,20 +1,22 @@
 """Making data sets of labelled clouds."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from andabata.datasets.kitti import begin_sequence, end_sequence, write_scan
+from andabata.datasets.kitti import begin_sequence, end_sequence, scan_files
 from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, take_cloud
-from andabata.engine import run_tasks
+from andabata.engine import Engine, SerialEngine
 from andabata.machine.pose import Pose
 from andabata.records import atomic_io
-from andabata.records.runs import describe, make_folder, write_json
+from andabata.records.journal import Journal
+from andabata.records.runs import commit, describe, make_folder, write_json
 from traversability.dataset import (
     MANIFEST,
     CloudEntry,
@@ -30,46 +32,106 @@ from traversability.labels import label_cells, nontraversable
 from traversability.scores import CellScores
 from worlds.splits import dataset_world
 
+JOURNAL = "worlds.jsonl"
+"""Journal of a set that is not finished: a line for each world whose clouds are on the disk."""
+
+CELL_COUNTS = ("empty", "free", "blocked", "rule_hits", "rule_false_alarms", "rule_misses")
+"""Numbers of cells of a split: by state, and of the height rule on them."""
+
+_WRITERS = 8
+"""Number of threads that write: a disk puts many files onto it in the time that one takes."""
+
+_SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
+
 
 def generate_dataset(
     folder: Path,
     config: CloudsConfig,
     counts: Mapping[Split, int],
     seed: int,
-    workers: int,
-    on_cloud: Callable[[], None],
+    on_clouds: Callable[[int], None],
     kitti: bool = False,
+    engine: Engine | None = None,
 ) -> Manifest:
     """Write labelled clouds, then the manifest that makes them a data set.
+
+    A worker makes the clouds of a world; they are written here and then noted in a journal, from
+    which a run that was killed goes on. The manifest takes the journal's place.
 
     Args:
         folder: Folder of the data set, made where it is missing.
         config: Settings of the clouds.
         counts: Number of clouds of each split; no world is in two splits.
         seed: Seed of the data set.
-        workers: Number of processes.
-        on_cloud: Function that is called after each cloud.
+        on_clouds: Function that is called with each number of clouds that came to the disk.
         kitti: True to write the clouds in the layout of SemanticKITTI, too; ``kitti/00`` is the
             training split, ``01`` the validation split.
+        engine: Engine that makes the clouds, on which the result does not depend; None for this
+            process.
 
     Raises:
-        ValueError: If there are more clouds than one seed has worlds.
+        ValueError: If there are more clouds than one seed has worlds, or the folder holds a part
+            of another set.
     """
     make_folder(folder)
     (folder / MANIFEST).unlink(missing_ok=True)  # Half a set must not pass for a whole one.
-    batches = plan(config, counts)
-    entries = []
-    cells = {split: np.zeros(6, dtype=np.int64) for split, count in counts.items() if count}
-    poses: dict[Split, dict[int, Pose]] = {"train": {}, "validation": {}}
     if kitti:
         for sequence in _SEQUENCES.values():
             begin_sequence(folder / "kitti" / sequence)
-    work = partial(make_clouds, config, seed, folder, kitti)
-    for batch, made in run_tasks(work, batches, workers):
+    about = {"config": config.model_dump(mode="json"), "seed": seed, "counts": dict(counts)}
+    journal = Journal(folder / JOURNAL, about | {"kitti": kitti, "commit": commit()})
+    done = {entry["world"]: [Made(*one) for one in entry["made"]] for entry in journal.entries}
+    for made in done.values():
+        on_clouds(len(made))
+    batches = plan(config, counts)
+    missing = [batch for batch in batches if batch.world not in done]
+    work = partial(make_clouds, config, seed, kitti)
+    with ThreadPoolExecutor(_WRITERS) as writers:
+        for _, batch, clouds in (engine or SerialEngine()).run(work, missing):
+            files = {folder / name: data for cloud in clouds for name, data in cloud.files.items()}
+            list(writers.map(atomic_io.write, files.keys(), files.values()))
+            done[batch.world] = [cloud.made for cloud in clouds]
+            journal.append({"world": batch.world, "made": done[batch.world]})
+            on_clouds(len(clouds))
+    if kitti:
+        _write_poses(folder / "kitti", config, batches, done)
+    manifest = _write_manifest(folder, config, seed, batches, done)
+    (folder / JOURNAL).unlink()
+    return manifest
+
+
+def _write_poses(
+    folder: Path,
+    config: CloudsConfig,
+    batches: Sequence["CloudBatch"],
+    done: Mapping[int, Sequence["Made"]],
+) -> None:
+    """Write the poses of both sequences, in the order of their clouds."""
+    for split, sequence in _SEQUENCES.items():
+        made = {
+            number: one
+            for batch in batches
+            if batch.split == split
+            for number, one in zip(batch.clouds, done[batch.world], strict=True)
+        }
+        poses = [made[number].pose for number in sorted(made)]
+        end_sequence(folder / sequence, poses, config.robot.lidar_height)
+
+
+def _write_manifest(
+    folder: Path,
+    config: CloudsConfig,
+    seed: int,
+    batches: Sequence["CloudBatch"],
+    done: Mapping[int, Sequence["Made"]],
+) -> Manifest:
+    """Write the run, the card and, last, the manifest, which is returned."""
+    entries = []
+    cells = {batch.split: np.zeros(len(CELL_COUNTS), dtype=np.int64) for batch in batches}
+    for batch in batches:
         preset, world_seed = world_of(config, seed, batch.world)
-        for number, one in zip(batch.clouds, made, strict=True):
+        for number, one in zip(batch.clouds, done[batch.world], strict=True):
             cells[batch.split] += one.cells
-            poses[batch.split][number] = one.pose
             entries.append(
                 CloudEntry(
                     file=file_name(number),
@@ -80,12 +142,7 @@ def generate_dataset(
                     points=one.points,
                 )
             )
-            on_cloud()
     entries.sort(key=lambda entry: entry.file)
-    if kitti:
-        for split, sequence in _SEQUENCES.items():
-            ordered = [poses[split][number] for number in sorted(poses[split])]
-            end_sequence(folder / "kitti" / sequence, ordered, config.robot.lidar_height)
     resolved = config.model_dump(mode="json")
     manifest = Manifest(
         seed=seed, config=resolved, config_sha256=config_hash(resolved), clouds=tuple(entries)
@@ -98,12 +155,6 @@ def generate_dataset(
     atomic_io.write(folder / "README.md", dataset_card(manifest, cells).encode())
     atomic_io.write(folder / MANIFEST, manifest.to_bytes())
     return manifest
-
-
-_SEQUENCES: dict[Split, str] = {"train": "00", "validation": "01"}
-
-CELL_COUNTS = ("empty", "free", "blocked", "rule_hits", "rule_false_alarms", "rule_misses")
-"""Numbers of cells of a split: by state, and of the height rule on them."""
 
 
 @dataclass(frozen=True)
@@ -152,42 +203,60 @@ def file_name(number: int) -> str:
     return f"cloud_{number:05d}.npz"
 
 
-@dataclass(frozen=True)
-class Made:
-    """Summary of a written cloud.
+class Made(NamedTuple):
+    """Summary of a cloud, ready for JSON.
 
     Attributes:
         sha256: SHA-256 of its file.
         points: Number of points.
-        pose: Estimated pose of the robot.
-        cells: Numbers of unknown, free and blocked ones, and the hits, false alarms and misses of
-            the one-line rule on them, shape (6,).
+        position: Estimated position of the robot in the map [m]: x, y, z.
+        quaternion: Estimated rotation of the robot: x, y, z, w.
+        cells: Numbers of cells, in the order of ``CELL_COUNTS``.
     """
 
     sha256: str
     points: int
-    pose: Pose
-    cells: NDArray[np.int64]
+    position: list[float]
+    quaternion: list[float]
+    cells: list[int]
+
+    @property
+    def pose(self) -> Pose:
+        """Estimated pose of the robot."""
+        return Pose(np.array(self.position), np.array(self.quaternion))
 
 
-def make_clouds(
-    config: CloudsConfig, seed: int, folder: Path, kitti: bool, batch: CloudBatch
-) -> list[Made]:
-    """Write the clouds of one world."""
+class MadeCloud(NamedTuple):
+    """A cloud that is to be written.
+
+    Attributes:
+        files: Bytes of its files, by their paths in the folder of the data set.
+        made: Summary of the cloud.
+    """
+
+    files: dict[str, bytes]
+    made: Made
+
+
+def make_clouds(config: CloudsConfig, seed: int, kitti: bool, batch: CloudBatch) -> list[MadeCloud]:
+    """Return the clouds of one world."""
     scene = cloud_scene(config, *world_of(config, seed, batch.world))
     grid = PolarGrid()
     rule = quantile_rule(RULE_HEIGHT, RULE_QUANTILE, grid)
-    made = []
+    clouds = []
     for number in batch.clouds:
         cloud, pose = take_cloud(scene, config, np.random.default_rng([seed, number]))
         data = cloud_to_bytes(cloud)
-        atomic_io.write(folder / file_name(number), data)
+        files = {file_name(number): data}
         if kitti:
-            sequence = folder / "kitti" / _SEQUENCES[batch.split]
-            write_scan(sequence, number - batch.first, cloud, config.robot.lidar_height)
+            scan = scan_files(number - batch.first, cloud, config.robot.lidar_height)
+            sequence = f"kitti/{_SEQUENCES[batch.split]}"
+            files |= {f"{sequence}/{name}": content for name, content in scan.items()}
         states = label_cells(cloud.points, nontraversable(cloud), grid)
         scores = CellScores.of(states, label_cells(cloud.points, rule(cloud.points), grid))
-        colours = np.bincount(states.ravel(), minlength=3)
-        cells = np.array([*colours, scores.tp, scores.fp, scores.fn])
-        made.append(Made(hashlib.sha256(data).hexdigest(), len(cloud), pose, cells))
-    return made
+        colours = np.bincount(states.ravel(), minlength=3).tolist()
+        cells = [*colours, scores.tp, scores.fp, scores.fn]
+        digest = hashlib.sha256(data).hexdigest()
+        place, turn = pose.position.tolist(), pose.quaternion.tolist()
+        clouds.append(MadeCloud(files, Made(digest, len(cloud), place, turn, cells)))
+    return clouds

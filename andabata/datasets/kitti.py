@@ -33,8 +33,10 @@ def begin_sequence(folder: Path) -> None:
     atomic_io.write(folder / "traversable.txt", (" ".join(map(str, good)) + "\n").encode())
 
 
-def write_scan(folder: Path, number: int, cloud: PointCloud, lidar_height: float) -> None:
-    """Write one labelled cloud; its points are in the frame of the levelled sensor.
+def scan_files(number: int, cloud: PointCloud, lidar_height: float) -> dict[str, bytes]:
+    """Return the files of one labelled cloud by their paths in the folder of its sequence.
+
+    Its points are in the frame of the levelled sensor.
 
     Raises:
         ValueError: If the cloud has no classes or no labels.
@@ -45,8 +47,10 @@ def write_scan(folder: Path, number: int, cloud: PointCloud, lidar_height: float
     classes = np.where(rough, np.uint8(ROUGH_GROUND), cloud.classes)
     points = cloud.points - np.array([0.0, 0.0, lidar_height], dtype=np.float32)
     scan = PointCloud(points, "sensor", classes=classes)
-    atomic_io.write(folder / "velodyne" / f"{number:06d}.bin", cloud_to_bytes(scan, "bin"))
-    atomic_io.write(folder / "labels" / f"{number:06d}.label", kitti_labels(scan))
+    return {
+        f"velodyne/{number:06d}.bin": cloud_to_bytes(scan, "bin"),
+        f"labels/{number:06d}.label": kitti_labels(scan),
+    }
 
 
 def end_sequence(folder: Path, poses: Sequence[Pose], lidar_height: float) -> None:

@@ -17,14 +17,14 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.engine import run_tasks
+from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
 from andabata.evaluation.barn_table import BarnRun
-from andabata.evaluation.journal import Journal
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.machine.planar_readings import PlanarReadings
 from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
+from andabata.records.journal import Journal
 from andabata.records.runs import commit
 from andabata.tasks.planar_drive import (
     BARN_LIDAR,
@@ -189,7 +189,7 @@ def drive_path(
 
 def evaluate_barn(
     config: BarnEvaluationConfig,
-    workers: int = 1,
+    engine: Engine | None = None,
     journal: Path | None = None,
     on_world: OnWorld | None = None,
 ) -> list[BarnRun]:
@@ -197,7 +197,8 @@ def evaluate_barn(
 
     Args:
         config: Settings.
-        workers: Number of processes; the result does not depend on it.
+        engine: Engine that runs the worlds, on which the result does not depend; None for this
+            process.
         journal: JSON-lines file to which the runs of finished worlds are appended; worlds that
             stand in it are not driven again, so that a killed evaluation goes on where it was, by
             the same code.
@@ -222,7 +223,7 @@ def evaluate_barn(
         for name in found:
             on_world(name, None)
     missing = [name for name in names if name not in found]
-    for name, runs in run_tasks(partial(drive_world, config), missing, workers):
+    for _, name, runs in (engine or SerialEngine()).run(partial(drive_world, config), missing):
         found[name] = runs
         if on_world is not None:
             on_world(name, runs)

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
-from andabata.engine import run_tasks
+from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.failure_cause import failure_cause
-from andabata.evaluation.journal import Journal
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
+from andabata.records import atomic_io
+from andabata.records.journal import Journal
 from andabata.records.runs import commit
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.grid import PolarGrid
@@ -99,6 +100,9 @@ class Failure:
 
 OnFailure = Callable[[Failure], None]
 
+Picture = tuple[str, bytes]
+"""Name of a picture's file, and its bytes."""
+
 
 def run_one(
     config: EvaluationConfig,
@@ -111,8 +115,7 @@ def run_one(
     Args:
         config: Settings.
         files: Files of the models; see ``Models.to_bytes``.
-        on_failure: Function that is called with each failure, in the process that ran it; None
-            for none.
+        on_failure: Function that is called with each failure; None for none.
         trial: Number of the trial.
 
     Returns:
@@ -212,9 +215,10 @@ def evaluate(
     config: EvaluationConfig,
     models: Models,
     *,
-    workers: int = 2,
+    engine: Engine | None = None,
     journal: Path | None = None,
-    on_failure: OnFailure | None = None,
+    pictures: Path | None = None,
+    draw_failure: Callable[[Failure], Picture] | None = None,
     on_trial: Callable[[int, list[Row]], None] | None = None,
 ) -> list[Row]:
     """Run all trials and return one row a goal that was tried, by trial.
@@ -222,11 +226,13 @@ def evaluate(
     Args:
         config: Settings.
         models: Classifiers and policy.
-        workers: Number of processes.
+        engine: Engine that runs the trials, on which the result does not depend; None for this
+            process.
         journal: JSON-lines file to which finished trials are appended; trials that stand in it are
             not run again, so that a killed evaluation goes on where it was, by the same code.
-        on_failure: Function that is called with each failure, in the process that ran it: it has
-            to be importable.
+        pictures: Folder for the pictures of failures, None for none.
+        draw_failure: Function that draws a failure, in the process that ran it: it has to be
+            importable.
         on_trial: Function that is called after each trial, at once for those of the journal.
 
     Raises:
@@ -241,14 +247,30 @@ def evaluate(
     if on_trial is not None:
         for trial, rows in done.items():
             on_trial(trial, rows)
-    for trial, rows in run_tasks(
-        partial(run_one, config, models.to_bytes(), on_failure), missing, workers
-    ):
+    work = partial(_run_and_draw, config, models.to_bytes(), draw_failure if pictures else None)
+    for _, trial, (rows, drawn) in (engine or SerialEngine()).run(work, missing):
         done[trial] = rows
+        if pictures is not None:
+            for name, data in drawn:
+                atomic_io.write(pictures / name, data)
         kept.append({"trial": trial, "rows": rows})
         if on_trial is not None:
             on_trial(trial, rows)
     return [row for trial in trials for row in done[trial]]
+
+
+def _run_and_draw(
+    config: EvaluationConfig,
+    files: tuple[bytes, bytes, bytes],
+    draw_failure: Callable[[Failure], Picture] | None,
+    trial: int,
+) -> tuple[list[Row], list[Picture]]:
+    """Return the rows of a trial, and the pictures of its failures: files go with results."""
+    if draw_failure is None:
+        return run_one(config, files, None, trial), []
+    drawn: list[Picture] = []
+    rows = run_one(config, files, lambda failure: drawn.append(draw_failure(failure)), trial)
+    return rows, drawn
 
 
 def summarise(rows: Sequence[Row], config: EvaluationConfig) -> list[Row]:

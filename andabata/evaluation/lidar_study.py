@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from andabata.engine import Engine
 from andabata.evaluation.room_table import CellResult
 from andabata.evaluation.rooms import OnCell, RoomEvaluationConfig, drive_cells
 from andabata.evaluation.statistics import (
@@ -165,7 +166,7 @@ class LidarStudy(NamedTuple):
 def study_lidar(
     config: LidarStudyConfig,
     policies: Mapping[str, Policy],
-    workers: int = 1,
+    engine: Engine | None = None,
     journal: Path | None = None,
     on_cell: OnCell | None = None,
 ) -> LidarStudy:
@@ -174,14 +175,15 @@ def study_lidar(
     Args:
         config: Settings.
         policies: Policies by name, such as several seeds.
-        workers: Number of processes; the result does not depend on it.
+        engine: Engine that runs the cells, on which the result does not depend; None for this
+            process.
         journal: Journal of the drives; see ``drive_cells``.
         on_cell: Function that is called with each cell and its drives.
 
     Raises:
         ValueError: As ``drive_cells``.
     """
-    results = drive_cells(config.cells, policies, workers, journal, on_cell)
+    results = drive_cells(config.cells, policies, engine, journal, on_cell)
     driven = [(change, _Drives.of(results, change, policies)) for change in config.changes]
     base = driven[0][1]
     poses = [(change, drives.successes) for change, drives in driven if change.name in POSES]

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.engine import run_tasks
-from andabata.evaluation.journal import Journal
+from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_policies import TRAINED, fitted, trained_lidar
 from andabata.evaluation.room_table import (
@@ -34,6 +33,7 @@ from andabata.evaluation.room_table import (
 )
 from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
+from andabata.records.journal import Journal
 from andabata.records.runs import commit
 from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
 from andabata.tasks.room_batch import DiscRobotConfig
@@ -201,7 +201,7 @@ def _oracle_task(
 def drive_cells(
     config: RoomEvaluationConfig,
     policies: Mapping[str, Policy],
-    workers: int = 1,
+    engine: Engine | None = None,
     journal: Path | None = None,
     on_cell: OnCell | None = None,
 ) -> list[CellResult]:
@@ -210,7 +210,8 @@ def drive_cells(
     Args:
         config: Settings.
         policies: Policies by name.
-        workers: Number of processes; the result does not depend on it.
+        engine: Engine that runs the cells, on which the result does not depend; None for this
+            process.
         journal: JSON-lines file to which finished cells are appended; cells that stand in it are
             not driven again, so that a killed evaluation goes on where it was, by the same code.
         on_cell: Function that is called with each cell and its drives, before the cell counts as
@@ -232,7 +233,8 @@ def drive_cells(
     if on_cell is not None:
         for cell in done:
             on_cell(cell, None)
-    for cell, drives in run_tasks(partial(drive_cell, config, files), missing, workers):
+    work = partial(drive_cell, config, files)
+    for _, cell, drives in (engine or SerialEngine()).run(work, missing):
         done[cell] = CellResult.of(cell, drives)
         if on_cell is not None:
             on_cell(cell, drives)
@@ -243,7 +245,7 @@ def drive_cells(
 def evaluate_rooms(
     config: RoomEvaluationConfig,
     policies: Mapping[str, Policy],
-    workers: int = 1,
+    engine: Engine | None = None,
     journal: Path | None = None,
     on_cell: OnCell | None = None,
 ) -> RoomTable:
@@ -252,17 +254,19 @@ def evaluate_rooms(
     Args:
         config: Settings.
         policies: Policies by name.
-        workers: Number of processes; the result does not depend on it.
+        engine: Engine that runs the cells, on which the result does not depend; None for this
+            process.
         journal: Journal of the drives; see ``drive_cells``.
         on_cell: Function that is called with each cell and its drives.
 
     Raises:
         ValueError: As ``drive_cells``.
     """
-    results = drive_cells(config, policies, workers, journal, on_cell)
+    results = drive_cells(config, policies, engine, journal, on_cell)
     queries = {cell: _query(cell, config, policies) for cell in (each.cell for each in results)}
     asked = dict.fromkeys(queries.values())
-    oracles = dict(run_tasks(partial(oracle_of, config), asked, workers))
+    oracle = partial(oracle_of, config)
+    oracles = {query: ways for _, query, ways in (engine or SerialEngine()).run(oracle, asked)}
     rows = [
         cell_row(result, oracles[queries[result.cell]]) | _movers(result.cell) for result in results
     ]

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.engine import run_tasks
+from andabata.engine_processes import run_tasks
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, mirrored
 from andabata.records import atomic_io
 from andabata.records.runs import commit, make_folder

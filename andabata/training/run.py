@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from andabata.engine import Engine
+from andabata.engine import Engine, SerialEngine
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
@@ -28,8 +28,8 @@ def learn(
     plan: TrainingPlan,
     stages: range,
     seed: int,
-    workers: int,
     *,
+    engine: Engine | None = None,
     models: Models | None = None,
     resume: bool = False,
     changed: bool = False,
@@ -47,7 +47,8 @@ def learn(
         plan: Training plan.
         stages: Indices of the stages, from 0.
         seed: Seed of the run.
-        workers: Number of processes that play episodes.
+        engine: Engine that runs the episodes, on which the result does not depend; None for this
+            process.
         models: Classifiers; None for the shipped ones.
         resume: True to go on with the run that stands in the folder.
         changed: True to go on even with other code or another classifier than it began with.
@@ -77,22 +78,21 @@ def learn(
     tasks = [one.environment for one in chosen]
     began, history = time.perf_counter(), read_history(folder / HISTORY) if resume else []
     steps_before = history[-1]["steps"] if history else 0
-    with Engine(workers) as engine:
-        sampler = ParallelSampler(_environments(tasks), models, engine)
-        schedule = plan.curriculum(stages, seed)
-        curriculum = Curriculum(schedule, sampler, checkpoint, renderer_of(tasks[-1]))
-        history = history[: curriculum.iterations]
-        for iteration in curriculum.run():
-            history.append(asdict(iteration))
-            if iteration.is_last or curriculum.iterations % plan.checkpoint_every == 0:
-                policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
-                if iteration.is_last:
-                    atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
-                _write(folder, history, policy, curriculum.to_bytes())
-                if on_history is not None:
-                    on_history(history)
-            if on_iteration is not None:
-                on_iteration(iteration)
+    sampler = ParallelSampler(_environments(tasks), models, engine or SerialEngine())
+    schedule = plan.curriculum(stages, seed)
+    curriculum = Curriculum(schedule, sampler, checkpoint, renderer_of(tasks[-1]))
+    history = history[: curriculum.iterations]
+    for iteration in curriculum.run():
+        history.append(asdict(iteration))
+        if iteration.is_last or curriculum.iterations % plan.checkpoint_every == 0:
+            policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
+            if iteration.is_last:
+                atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
+            _write(folder, history, policy, curriculum.to_bytes())
+            if on_history is not None:
+                on_history(history)
+        if on_iteration is not None:
+            on_iteration(iteration)
     wall = time.perf_counter() - began
     return _summary(folder, history, wall, steps_before)
 

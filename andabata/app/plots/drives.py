@@ -1,7 +1,6 @@
 """Figures of worlds and drives, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from andabata.app.plots.axes import draw_ranges, png
 from andabata.evaluation.evaluate import Failure
 from andabata.evaluation.trial import GoalAttempt
 from andabata.machine.pose import Pose
-from andabata.records import atomic_io
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
@@ -174,12 +172,12 @@ def sights_figure(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: P
     return figure
 
 
-def write_failure(folder: Path, failure: Failure) -> None:
-    """Write the picture of a failure into a folder, named after world, controller and goal."""
+def failure_picture(failure: Failure) -> tuple[str, bytes]:
+    """Return the picture of a failure, named after world, controller and goal."""
     row = failure.row
     name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
     title = f"{name}: {row['outcome']}, {row['cause']}"
-    atomic_io.write(folder / f"{name}.png", png(failure_figure(failure, title)))
+    return f"{name}.png", png(failure_figure(failure, title))
 
 
 def failure_figure(failure: Failure, title: str) -> Figure:

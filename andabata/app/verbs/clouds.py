@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, Seed, Sensor, SettingsOptions, Workers
+from andabata.app.options import ConsoleOptions, EngineOptions, Seed, Sensor, SettingsOptions
 
 app = typer.Typer(help="Synthetic labelled clouds: generate, convert.", no_args_is_help=True)
 
@@ -24,10 +24,12 @@ def generate(
     sensor: Sensor = "utm-30lx",
     settings: SettingsOptions,
     seed: Seed = 0,
-    workers: Workers = 2,
+    engine: EngineOptions,
     output: ConsoleOptions,
 ) -> None:
     """Write labelled clouds of many worlds, with a manifest and a card.
+
+    A run that was killed goes on if it is called again.
 
     Examples:
         andabata clouds generate --out data/clouds
@@ -38,15 +40,15 @@ def generate(
     from andabata.app.usage import UsageError
     from andabata.datasets.generate import generate_dataset
     from andabata.datasets.labelled_cloud import CloudsConfig
+    from traversability.dataset import Split
 
     if train + validation == 0:
         raise UsageError("--train, --validation: expected at least one cloud, got none")
     config = settings.resolve(CloudsConfig, with_parts(CloudsConfig, sensor))
     console = output.console()
-    with console.progress("clouds", train + validation) as step:
-        manifest = generate_dataset(
-            out, config, {"train": train, "validation": validation}, seed, workers, step, kitti
-        )
+    counts: dict[Split, int] = {"train": train, "validation": validation}
+    with engine.make(console) as made, console.progress("clouds", train + validation) as step:
+        manifest = generate_dataset(out, config, counts, seed, step, kitti, made)
     number = len(manifest.clouds)
     points = sum(entry.points for entry in manifest.clouds) / number
     data = {

@@ -16,10 +16,10 @@ from andabata.app.evaluation_options import (
 from andabata.app.options import (
     ClassifierOptions,
     ConsoleOptions,
+    EngineOptions,
     EvaluationSeed,
     RobotOptions,
     SettingsOptions,
-    Workers,
 )
 from andabata.app.task_options import (
     BARN,
@@ -46,7 +46,7 @@ def evaluate(
     settings: SettingsOptions,
     models: EvaluationModelOptions,
     seed: EvaluationSeed = 0,
-    workers: Workers = 2,
+    engine: EngineOptions,
     output: ConsoleOptions,
 ) -> None:
     """Drive the same worlds, starts and noises with each controller and count the goals.
@@ -79,7 +79,8 @@ def evaluate(
         refuse_options(task, (*off_road, (models, ClassifierOptions)))
         refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
         fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
-        data = run_barn_evaluation(fields, workers, out, console)
+        with engine.make(console) as made:
+            data = run_barn_evaluation(fields, made, out, console)
         console.result(data, barn_tables(data))
         return
     refuse_options(task, (in_fields,), BARN)
@@ -87,10 +88,12 @@ def evaluate(
         refuse_options(task, (*off_road, (driven, TrialOptions), (models, ClassifierOptions)))
         wanted = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
         policies = models.load_policies(wanted.task)
-        data = run_room_evaluation(wanted, policies, workers, out, console)
+        with engine.make(console) as made:
+            data = run_room_evaluation(wanted, policies, made, out, console)
         console.result(data, room_tables(data))
         return
     refuse_options(task, (in_rooms,))
     config = settings.resolve(EvaluationConfig, offroad.base(robot.base(), seed, driven))
-    data = run_evaluation(config, models.load(), workers, out, seed, console)
+    with engine.make(console) as made:
+        data = run_evaluation(config, models.load(), made, out, seed, console)
     console.result(data, evaluation_tables(data["rows"]))

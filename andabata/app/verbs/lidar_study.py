@@ -7,7 +7,7 @@ import typer
 
 from andabata.app.command import command
 from andabata.app.evaluation_options import Pairs, RoomPolicyOptions
-from andabata.app.options import ConsoleOptions, EvaluationSeed, SettingsOptions, Workers
+from andabata.app.options import ConsoleOptions, EngineOptions, EvaluationSeed, SettingsOptions
 
 
 @command
@@ -30,7 +30,7 @@ def lidar_study(
     policies: RoomPolicyOptions,
     settings: SettingsOptions,
     seed: EvaluationSeed = 0,
-    workers: Workers = 2,
+    engine: EngineOptions,
     output: ConsoleOptions,
 ) -> None:
     """Move, turn and change the laser under a fixed policy, and say where to mount it.
@@ -61,5 +61,7 @@ def lidar_study(
         }
     )
     console, config = output.console(), settings.resolve(LidarStudyConfig, base)
-    data = run_lidar_study(config, policies.load_policies(config.task), workers, out, console)
+    loaded = policies.load_policies(config.task)
+    with engine.make(console) as made:
+        data = run_lidar_study(config, loaded, made, out, console)
     console.result(data, study_table(data["rows"]), data["advice"])

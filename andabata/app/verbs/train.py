@@ -9,10 +9,10 @@ from andabata.app.command import command
 from andabata.app.options import (
     ClassifierOptions,
     ConsoleOptions,
+    EngineOptions,
     RobotOptions,
     Seed,
     SettingsOptions,
-    Workers,
 )
 from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
 
@@ -62,7 +62,7 @@ def train(
     settings: SettingsOptions,
     models: ClassifierOptions,
     seed: Seed = 0,
-    workers: Workers = 2,
+    engine: EngineOptions,
     output: ConsoleOptions,
 ) -> None:
     """Run the curriculum: maze in 2D, maze in 3D, natural worlds.
@@ -89,18 +89,19 @@ def train(
     count = len(plan.stages)
     chosen = range(count) if stages is None else span(stages, count, "--stages")
     console, numbers = output.console(), range(seed, seed + seeds)
-    runs = train_seeds(
-        out,
-        plan,
-        chosen,
-        numbers,
-        workers,
-        models.load(),
-        console,
-        resume=resume,
-        changed=changed,
-        tensorboard=tensorboard,
-    )
+    with engine.make(console) as made:
+        runs = train_seeds(
+            out,
+            plan,
+            chosen,
+            numbers,
+            made,
+            models.load(),
+            console,
+            resume=resume,
+            changed=changed,
+            tensorboard=tensorboard,
+        )
     if seeds == 1:
         console.result(runs[0], f"{training_text(runs[0])}\npolicy: {out / 'policy.safetensors'}")
     else:

@@ -27,8 +27,8 @@ def plan(*more):
 def runs(tmp_path_factory):
     """Return a folder with two runs, of two stages and of one."""
     folder = tmp_path_factory.mktemp("runs")
-    learn(folder / "five", plan(), range(2), 5, 1)
-    learn(folder / "six", plan(), range(1), 6, 1)
+    learn(folder / "five", plan(), range(2), 5)
+    learn(folder / "six", plan(), range(1), 6)
     return folder
 
 
@@ -82,7 +82,7 @@ def test_the_page_of_one_run_is_in_its_folder(capsys, runs):
 
 def test_runs_that_do_not_belong_together_are_refused(capsys, runs, tmp_path):
     """Runs of different plans, or with one seed twice, are refused."""
-    learn(tmp_path / "other", plan("learner.action_repeat=4"), range(1), 7, 1)
+    learn(tmp_path / "other", plan("learner.action_repeat=4"), range(1), 7)
     code, error = report(capsys, runs / "five", tmp_path / "other")
     assert code == 1
     assert "expected the settings of" in error

@@ -11,6 +11,7 @@ from andabata.app.event_files import FOLDER, read_scalars
 from andabata.app.settings import resolve
 from andabata.app.training_runs import runs_summary, train_seeds, with_features
 from andabata.app.usage import UsageError
+from andabata.engine import SerialEngine
 from andabata.models import Models
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, read_history
@@ -33,7 +34,7 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
     """Each seed has its folder; a run that has not begun is not resumed."""
     calls = []
 
-    def learn(folder, plan, stages, seed, workers, **options):
+    def learn(folder, plan, stages, seed, **options):
         calls.append((folder, seed, options["resume"]))
         return {"stage": "A", "success_rate": 0, "validation": {}, "steps": 1, "wall_s": 1.0}
 
@@ -43,8 +44,8 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
     begun.parent.mkdir()
     begun.touch()
     console = Console(quiet=True)
-    train_seeds(tmp_path, plan, range(1), (3, 4), 1, None, console, resume=True)
-    train_seeds(tmp_path, plan, range(1), (5,), 1, None, console, resume=True)
+    train_seeds(tmp_path, plan, range(1), (3, 4), None, None, console, resume=True)
+    train_seeds(tmp_path, plan, range(1), (5,), None, None, console, resume=True)
     assert calls == [
         (tmp_path / "seed-3", 3, True),
         (tmp_path / "seed-4", 4, False),
@@ -60,7 +61,7 @@ def test_event_files_hold_what_the_history_holds(tmp_path):
     overrides += ["stages.Maze2D.episodes=4", "stages.Maze2D.environment.seeds=[0, 1]"]
     overrides += ["stages.Maze2D.environment.terminations.time_limit=2.0"]
     plan = resolve(TrainingPlan, overrides=overrides, base=load_plan("actor-critic"))
-    train_seeds(tmp_path, plan, range(1), (3,), 1, Models(), console, tensorboard=True)
+    train_seeds(tmp_path, plan, range(1), (3,), SerialEngine(), Models(), console, tensorboard=True)
     (path,) = (tmp_path / FOLDER).iterdir()
     steps = [row["steps"] for row in read_history(tmp_path / HISTORY)]
     assert len(steps) == 2
@@ -80,7 +81,7 @@ def test_progress_counts_what_limits_the_run(monkeypatch, steps, advances):
             shown.append((what.split(",")[0], total))
             yield lambda count, note: shown.append(count)
 
-    def learn(folder, plan, stages, seed, workers, *, on_iteration, **_):
+    def learn(folder, plan, stages, seed, *, on_iteration, **_):
         for done in (15, 60) if steps[1] else ():
             figures = {"steps": done, "played": 2, "difficulty": None, "circling": 0}
             on_iteration(SimpleNamespace(**figures, name="A", recent_success=0.5))
@@ -89,7 +90,7 @@ def test_progress_counts_what_limits_the_run(monkeypatch, steps, advances):
     monkeypatch.setattr(training_runs, "learn", learn)
     stages = [SimpleNamespace(episodes=6, steps=limit) for limit in steps]
     plan = SimpleNamespace(stages=dict(zip("AB", stages, strict=True)))
-    train_seeds(None, plan, range(2), (3,), 1, None, Bar(quiet=True))
+    train_seeds(None, plan, range(2), (3,), None, None, Bar(quiet=True))
     assert shown == advances
 
 

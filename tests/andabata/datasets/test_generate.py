@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.bench.cluster import digests
 from andabata.datasets import generate
 from andabata.datasets.generate import file_name, generate_dataset, plan, world_of
 from andabata.datasets.labelled_cloud import CloudsConfig
@@ -31,7 +32,7 @@ def test_the_same_seed_gives_the_same_clouds_whatever_the_workers(capsys, tmp_pa
     assert len(set(found[0][0].values())) == 3  # No cloud is taken twice.
 
 
-def test_clouds_have_generators_of_their_own(tmp_path, monkeypatch):
+def test_clouds_have_generators_of_their_own(monkeypatch):
     """The generator of a cloud follows from the seed and its number, and from nothing else."""
     states = []
 
@@ -46,7 +47,7 @@ def test_clouds_have_generators_of_their_own(tmp_path, monkeypatch):
             for number in batch.clouds:
                 one = generate.CloudBatch(batch.world, batch.split, (number,), batch.first)
                 with pytest.raises(StopAsyncIteration):
-                    generate.make_clouds(CONFIG, seed, tmp_path, False, one)
+                    generate.make_clouds(CONFIG, seed, False, one)
     assert len(states) == len(set(states)) == 24
 
 
@@ -98,19 +99,17 @@ def test_the_manifest_comes_last(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(generate, "run_tasks", fail)
+    monkeypatch.setattr(generate, "make_clouds", fail)
     with pytest.raises(OSError, match="disk full"):
-        generate_dataset(tmp_path, CONFIG, {"train": 1}, 0, 1, lambda: None)
+        generate_dataset(tmp_path, CONFIG, {"train": 1}, 0, print)
     assert not (tmp_path / "manifest.json").exists()
 
 
 def test_each_cloud_is_reported_and_counted(tmp_path):
     """The manifest knows points, world and split of each cloud, the card counts the cells."""
     seen = []
-    manifest = generate_dataset(
-        tmp_path, CONFIG, {"train": 1, "validation": 1}, 3, 1, lambda: seen.append(1)
-    )
-    assert len(seen) == 2
+    manifest = generate_dataset(tmp_path, CONFIG, {"train": 1, "validation": 1}, 3, seen.append)
+    assert seen == [1, 1]
     for number, entry in enumerate(manifest.clouds):
         assert entry.file == file_name(number)
         with np.load(tmp_path / entry.file) as data:
@@ -118,3 +117,27 @@ def test_each_cloud_is_reported_and_counted(tmp_path):
         assert (entry.world, entry.world_seed) == world_of(CONFIG, 3, number)
     assert [entry.split for entry in manifest.clouds] == ["train", "validation"]
     assert "train" in (tmp_path / "README.md").read_text()
+
+
+def test_a_killed_run_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Worlds of the journal are not made again; the end has the bytes of an unbroken run."""
+    config = CONFIG.model_copy(update={"clouds_per_world": 1})
+    counts, made, make = {"train": 2, "validation": 1}, [], generate.make_clouds
+    generate_dataset(tmp_path / "whole", config, counts, 3, made.append, kitti=True)
+    assert made == [1, 1, 1]
+
+    def kill(count):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        generate_dataset(tmp_path / "cut", config, counts, 3, kill, kitti=True)
+    assert not (tmp_path / "cut/manifest.json").exists()
+    with pytest.raises(ValueError, match=r"a journal of this run, got .* seed; take another"):
+        generate_dataset(tmp_path / "cut", config, counts, 4, made.append, kitti=True)
+    again = []
+    monkeypatch.setattr(
+        generate, "make_clouds", lambda *most: again.append(most[-1].world) or make(*most)
+    )
+    generate_dataset(tmp_path / "cut", config, counts, 3, made.append, kitti=True)
+    assert again == [1, 2]
+    assert digests(tmp_path / "cut", "run.json") == digests(tmp_path / "whole", "run.json")

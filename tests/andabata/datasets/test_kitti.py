@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.datasets.kitti import ROUGH_GROUND, begin_sequence, end_sequence, write_scan
+from andabata.datasets.kitti import ROUGH_GROUND, begin_sequence, end_sequence, scan_files
 from andabata.machine.pose import Pose
 from terrain.classes import SemanticClass
 from traversability.cloud import PointCloud
@@ -46,9 +46,8 @@ def test_a_cloud_is_converted_with_its_labels(tmp_path, capsys):
     assert "expected npz, ply, pcd, las, laz or bin" in capsys.readouterr().err
 
 
-def test_a_scan_is_known_to_the_byte(tmp_path):
+def test_a_scan_is_known_to_the_byte():
     """Points are written below the sensor's height, rough ground gets a label of its own."""
-    begin_sequence(tmp_path)
     kinds = [SemanticClass.GROUND, SemanticClass.GROUND, SemanticClass.TRUNK]
     cloud = PointCloud(
         np.array([[1, 2, 0], [3, 4, 0.5], [5, 6, 1]], dtype=np.float32),
@@ -56,14 +55,15 @@ def test_a_scan_is_known_to_the_byte(tmp_path):
         classes=np.array(kinds, dtype=np.uint8),
         nontraversable=np.array([False, True, True]),
     )
-    write_scan(tmp_path, 7, cloud, 0.75)
-    points = np.fromfile(tmp_path / "velodyne/000007.bin", "<f4").reshape(-1, 4)
+    files = scan_files(7, cloud, 0.75)
+    points = np.frombuffer(files.pop("velodyne/000007.bin"), "<f4").reshape(-1, 4)
     np.testing.assert_allclose(points[:, :3], [[1, 2, -0.75], [3, 4, -0.25], [5, 6, 0.25]])
-    labels = np.fromfile(tmp_path / "labels/000007.label", "<u4")
+    labels = np.frombuffer(files.pop("labels/000007.label"), "<u4")
     expected = [SemanticClass.GROUND, ROUGH_GROUND, SemanticClass.TRUNK]
     assert labels.tolist() == [int(kind) for kind in expected]
+    assert files == {}
     with pytest.raises(ValueError, match="expected a labelled cloud"):
-        write_scan(tmp_path, 8, PointCloud(cloud.points, "base_footprint"), 0.75)
+        scan_files(8, PointCloud(cloud.points, "base_footprint"), 0.75)
 
 
 def test_poses_are_those_of_the_sensor(tmp_path):

@@ -52,7 +52,7 @@ def test_a_killed_evaluation_goes_on(tmp_path):
     assert again == whole
     assert [runs is None for _, runs in seen] == [True, False, False]
     assert journal.read_text() == (tmp_path / "a").read_text()
-    with pytest.raises(ValueError, match="journal of this evaluation, got one that differs in con"):
+    with pytest.raises(ValueError, match="journal of this run, got one that differs in con"):
         evaluate_barn(BLIND.model_copy(update={"seed": 1}), journal=journal)
 
 

@@ -9,6 +9,7 @@ import pytest
 from andabata.app.cli import main
 from andabata.assembly import controllers
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.engine import SerialEngine
 from andabata.evaluation import evaluate as evaluation
 from andabata.evaluation import trial
 from andabata.evaluation.evaluate import (
@@ -108,7 +109,7 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
 
     monkeypatch.setattr(evaluation, "run_one", run_one)
     journal = tmp_path / "trials.jsonl"
-    first = evaluate(CONFIG, Models(), workers=1, journal=journal)
+    first = evaluate(CONFIG, Models(), journal=journal)
     assert ran == [0, 1, 2, 3]
     lines = journal.read_text().splitlines()
     journal.write_text(
@@ -117,7 +118,7 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     ran.clear()
     told = []
     again = evaluate(
-        CONFIG, Models(), workers=1, journal=journal, on_trial=lambda trial, _: told.append(trial)
+        CONFIG, Models(), journal=journal, on_trial=lambda trial, _: told.append(trial)
     )
     assert again == first
     assert told == [0, 1, 2, 3]
@@ -125,14 +126,33 @@ def test_a_journal_is_taken_up_again(tmp_path, monkeypatch):
     assert json.loads(journal.read_text().splitlines()[-1])["trial"] == 3
 
 
+def test_pictures_of_failures_are_written_before_the_journal_knows(tmp_path, monkeypatch):
+    """The picture is drawn by the worker and written here; a kill in between draws it again."""
+    rows = [attempt(0, 1, "stuck")]
+    monkeypatch.setattr(
+        evaluation, "run_one", lambda config, files, on_failure, trial: on_failure(trial) or rows
+    )
+
+    def kill(journal, entry):
+        assert (tmp_path / "1.png").read_bytes() == b"1"
+        raise KeyboardInterrupt
+
+    def draw(failure):
+        return f"{failure + 1}.png", b"1"
+
+    monkeypatch.setattr(evaluation.Journal, "append", kill)
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(CONFIG, Models(), pictures=tmp_path, draw_failure=draw)
+
+
 def test_a_journal_of_other_models_is_refused(monkeypatch, tmp_path):
     """A journal of another policy is refused; the error names the models."""
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     journal = tmp_path / "trials.jsonl"
-    evaluate(CONFIG, Models(), workers=1, journal=journal)
+    evaluate(CONFIG, Models(), journal=journal)
     others = replace(Models(), policy=shipped_policy("actor-critic"))
     with pytest.raises(ValueError, match="got one that differs in models; take another --out"):
-        evaluate(CONFIG, others, workers=1, journal=journal)
+        evaluate(CONFIG, others, journal=journal)
 
 
 def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
@@ -140,10 +160,10 @@ def test_a_journal_of_another_commit_is_refused(monkeypatch, tmp_path):
     monkeypatch.setattr(evaluation, "run_one", lambda *_: [attempt(0, 1, "goal")])
     monkeypatch.setattr(evaluation, "commit", lambda: "one")
     journal = tmp_path / "trials.jsonl"
-    evaluate(CONFIG, Models(), workers=1, journal=journal)
+    evaluate(CONFIG, Models(), journal=journal)
     monkeypatch.setattr(evaluation, "commit", lambda: "another")
     with pytest.raises(ValueError, match="got one that differs in commit;"):
-        evaluate(CONFIG, Models(), workers=1, journal=journal)
+        evaluate(CONFIG, Models(), journal=journal)
 
 
 def test_each_kind_of_world_has_rows_of_its_own():
@@ -183,7 +203,7 @@ def small(**changes):
 
 
 def rows_of(config, controller, models):
-    rows = evaluate(config, models, workers=1)
+    rows = evaluate(config, models)
     return [row for row in rows if row["controller"] == controller]
 
 
@@ -241,7 +261,7 @@ def test_the_noise_of_controllers_is_a_stream_of_its_own(monkeypatch):
     models, rules = Models(), TerminationConfig(time_limit=0.1)
     for seed in (0, 1):
         config = small(seed=seed, controllers=("straight", "reactive"), trials=2)
-        evaluate(config.model_copy(update={"terminations": rules}), models, workers=1)
+        evaluate(config.model_copy(update={"terminations": rules}), models)
     assert len(drawn) == 4
     assert all(first == second for first, second in drawn.values())
     streams = {first for first, _ in drawn.values()}
@@ -250,23 +270,23 @@ def test_the_noise_of_controllers_is_a_stream_of_its_own(monkeypatch):
     assert not streams & set(placed)
 
 
-def test_the_number_of_workers_changes_nothing(monkeypatch):
-    """Rows come by trial, whatever the number of workers and the order in which they end."""
+def test_the_order_in_which_trials_end_changes_nothing(monkeypatch):
+    """Rows come by trial, whatever the order in which workers end them."""
     monkeypatch.setattr(evaluation, "run_one", lambda *all_: [attempt(all_[-1], 1, "goal")])
-    one = evaluate(CONFIG, Models(), workers=1)
+    one = evaluate(CONFIG, Models())
 
-    def backwards(work, tasks, workers):
-        return [(task, work(task)) for task in reversed(list(tasks))]
+    class Backwards(SerialEngine):
+        def run(self, work, tasks):
+            return reversed(list(super().run(work, tasks)))
 
-    monkeypatch.setattr(evaluation, "run_tasks", backwards)
-    assert evaluate(CONFIG, Models(), workers=7) == one
+    assert evaluate(CONFIG, Models(), engine=Backwards()) == one
     assert [row["trial"] for row in one] == [0, 1, 2, 3]
 
 
 def test_a_row_holds_the_measures_of_the_attempt():
     """World, outcome and cause of a row are those of the drive; a failure ends the trial."""
     config = small()
-    rows = evaluate(config, Models(), workers=1)
+    rows = evaluate(config, Models())
     for row, scenario in zip(rows, config.scenarios, strict=True):
         assert (row["world"], row["world_seed"]) == ("maze", scenario.seed)
         assert (row["goal"], row["goals"], row["outcome"]) == (1, 1, "timeout")

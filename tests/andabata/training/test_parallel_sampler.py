@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.engine import Engine
+from andabata.engine import SerialEngine
 from andabata.models import Models, shipped_policy
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.offroad import OffroadEnv, stage_config
@@ -48,7 +48,7 @@ def equal(one, other):
 
 @pytest.fixture(scope="module")
 def alone():
-    return sampler(Engine(1))(shipped_policy(), 5, specs(), True)
+    return sampler(SerialEngine())(shipped_policy(), 5, specs(), True)
 
 
 @pytest.mark.parametrize("workers", [2, 3, 20])
@@ -91,8 +91,8 @@ def test_an_episode_is_that_of_its_environment(alone, scenes):
 def test_the_action_repeat_and_exploring_are_passed_on(alone):
     """Decisions are held for the repeat; without exploring there is no noise."""
     few = specs()[:2]
-    held = sampler(Engine(1))(shipped_policy(), 2, few, False)
-    again = sampler(Engine(1))(shipped_policy(), 2, few, False)
+    held = sampler(SerialEngine())(shipped_policy(), 2, few, False)
+    again = sampler(SerialEngine())(shipped_policy(), 2, few, False)
     for one, other, explored in zip(held, again, alone, strict=False):
         equal(one, other)
         assert len(one.actions) == -(-one.steps // 2)

@@ -7,6 +7,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.settings import resolve
+from andabata.engine_processes import ProcessEngine
 from andabata.models import Models
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import CHECKPOINT, HISTORY, POLICY, learn, read_history
@@ -29,7 +30,7 @@ def small_plan():
 def whole(tmp_path_factory):
     """Return the folder and the figures of a run of two stages that was not interrupted."""
     folder = tmp_path_factory.mktemp("run") / "whole"
-    return folder, learn(folder, small_plan(), range(2), 5, 1)
+    return folder, learn(folder, small_plan(), range(2), 5)
 
 
 def same_files(first, second):
@@ -46,10 +47,10 @@ def test_a_killed_training_ends_with_the_same_bytes(whole, tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        learn(killed, config, range(2), 5, 1, on_iteration=kill)
+        learn(killed, config, range(2), 5, on_iteration=kill)
     with pytest.raises(ValueError, match="expected an empty folder, got a run"):
-        learn(killed, config, range(2), 5, 1)
-    again = learn(killed, config, range(2), 5, 1, resume=True)
+        learn(killed, config, range(2), 5)
+    again = learn(killed, config, range(2), 5, resume=True)
     same_files(folder, killed)
     assert (again["stage"], again["episodes"]) == (figures["stage"], figures["episodes"])
 
@@ -57,7 +58,8 @@ def test_a_killed_training_ends_with_the_same_bytes(whole, tmp_path):
 def test_the_number_of_workers_changes_no_byte(whole, tmp_path):
     """Two processes leave the same checkpoint, policies and history as one."""
     folder, _ = whole
-    learn(tmp_path / "two", small_plan(), range(2), 5, 2)
+    with ProcessEngine(2) as engine:
+        learn(tmp_path / "two", small_plan(), range(2), 5, engine=engine)
     same_files(folder, tmp_path / "two")
 
 
@@ -102,17 +104,17 @@ def test_another_run_is_not_resumed(whole, tmp_path):
     plan = small_plan()
     other = resolve(TrainingPlan, overrides=["learner.gamma=0.5"], base=plan)
     with pytest.raises(ValueError, match=r"config\.learner\.gamma: expected 0.98, .* got 0.5"):
-        learn(folder, other, range(2), 5, 1, resume=True)
+        learn(folder, other, range(2), 5, resume=True)
     with pytest.raises(ValueError, match="seed: expected 5, as it began, got 6"):
-        learn(folder, plan, range(2), 6, 1, resume=True)
+        learn(folder, plan, range(2), 6, resume=True)
     with pytest.raises(ValueError, match=r"stages: expected \[0, 2\], as it began, got \[0, 1\]"):
-        learn(folder, plan, range(1), 5, 1, resume=True)
+        learn(folder, plan, range(1), 5, resume=True)
     for name in ("forest", "ground_classifier", "commit"):
         shutil.copy(whole[0] / "run.json", folder / "run.json")
         changed_head(folder, **{name: "another"})
         with pytest.raises(ValueError, match=f"{name}: expected another, .* --changed goes on"):
-            learn(folder, plan, range(2), 5, 1, resume=True)
-    figures = learn(folder, plan, range(2), 5, 1, resume=True, changed=True)
+            learn(folder, plan, range(2), 5, resume=True)
+    figures = learn(folder, plan, range(2), 5, resume=True, changed=True)
     assert figures["episodes"] == 2  # It had ended: nothing was left to play.
     same_files(whole[0], folder)
 

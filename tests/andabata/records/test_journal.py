@@ -1,17 +1,17 @@
-"""Journal of an evaluation: whole lines, on the disk, of one evaluation."""
+"""Journal of a run: whole lines, on the disk, of one run."""
 
 import os
 
 import pytest
 
-from andabata.evaluation import journal as journals
-from andabata.evaluation.journal import Journal
+from andabata.records import journal as journals
+from andabata.records.journal import Journal
 
 ABOUT = {"config": {"trials": 2}, "commit": "one"}
 
 
 def test_entries_are_there_again(tmp_path):
-    """A second journal of the same evaluation has the entries of the first, and goes on."""
+    """A second journal of the same run has the entries of the first, and goes on."""
     path = tmp_path / "journal.jsonl"
     first = Journal(path, ABOUT)
     first.append({"trial": 0, "rate": 0.1})
@@ -34,7 +34,7 @@ def test_a_line_that_a_kill_cut_short_is_dropped(tmp_path):
 
 
 def test_a_journal_begins_whole_or_not_at_all(tmp_path, monkeypatch):
-    """A write that fails leaves no journal: a cut head would pass for another evaluation's."""
+    """A write that fails leaves no journal: a cut head would pass for another run's."""
 
     def fail(descriptor):
         raise OSError("power cut")
@@ -65,11 +65,11 @@ def test_an_entry_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
         ("no JSON", "differs in kind; take another --out"),
     ],
 )
-def test_a_journal_of_another_evaluation_is_refused(tmp_path, head, message):
+def test_a_journal_of_another_run_is_refused(tmp_path, head, message):
     """The error names the parts of the description that differ."""
     path = tmp_path / "journal.jsonl"
     path.write_text(f"{head}\n")
-    with pytest.raises(ValueError, match=f"expected a journal of this evaluation.*{message}"):
+    with pytest.raises(ValueError, match=f"expected a journal of this run.*{message}"):
         Journal(path, ABOUT)
 
 

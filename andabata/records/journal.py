@@ -1,4 +1,4 @@
-"""Journal of an evaluation: finished pieces in a file, so that a killed evaluation goes on."""
+"""Journal of a run: finished pieces in a file, so that a killed run goes on."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ Entry = dict[str, Any]
 
 
 class Journal:
-    """JSON-lines file of an evaluation: its description first, then an entry for each piece.
+    """JSON-lines file of a run: its description first, then an entry for each piece.
 
     Attributes:
         path: Path of the file, None for a journal that nothing is written to.
@@ -19,14 +19,14 @@ class Journal:
     """
 
     def __init__(self, path: Path | None, about: Entry) -> None:
-        """Begin a journal, or go on with one of the same evaluation.
+        """Begin a journal, or go on with one of the same run.
 
         Args:
             path: Path of the file; None writes nothing.
-            about: Description of the evaluation: all that its results depend on, ready for JSON.
+            about: Description of the run: all that its results depend on, ready for JSON.
 
         Raises:
-            ValueError: If the file belongs to another evaluation.
+            ValueError: If the file belongs to another run.
         """
         self.path = path
         self.entries: list[Entry] = [] if path is None else _read(path, about)
@@ -39,10 +39,10 @@ class Journal:
 
 
 def _read(path: Path, about: Entry) -> list[Entry]:
-    """Return the entries of a journal of the same evaluation, which is begun where there is none.
+    """Return the entries of a journal of the same run, which is begun where there is none.
 
     Raises:
-        ValueError: If the journal belongs to another evaluation.
+        ValueError: If the journal belongs to another run.
     """
     head = json.dumps(about)
     if not path.exists() or path.stat().st_size == 0:
@@ -51,7 +51,7 @@ def _read(path: Path, about: Entry) -> list[Entry]:
     lines = path.read_text(encoding="utf-8").splitlines()
     if lines[0] != head:
         raise ValueError(
-            f"{path}: expected a journal of this evaluation, got one that differs in "
+            f"{path}: expected a journal of this run, got one that differs in "
             f"{_what_differs(lines[0], about)}; take another --out"
         )
     kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.

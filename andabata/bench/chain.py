@@ -1,7 +1,11 @@
-"""Measures where the time of a control step goes, stage by stage, from the plant to the policy."""
+"""Measures where the time of a control step goes, stage by stage, from the plant to the policy.
+
+Several robots of one world take their steps in turn, as in training and evaluation; the figures are
+those of one of them.
+"""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
@@ -14,7 +18,9 @@ from andabata.machine import lidar
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.models import Models
 from andabata.navigation import cloud_assembly
+from andabata.navigation.controller import Steering
 from andabata.navigation.perception import CloudPerception
+from andabata.navigation.planning.local_planner import LocalPlanner
 from traversability import scanner
 from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
@@ -37,41 +43,75 @@ class TimedCall(NamedTuple):
     stage: str
 
 
-def timed_calls(simulated_robot: SimulatedRobot) -> tuple[TimedCall, ...]:
-    """Return the functions of a robot that are timed: the one place that knows their names.
+def timed_calls(robots: Sequence[SimulatedRobot]) -> tuple[TimedCall, ...]:
+    """Return the functions of robots that are timed: the one place that knows their names.
+
+    Args:
+        robots: Robots in one scene.
 
     Raises:
-        TypeError: If the robot makes no clouds.
+        TypeError: If a robot makes no clouds.
     """
-    simulator, perception = simulated_robot.simulator, simulated_robot.perception
-    if not isinstance(perception, CloudPerception):
-        raise TypeError(f"perception: expected clouds, got {type(perception).__name__}")
-    return (
-        TimedCall(simulator.vehicle, "drive", "plant"),
-        TimedCall(simulator.proprioception, "sample", "proprioception"),
-        TimedCall(simulator.lidar, "sweeps", "laser"),
+    calls = [
         TimedCall(lidar, "beam_rays", "rays"),
-        TimedCall(simulated_robot.scene.rays, "cast", "cast"),
-        TimedCall(simulated_robot.localizer, "update", "filter"),
-        TimedCall(perception.assembler, "add", "assemble"),
         TimedCall(cloud_assembly, "place_beams", "place"),
-        TimedCall(perception, "scan", "scan"),
         TimedCall(scanner, "fill_quarters", "project"),
         TimedCall(scanner, "describe_cells", "features"),
         TimedCall(scanner, "classify_cells", "forest"),
-        TimedCall(simulated_robot.navigator, "update", "update"),
-        TimedCall(simulated_robot.navigator, "step", "step"),
-    )
+        TimedCall(robots[0].scene.rays, "cast", "cast"),
+    ]
+    for robot in robots:
+        calls += _calls_of_sensors(robot) + _calls_of_steering(robot.navigator.steering)
+    return tuple(calls)
 
 
-def _stages(spent: dict[str, float]) -> dict[str, float]:
+def _calls_of_sensors(robot: SimulatedRobot) -> list[TimedCall]:
+    """Return the timed functions from a robot's plant to its virtual scan, and its whole step."""
+    simulator, perception = robot.simulator, robot.perception
+    if not isinstance(perception, CloudPerception):
+        raise TypeError(f"perception: expected clouds, got {type(perception).__name__}")
+    calls = [
+        TimedCall(simulator.vehicle, "drive", "plant"),
+        TimedCall(simulator.proprioception, "sample", "proprioception"),
+        TimedCall(simulator.lidar, "sweeps", "laser"),
+        TimedCall(robot.localizer, "update", "filter"),
+        TimedCall(perception.assembler, "add", "assemble"),
+        TimedCall(perception, "scan", "scan"),
+        TimedCall(robot.navigator, "update", "update"),
+        TimedCall(robot.navigator, "step", "step"),
+    ]
+    if perception.layers is not None:
+        calls.append(TimedCall(perception.layers, "update", "ground cells"))
+    return calls
+
+
+def _calls_of_steering(steering: Steering) -> list[TimedCall]:
+    """Return the timed functions of a controller and of the planner around it."""
+    calls = [TimedCall(steering.controller, "act", "policy")]
+    if isinstance(steering.planner, LocalPlanner):
+        calls += [
+            TimedCall(steering.planner.occupancy, "update", "occupancy grid"),
+            TimedCall(steering.planner, "subgoal", "plan"),
+            TimedCall(steering.planner, "select", "rollouts"),
+        ]
+    return calls
+
+
+_STEERING = ("ground cells", "occupancy grid", "plan", "rollouts", "policy")
+"""Stages of steering, none of which calls another."""
+
+
+def _stages(spent: Mapping[str, float]) -> dict[str, float]:
     """Return the time of each stage in the order of the chain, without what it calls.
 
     Args:
-        spent: Time by the stages of ``timed_calls``, which include what they call.
+        spent: Time by the stages of ``timed_calls``, which include what they call; those that the
+            robot does not have are missing.
     """
     rays = spent["rays"]
     classified = spent["project"] + spent["features"] + spent["forest"]
+    steering = {name: spent[name] for name in _STEERING if name in spent}
+    steered = spent["step"] - spent["update"] - spent["scan"]
     return {
         "plant": spent["plant"],
         "proprioception": spent["proprioception"],
@@ -85,7 +125,8 @@ def _stages(spent: dict[str, float]) -> dict[str, float]:
         "project": spent["project"],
         "features": spent["features"],
         "forest": spent["forest"],
-        "policy": spent["step"] - spent["update"] - spent["scan"],
+        **steering,
+        "rest of steering": steered - sum(steering.values()),
     }
 
 
@@ -145,6 +186,7 @@ class Stopwatch:
 
 def bench_chains(
     configs: Sequence[SimulatedRobotConfig],
+    crowds: Sequence[int],
     world: str,
     seed: int,
     steps: int,
@@ -152,10 +194,22 @@ def bench_chains(
     controller: str = "policy+planner",
     step: Callable[[], None] | None = None,
 ) -> list[Row]:
-    """Return the rows of ``bench_chain`` for several robots, one after the other."""
+    """Return the rows of ``bench_chain`` for several robots, one configuration after the other.
+
+    Args:
+        configs: Configurations.
+        crowds: Numbers of robots in the world, each measured with each configuration.
+        world: World preset.
+        seed: Seed of world and noise.
+        steps: Number of control steps of a run.
+        runs: Number of runs.
+        controller: Name of the controller.
+        step: Function that is called after each run.
+    """
     rows: list[Row] = []
-    for config in configs:
-        rows += bench_chain(config, world, seed, steps, runs, controller, step)
+    for crowd in crowds:
+        for config in configs:
+            rows += bench_chain(config, world, seed, steps, runs, controller, step, crowd)
     return rows
 
 
@@ -167,37 +221,41 @@ def bench_chain(
     runs: int,
     controller: str = "policy+planner",
     step: Callable[[], None] | None = None,
+    crowd: int = 1,
 ) -> list[Row]:
     """Return the time of each stage of a control step [us], and the speed of the whole.
 
     Each run drives twice: untimed stages for the whole, timed ones for the parts.
 
     Args:
-        config: Configuration of the robot.
+        config: Configuration of the robots.
         world: World preset; the world is one of the evaluation's.
         seed: Seed of world and noise.
-        steps: Number of control steps of a run.
+        steps: Number of control steps of a run, of each robot.
         runs: Number of runs; the values are medians over them.
         controller: Name of the controller.
         step: Function that is called after each run.
+        crowd: Number of robots in the world.
     """
     scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     totals: list[float] = []
     parts: list[dict[str, float]] = []
     for _ in range(runs):
-        with driving(scene, config, controller, seed) as (_, advance):
+        with driving(scene, config, controller, seed, crowd) as (_, advance):
             began = time.perf_counter()
             advance(steps)
-            totals.append((time.perf_counter() - began) / steps)
-        with driving(scene, config, controller, seed) as (simulated_robot, advance):
-            with Stopwatch(timed_calls(simulated_robot)) as stopwatch:
+            totals.append((time.perf_counter() - began) / steps / crowd)
+        with driving(scene, config, controller, seed, crowd) as (robots, advance):
+            with Stopwatch(timed_calls(robots)) as stopwatch:
                 advance(steps)
-            parts.append({name: spent / steps for name, spent in stopwatch.seconds.items()})
+            spent = stopwatch.seconds
+            parts.append({name: one / steps / crowd for name, one in spent.items()})
         if step is not None:
             step()
     total = float(np.median(totals))
     median = {name: float(np.median([part[name] for part in parts])) for name in parts[0]}
     subject = f"{config.plant}, {config.sensing.lidar.beams} beams"
+    subject += "" if crowd == 1 else f", {crowd} robots"
     return [
         *(
             benchmark_row(name, subject, 1e6 * value, "us", runs)
@@ -220,31 +278,35 @@ def stage_table(rows: Sequence[Row]) -> list[Row]:
 
 @contextmanager
 def driving(
-    scene: Scene, config: SimulatedRobotConfig, controller: str, seed: int
-) -> Iterator[tuple[SimulatedRobot, Callable[[int], None]]]:
-    """Yield a robot after its run-in, and a function that drives it some steps further.
+    scene: Scene, config: SimulatedRobotConfig, controller: str, seed: int, crowd: int = 1
+) -> Iterator[tuple[list[SimulatedRobot], Callable[[int], None]]]:
+    """Yield robots after their run-in, and a function that drives each some steps further.
 
     Args:
         scene: World and its rays.
-        config: Configuration of the robot.
+        config: Configuration of the robots.
         controller: Name of the controller.
         seed: Seed of the noise.
+        crowd: Number of robots, which do not see each other.
     """
     models = Models()
-    steering = make_steering(controller, scene.world, config, models)
-    simulated_robot = SimulatedRobot(scene, config, models, steering)
-    task = scene.world.tasks[0]
-    readings = simulated_robot.place(
-        task.start, np.array(task.goals[0]), np.random.default_rng(seed)
-    )
+    robots, readings = [], []
+    for number in range(crowd):
+        steering = make_steering(controller, scene.world, config, models)
+        robot = SimulatedRobot(scene, config, models, steering)
+        task = scene.world.tasks[number % len(scene.world.tasks)]
+        rng = np.random.default_rng(seed if number == 0 else [seed, number])
+        robots.append(robot)
+        readings.append(robot.place(task.start, np.array(task.goals[0]), rng))
 
     def advance(steps: int) -> None:
-        nonlocal readings
         for _ in range(steps):
-            readings = simulated_robot.step(readings)
+            for number, robot in enumerate(robots):
+                readings[number] = robot.step(readings[number])
 
     try:
         advance(_RUN_IN)
-        yield simulated_robot, advance
+        yield robots, advance
     finally:
-        simulated_robot.close()
+        for robot in robots:
+            robot.close()

@@ -198,6 +198,7 @@ def chain(
     ] = "policy+planner",
     plants: Annotated[str, typer.Option(help="kinematic, bullet or both.")] = "kinematic,bullet",
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
+    robots: Annotated[str, typer.Option(help="Numbers of robots in the world: 1, 4, 16.")] = "1",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,
     runs: Annotated[int, typer.Option(min=1, help="Number of runs; medians are shown.")] = 3,
     settings: SettingsOptions,
@@ -231,7 +232,8 @@ def chain(
         for count in words(beams, ("1081", "541", "271"), "--beams")
     ]
     console = output.console()
-    with console.progress("runs", runs * len(configs)) as step:
-        rows = bench_chains(configs, world, seed, steps, runs, name, step)
+    crowds = [int(count) for count in words(robots, ("1", "4", "16"), "--robots")]
+    with console.progress("runs", runs * len(configs) * len(crowds)) as step:
+        rows = bench_chains(configs, crowds, world, seed, steps, runs, name, step)
     table = table_of(stage_table(rows), "us of a control step of 0.1 s, one core")
     console.result({"rows": rows}, table)

@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from andabata.app.cli import main
@@ -87,12 +88,14 @@ def test_stages_leave_out_what_they_call():
         },
         **{"assemble": 10.0, "place": 4.0, "scan": 50.0, "project": 5.0, "features": 6.0},
         **{"forest": 7.0, "update": 20.0, "step": 220.0},
+        **{"ground cells": 60.0, "plan": 40.0, "policy": 10.0},
     }
     stages = chain._stages(spent)
     assert stages["noise of ranges"] == 50.0
     assert stages["store"] == 6.0
     assert stages["carry, scan"] == 32.0
-    assert stages["policy"] == 150.0
+    assert list(stages)[-4:] == ["ground cells", "plan", "policy", "rest of steering"]
+    assert stages["rest of steering"] == 40.0
     top = ("plant", "proprioception", "laser", "filter", "assemble", "step")
     assert sum(stages.values()) == sum(spent[name] for name in top) - spent["update"]
 
@@ -100,10 +103,12 @@ def test_stages_leave_out_what_they_call():
 def test_all_names_of_a_real_robot_exist_and_their_times_add_up(capsys):
     """The verb times every stage of a drive; no stage takes longer than the whole, roughly."""
     words = ["--plants", "kinematic", "--beams", "271", "--steps", "10", "--runs", "1"]
+    words += ["--robots", "1,4"]
     assert main(["bench", "chain", "--world", "maze", *words, "--json", "--quiet"]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
-    values = {row["name"]: row["value"] for row in rows}
-    assert {row["subject"] for row in rows} == {"kinematic, 271 beams"}
+    alone = "kinematic, 271 beams"
+    assert {row["subject"] for row in rows} == {alone, f"{alone}, 4 robots"}
+    values = {row["name"]: row["value"] for row in rows if row["subject"] == alone}
     assert all(row["unit"] == ("1" if row["name"] == "faster than life" else "us") for row in rows)
     for stage in (
         "plant",
@@ -121,17 +126,23 @@ def test_all_names_of_a_real_robot_exist_and_their_times_add_up(capsys):
 
 def test_perception_without_clouds_cannot_be_timed():
     """A robot with a horizontal scanner has no cloud stages."""
-    robot = SimpleNamespace(simulator=None, perception=object())
+    scene = SimpleNamespace(rays=Part([0.0]))
+    robot = SimpleNamespace(scene=scene, simulator=None, perception=object())
     with pytest.raises(TypeError, match="expected clouds, got object"):
-        chain.timed_calls(robot)
+        chain.timed_calls([robot])
 
 
 def test_a_drive_calls_every_function_that_is_timed():
     """A function that has lost its callers would be a stage of no time."""
     config, scene = SimulatedRobotConfig(plant="kinematic"), SceneCache().get("maze", 3)
     with (
-        chain.driving(scene, config, "policy+planner", 0) as (robot, advance),
-        Stopwatch(chain.timed_calls(robot)) as stopwatch,
+        chain.driving(scene, config, "policy+planner", 0, 2) as (robots, advance),
+        Stopwatch(chain.timed_calls(robots)) as stopwatch,
     ):
+        before = [robot.simulator.vehicle.state.stamp for robot in robots]
         advance(40)
+        after = [robot.simulator.vehicle.state.stamp for robot in robots]
+    np.testing.assert_allclose(np.subtract(after, before), 4.0)
+    places = [robot.simulator.vehicle.state.pose.position[:2] for robot in robots]
+    assert not np.allclose(*places, atol=0.1)
     assert [stage for stage, seconds in stopwatch.seconds.items() if seconds == 0.0] == []

@@ -196,7 +196,9 @@ def chain(
     controller: Annotated[
         str, typer.Option(help="policy+planner, policy, planner, reactive or another.")
     ] = "policy+planner",
-    plants: Annotated[str, typer.Option(help="kinematic, bullet or both.")] = "kinematic,bullet",
+    plants: Annotated[
+        str, typer.Option(help="Plants: kinematic, wheels, bullet.")
+    ] = "kinematic,wheels,bullet",
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,
     runs: Annotated[int, typer.Option(min=1, help="Number of runs; medians are shown.")] = 3,
@@ -227,7 +229,7 @@ def chain(
             settings.config,
             [f"plant={plant}", f"sensing.lidar.beams={count}", *given],
         )
-        for plant in words(plants, ("kinematic", "bullet"), "--plants")
+        for plant in words(plants, ("kinematic", "wheels", "bullet"), "--plants")
         for count in words(beams, ("1081", "541", "271"), "--beams")
     ]
     console = output.console()

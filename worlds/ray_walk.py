@@ -223,7 +223,7 @@ def cast_rays(
                     # Most objects of a block are missed: the box is the cheap test.
                     if _misses_box(ray, boxes, k, hit.range):
                         continue
-                    enter, leave = cross_convex(planes, starts[k], starts[k + 1], ray)
+                    enter, leave = _cross(planes, starts[k], starts[k + 1], ray)
                     if enter >= leave or leave <= 0:
                         continue
                     # A porous object may stop the ray anywhere inside: decided when all are known.
@@ -437,7 +437,7 @@ def _hit_ground(
 
 
 @kernel
-def cross_convex(planes: NDArray[np.float64], first: int, last: int, ray: Ray) -> tuple[float, float]:
+def _cross(planes: NDArray[np.float64], first: int, last: int, ray: Ray) -> tuple[float, float]:
     """Return the ranges [m] at which a ray enters and leaves a convex object.
 
     The ray misses the object if it leaves before it enters.

@@ -3,7 +3,8 @@
 A box is apart from an object if a plane along one of the box's sides or of the object's faces parts
 them; the plane that parts them most, or that they overlap least, gives distance and normal. Planes
 along an edge of each are left out: two edges that cross may count as touching up to a centimetre
-early (assumption). A disc meets an object along rays from its centre, as a wheel meets a stone.
+early (assumption). A disc meets an object at the point that is nearest to its centre, as a wheel
+meets a stone.
 """
 
 from dataclasses import replace
@@ -16,8 +17,13 @@ from andabata.machine.vectors import Axes, Vector, added, dot, to_map
 from terrain.classes import TRAITS
 from terrain.kernel import kernel
 from worlds.ray_layout import Blocks, ConvexObjects, build_layout
-from worlds.ray_walk import Ray, cross_convex
 from worlds.world import World
+
+_SAME_DEPTH = 0.01
+"""Difference of depth up to which vertices touch a side of a box together [m]."""
+
+_PARALLEL = 1e-9
+"""Sine of an angle, and distance [m], that count as none."""
 
 _FLAT = 0.05
 """Sine of the angle between a side and a plane up to which a contact lies inside of the side."""
@@ -54,15 +60,15 @@ class BoxContact(NamedTuple):
 
 
 class DiscContact(NamedTuple):
-    """Ray of a disc that an object stops first.
+    """Point of an object that is nearest to the centre of a disc, in the disc's plane.
 
     Attributes:
-        range: Range at which it does [m], infinite if no ray meets the object.
-        ray: Unit vector of the ray.
+        distance: Distance of the point [m], infinite if the disc is apart.
+        way: Unit vector from the centre to the point.
     """
 
-    range: float
-    ray: Vector
+    distance: float
+    way: Vector
 
 
 def build_solids(world: World) -> Solids:
@@ -120,10 +126,10 @@ def overlaps(box: NDArray[np.float64], place: Vector, reach: float) -> bool:
         place: Middle of the cube in the map [m].
         reach: Half of the cube's edge [m].
     """
+    apart = False
     for c in range(3):
-        if box[c] > place[c] + reach or box[3 + c] < place[c] - reach:
-            return False
-    return True
+        apart |= box[c] > place[c] + reach or box[3 + c] < place[c] - reach
+    return not apart
 
 
 @kernel
@@ -137,44 +143,65 @@ def meet_box(centre: Vector, axes: Axes, half: Vector, solids: Solids, k: int) -
         solids: Solid objects.
         k: Index of the object.
     """
-    # Extent of the object along the axes of the box.
-    low_x, low_y, low_z = np.inf, np.inf, np.inf
-    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
-    vertices = solids.vertices
-    for v in range(solids.starts[k], solids.starts[k + 1]):
-        away = added((vertices[v, 0], vertices[v, 1], vertices[v, 2]), centre, -1.0)
-        x, y, z = dot(away, axes.forward), dot(away, axes.left), dot(away, axes.up)
-        low_x, high_x = min(low_x, x), max(high_x, x)
-        low_y, high_y = min(low_y, y), max(high_y, y)
-        low_z, high_z = min(low_z, z), max(high_z, z)
+    low, high = _extent(centre, axes, solids, k, axes.up, -np.inf)
     gap, normal = -np.inf, axes.up
-    gap, normal = _apart(gap, normal, axes.forward, low_x, high_x, half[0])
-    gap, normal = _apart(gap, normal, axes.left, low_y, high_y, half[1])
-    gap, normal = _apart(gap, normal, axes.up, low_z, high_z, half[2])
-    planes = solids.objects.planes
+    for c in range(3):
+        if low[c] - half[c] > gap:
+            gap, normal = low[c] - half[c], (-axes[c][0], -axes[c][1], -axes[c][2])
+        if -half[c] - high[c] > gap:
+            gap, normal = -half[c] - high[c], axes[c]
+    side_gap, planes = gap, solids.objects.planes
     for p in range(solids.objects.starts[k], solids.objects.starts[k + 1]):
         plane = (planes[p, 0], planes[p, 1], planes[p, 2])
-        span = abs(dot(plane, axes.forward)) * half[0] + abs(dot(plane, axes.left)) * half[1]
-        span += abs(dot(plane, axes.up)) * half[2]
-        distance = dot(plane, centre) - planes[p, 3] - span
+        distance = dot(plane, centre) - planes[p, 3] - _span(plane, axes, half)
         if distance > gap:
             gap, normal = distance, plane
-    x = _along(dot(normal, axes.forward), max(low_x, -half[0]), min(high_x, half[0]))
-    y = _along(dot(normal, axes.left), max(low_y, -half[1]), min(high_y, half[1]))
-    z = _along(dot(normal, axes.up), max(low_z, -half[2]), min(high_z, half[2]))
+    if gap == side_gap:
+        # A side of the box touches what is nearest to it; a face of the object, all of the box.
+        nearest = dot(normal, centre) - _span(normal, axes, half) - gap - _SAME_DEPTH
+        low, high = _extent(centre, axes, solids, k, normal, nearest)
+    x = _along(dot(normal, axes.forward), max(low[0], -half[0]), min(high[0], half[0]))
+    y = _along(dot(normal, axes.left), max(low[1], -half[1]), min(high[1], half[1]))
+    # Wheels that push lift the front: an upright side leans on its lowest point.
+    bottom, top = max(low[2], -half[2]), min(high[2], half[2])
+    z = top if dot(normal, axes.up) < -0.5 else bottom
     return BoxContact(gap, normal, added(centre, to_map(axes, x, y, z), 1.0))
 
 
 @kernel
-def _apart(
-    gap: float, normal: Vector, axis: Vector, low: float, high: float, half: float
-) -> tuple[float, Vector]:
-    """Return the larger distance along an axis of the box, and the normal that goes with it."""
-    if low - half > gap:
-        gap, normal = low - half, (-axis[0], -axis[1], -axis[2])
-    if -half - high > gap:
-        gap, normal = -half - high, axis
-    return gap, normal
+def _span(way: Vector, axes: Axes, half: Vector) -> float:
+    """Return how far a box reaches from its middle in a direction [m]."""
+    reach: float = abs(dot(way, axes.forward)) * half[0] + abs(dot(way, axes.left)) * half[1]
+    return reach + abs(dot(way, axes.up)) * half[2]
+
+
+@kernel
+def _extent(
+    centre: Vector, axes: Axes, solids: Solids, k: int, way: Vector, least: float
+) -> tuple[Vector, Vector]:
+    """Return the extent along the axes of a box of the vertices that reach far enough [m].
+
+    Args:
+        centre: Middle of the box in the map [m].
+        axes: Axes of the box.
+        solids: Solid objects.
+        k: Index of the object.
+        way: Direction in the map.
+        least: Coordinate along it up to which vertices are left out [m].
+    """
+    low_x, low_y, low_z = np.inf, np.inf, np.inf
+    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
+    vertices = solids.vertices
+    for v in range(solids.starts[k], solids.starts[k + 1]):
+        vertex = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        if dot(vertex, way) < least:
+            continue
+        away = added(vertex, centre, -1.0)
+        x, y, z = dot(away, axes.forward), dot(away, axes.left), dot(away, axes.up)
+        low_x, high_x = min(low_x, x), max(high_x, x)
+        low_y, high_y = min(low_y, y), max(high_y, y)
+        low_z, high_z = min(low_z, z), max(high_z, z)
+    return (low_x, low_y, low_z), (high_x, high_y, high_z)
 
 
 @kernel
@@ -194,23 +221,58 @@ def _along(component: float, low: float, high: float) -> float:
 
 
 @kernel
-def meet_disc(
-    centre: Vector, axes: Axes, fan: NDArray[np.float64], solids: Solids, k: int
-) -> DiscContact:
-    """Return the ray of a disc that an object stops first.
+def meet_disc(centre: Vector, axes: Axes, reach: float, solids: Solids, k: int) -> DiscContact:
+    """Return the point of an object that is nearest to the centre of a disc, in the disc's plane.
+
+    The plane cuts a convex polygon out of the object, each face a line. The nearest point is on a
+    line that has the centre outside, within the part of it that the other lines leave.
 
     Args:
         centre: Centre of the disc in the map [m].
         axes: Axes of the body; the disc's own axis is the body's y axis.
-        fan: Directions of the rays along the body's x and z axis, shape (k, 2).
+        reach: Distance up to which a point counts [m].
         solids: Solid objects.
         k: Index of the object.
     """
-    nearest, ray = np.inf, axes.up
-    first, last = solids.objects.starts[k], solids.objects.starts[k + 1]
-    for f in range(len(fan)):
-        way = to_map(axes, fan[f, 0], 0.0, fan[f, 1])
-        enter, leave = cross_convex(solids.objects.planes, first, last, Ray(*centre, *way, 0, 0, 0))
-        if leave >= max(enter, 0.0) and enter < nearest:
-            nearest, ray = max(enter, 0.0), way
-    return DiscContact(nearest, ray)
+    nearest, ahead, above, outside = np.inf, 0.0, -1.0, False
+    for p in range(solids.objects.starts[k], solids.objects.starts[k + 1]):
+        a, b, room = _line(solids.objects.planes[p], centre, axes)
+        if room < -reach:
+            return DiscContact(np.inf, axes.up)
+        if room >= 0.0 or (a == 0.0 and b == 0.0):
+            outside |= room < 0.0
+            continue
+        outside, low, high = True, -np.inf, np.inf
+        for q in range(solids.objects.starts[k], solids.objects.starts[k + 1]):
+            c, d, left = _line(solids.objects.planes[q], centre, axes)
+            # Along line p, which begins at the foot of the perpendicular from the centre.
+            slope, left = a * d - b * c, left - room * (a * c + b * d)
+            if slope > _PARALLEL:
+                high = min(high, left / slope)
+            elif slope < -_PARALLEL:
+                low = max(low, left / slope)
+            elif left < -_PARALLEL:
+                high = -np.inf
+        at = min(max(0.0, low), high)
+        if low <= high and np.hypot(room, at) < nearest:
+            nearest = np.hypot(room, at)
+            ahead, above = (a * room - b * at) / nearest, (b * room + a * at) / nearest
+    # A disc whose centre is inside is pushed up.
+    return DiscContact(nearest if outside else 0.0, to_map(axes, ahead, 0.0, above))
+
+
+@kernel
+def _line(plane: NDArray[np.float64], centre: Vector, axes: Axes) -> tuple[float, float, float]:
+    """Return the line in which a plane cuts a disc's plane.
+
+    Returns:
+        Unit normal along the body's x and z axis, and how far the disc's centre is inside of the
+        line [m]; for a plane that is parallel to the disc, a normal of zero and how far the centre
+        is inside of the plane.
+    """
+    normal = plane[0], plane[1], plane[2]
+    a, b, room = dot(normal, axes.forward), dot(normal, axes.up), plane[3] - dot(normal, centre)
+    size = np.hypot(a, b)
+    if size < _PARALLEL:
+        return 0.0, 0.0, room
+    return a / size, b / size, room / size

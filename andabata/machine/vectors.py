@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel
 
 Vector = tuple[float, float, float]
 """Three components."""
@@ -25,13 +25,13 @@ class Axes(NamedTuple):
     up: Vector
 
 
-@kernel
+@inlined_kernel
 def dot(a: Vector, b: Vector) -> float:
     """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel
+@inlined_kernel
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     return (
@@ -41,13 +41,13 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
-@kernel
+@inlined_kernel
 def added(a: Vector, b: Vector, scale: float) -> Vector:
     """Return ``a + scale * b``."""
     return a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]
 
 
-@kernel
+@inlined_kernel
 def to_map(axes: Axes, x: float, y: float, z: float) -> Vector:
     """Return a vector of the body in the axes of the map."""
     forward, left, up = axes
@@ -58,7 +58,7 @@ def to_map(axes: Axes, x: float, y: float, z: float) -> Vector:
     )
 
 
-@kernel
+@inlined_kernel
 def axes_of(quaternion: NDArray[np.float64]) -> Axes:
     """Return the axes of a body by its unit quaternion x, y, z, w, shape (4,)."""
     x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]

@@ -32,9 +32,6 @@ contacts of the hull."""
 _FAN_DEG = (-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0)
 """Angles of the rays of a wheel to the ground, from straight down [deg]."""
 
-_SOLID_FAN_DEG = tuple(15.0 * k for k in range(-7, 8))
-"""Angles of the rays of a wheel to solid objects, from straight down [deg]."""
-
 
 class WheelsConfig(BaseModel):
     """Parameters of the plant of ray-cast wheels, as measured in the bullet plant.
@@ -81,7 +78,6 @@ class Tyres(NamedTuple):
         lateral: Friction along the axle as a share of that along the wheel.
         relaxation: Way that a wheel rolls until its patch is renewed [m].
         fan: Directions of the rays to the ground along the body's x and z axis, shape (k, 2).
-        solid_fan: Directions of the rays to solid objects, shape (m, 2).
     """
 
     rims: NDArray[np.float64]
@@ -95,7 +91,6 @@ class Tyres(NamedTuple):
     lateral: float
     relaxation: float
     fan: NDArray[np.float64]
-    solid_fan: NDArray[np.float64]
 
 
 class Hull(NamedTuple):
@@ -162,7 +157,6 @@ def wheels_body(robot: RobotModel, config: WheelsConfig) -> WheelsBody:
         lateral=config.lateral_friction_ratio,
         relaxation=config.relaxation,
         fan=_directions(_FAN_DEG),
-        solid_fan=_directions(_SOLID_FAN_DEG),
     )
     return WheelsBody(
         mass=robot.mass,
@@ -200,14 +194,15 @@ def _mass_properties(robot: RobotModel) -> tuple[float, Vector]:
 
 def _rims(robot: RobotModel, height: float) -> NDArray[np.float64]:
     """Return ``Tyres.rims``."""
+    level = robot.wheel_radius - height
     return np.array(
         [
-            (x * robot.wheelbase / 2, (y * robot.track + w * robot.wheel_width) / 2, 0.0)
+            (x * robot.wheelbase / 2, (y * robot.track + w * robot.wheel_width) / 2, level)
             for y in (1, -1)
             for x in (1, -1)
             for w in (1, -1)
         ]
-    ) + [0.0, 0.0, robot.wheel_radius - height]
+    )
 
 
 def _largest_eigenvalue(

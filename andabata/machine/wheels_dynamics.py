@@ -10,24 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.solid_contact import Solids, find_near
-from andabata.machine.vectors import Axes, Vector, axes_of, dot, to_map
+from andabata.machine.vectors import Axes, axes_of, dot, to_map
 from andabata.machine.wheels_body import GRAVITY, SUB_STEP, SUB_STEPS, WheelsBody
-from andabata.machine.wheels_forces import (
-    Motion,
-    meet_walkers,
-    press_tyres,
-    scrape_hull,
-    strike_hull,
-    strike_tyres,
-)
+from andabata.machine.wheels_contact import MOMENT, TORQUE, Motion
+from andabata.machine.wheels_hull import meet_walkers, scrape_hull, strike_hull
+from andabata.machine.wheels_tyres import press_tyres, strike_tyres
 from terrain.kernel import kernel
 from worlds.walking import Ground, WalkerTrack
 
 _MOST_NEAR = 64
 """Largest number of objects that the body can touch at once."""
-
-_TORQUE, _MOMENT = 3, 6
-"""Columns of the loads after the force: torque on the body, moment about each wheel's axle."""
 
 
 class WheelsState(NamedTuple):
@@ -127,6 +119,7 @@ def drive_ticks(
         motion = motion_of(state, body)
         count = find_near(motion.place, reach, around.solids, near)
         solid = walker = False
+        contacts[tick, 2] = dot(motion.velocity, motion.axes.forward)
         for _ in range(SUB_STEPS):
             motion = motion_of(state, body)
             loads[:] = 0.0
@@ -146,7 +139,6 @@ def drive_ticks(
                 )
                 solid |= strike_hull(motion, body, around.solids, near[:count], loads)
             walker |= meet_walkers(motion, body, around.walkers, tick, loads)
-            contacts[tick, 2] = dot(motion.velocity, motion.axes.forward)
             _turn_wheels(state, motion.axes, targets, body, loads)
             _integrate(state, body, loads)
         contacts[tick, 0], contacts[tick, 1] = solid, walker
@@ -176,7 +168,7 @@ def _turn_wheels(
     # end of the sub-step count, or the wheel would oscillate.
     patches = 2 * tyres.radius**2 * (tyres.stiffness * SUB_STEP + tyres.damping) * SUB_STEP
     for wheel in range(4):
-        speed, moment = state.speeds[wheel], loads[_MOMENT + wheel]
+        speed, moment = state.speeds[wheel], loads[MOMENT + wheel]
         target = min(max(targets[wheel // 2], -tyres.max_speed), tyres.max_speed)
         wanted = tyres.inertia * (target - speed) / SUB_STEP - moment
         torque = min(max(wanted, -tyres.torque), tyres.torque)
@@ -186,7 +178,7 @@ def _turn_wheels(
         state.speeds[wheel] += change
         state.work[0] += max(torque * state.speeds[wheel], 0.0) * SUB_STEP
         for c in range(3):
-            loads[_TORQUE + c] -= axes.left[c] * tyres.inertia * change / SUB_STEP
+            loads[TORQUE + c] -= axes.left[c] * tyres.inertia * change / SUB_STEP
 
 
 @kernel
@@ -194,7 +186,7 @@ def _integrate(state: WheelsState, body: WheelsBody, loads: NDArray[np.float64])
     """Move velocities by the loads, then place and orientation by the velocities."""
     for c in range(3):
         state.velocity[c] += SUB_STEP * loads[c] / body.mass
-        state.momentum[c] += SUB_STEP * loads[_TORQUE + c]
+        state.momentum[c] += SUB_STEP * loads[TORQUE + c]
         state.place[c] += SUB_STEP * state.velocity[c]
     wx, wy, wz = motion_of(state, body).spin
     x, y, z, w = state.quaternion
@@ -219,16 +211,3 @@ def _write_row(state: WheelsState, body: WheelsBody, row: NDArray[np.float64]) -
     row[3:7] = state.quaternion
     row[7] = (state.speeds[0] + state.speeds[1]) / 2
     row[8] = (state.speeds[2] + state.speeds[3]) / 2
-
-
-def footprint_motion(motion: Motion, height: float) -> tuple[Vector, Vector]:
-    """Return velocity [m/s] and angular velocity [rad/s] of ``base_footprint`` in its own axes.
-
-    Args:
-        motion: Place and motion of the body.
-        height: Height of the centre of mass above ``base_footprint`` [m].
-    """
-    axes = np.array(motion.axes)
-    linear, angular = axes @ motion.velocity, axes @ motion.spin
-    linear = linear + np.cross(angular, [0.0, 0.0, -height])
-    return tuple(linear.tolist()), tuple(angular.tolist())

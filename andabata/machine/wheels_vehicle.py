@@ -54,7 +54,7 @@ class WheelsVehicle:
         z, roll, pitch = fit_wheel_plane(heights, cell, x, y, c, s, self._corners)
         turn = np.array(quaternion(roll, pitch, start.yaw))
         up = np.array(axes_of(turn).up) * (self._body.height - static_sag(self._body))
-        self._state = WheelsState.at_rest(np.array([x, y, z]) + up, turn)
+        self._state, self._stamp = WheelsState.at_rest(np.array([x, y, z]) + up, turn), 0.0
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
         self._state.work[0] = self._stamp = 0.0
         self._contact = Contact.NONE
@@ -74,7 +74,7 @@ class WheelsVehicle:
         targets = np.array([wheels.left, wheels.right])
         drive_ticks(self._state, targets, self._body, around, rows, contacts)
         self._contact = self._first_contact(rows, contacts, walkers)
-        self._stamp = getattr(self, "_stamp", 0.0) + ticks * TICK
+        self._stamp += ticks * TICK
         return rows
 
     def _first_contact(

@@ -208,6 +208,7 @@ def _write_row(state: WheelsState, body: WheelsBody, row: NDArray[np.float64]) -
     up = axes_of(state.quaternion).up
     for c in range(3):
         row[c] = state.place[c] - body.height * up[c]
-    row[3:7] = state.quaternion
+    for c in range(4):
+        row[3 + c] = state.quaternion[c]
     row[7] = (state.speeds[0] + state.speeds[1]) / 2
     row[8] = (state.speeds[2] + state.speeds[3]) / 2

@@ -55,10 +55,16 @@ class WheelsState(NamedTuple):
             place: Centre of mass in the map [m], shape (3,).
             quaternion: Orientation x, y, z, w, shape (4,).
         """
-        zeros = np.zeros((2, 3)), np.zeros(4), np.zeros((2, 8, 2)), np.zeros(1)
-        (velocity, momentum), speeds, grips, work = zeros
-        tipped = np.zeros(1, dtype=np.bool_)
-        return cls(place, quaternion, velocity, momentum, speeds, grips, work, tipped)
+        return cls(
+            place,
+            quaternion,
+            velocity=np.zeros(3),
+            momentum=np.zeros(3),
+            speeds=np.zeros(4),
+            grips=np.zeros((2, 8, 2)),
+            work=np.zeros(1),
+            tipped=np.zeros(1, dtype=np.bool_),
+        )
 
 
 class Surroundings(NamedTuple):

@@ -6,8 +6,8 @@ their sum is one contact with one damper and one patch of tyre. A patch holds by
 and across the wheel until its force leaves the friction ellipse; then it slides, and keeps the
 deflection of that force. The stiffnesses of the two directions are as the squares of the ellipse's
 axes, so that the force of a sliding patch is the one of largest dissipation: this is what turns a
-skid-steer robot less than its wheels say. Patch and relaxation length are
-those of single-contact-point tyre models (Pacejka 2012, "Tire and vehicle dynamics", chapter 7).
+skid-steer robot less than its wheels say. Patch and relaxation length are those of
+single-contact-point tyre models (Pacejka 2012, "Tire and vehicle dynamics", chapter 7).
 """
 
 import numpy as np

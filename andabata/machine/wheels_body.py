@@ -53,7 +53,7 @@ class WheelsConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     friction: float = Field(default=0.9, gt=0)
-    lateral_friction_ratio: float = Field(default=0.56, gt=0, le=1)
+    lateral_friction_ratio: float = Field(default=0.5, gt=0, le=1)
     relaxation: float = Field(default=0.1, gt=0)
     hull_friction: float = Field(default=0.4, ge=0)
     settle_time: float = Field(default=0.5, ge=0)

@@ -3,7 +3,8 @@
 Springs and dampers are as stiff as a sub-step of semi-implicit Euler integrates them: with the
 largest eigenvalue ``e`` of the inverse mass matrix times all contacts of the wheels at once, a
 spring ``k`` and a damper ``c`` are stable where ``k e h^2 + 2 c e h < 4``. So each robot, large or
-small, has the same margin, and the one number that follows from it is the static sag.
+small, has the same margin, and the one number that follows from it is the static sag. A tyre is
+larger than the wheel by the sag, so that a robot at rest stands as high as it is built.
 """
 
 from typing import NamedTuple
@@ -68,7 +69,8 @@ class Tyres(NamedTuple):
     Attributes:
         rims: Centres of the rims from the centre of mass, wheel by wheel in the order front left,
             rear left, front right, rear right [m], shape (8, 3).
-        radius: Radius of the wheels [m].
+        radius: Radius of the wheels, and of a tyre under its share of the weight [m].
+        sag: Difference to the radius of a tyre without load [m].
         inertia: Moment of inertia of a wheel about its axle [kg m2].
         torque: Largest torque of a motor [N m].
         max_speed: Largest wheel speed [rad/s].
@@ -82,6 +84,7 @@ class Tyres(NamedTuple):
 
     rims: NDArray[np.float64]
     radius: float
+    sag: float
     inertia: float
     torque: float
     max_speed: float
@@ -144,14 +147,15 @@ def wheels_body(robot: RobotModel, config: WheelsConfig) -> WheelsBody:
     height, inertia = _mass_properties(robot)
     rims = _rims(robot, height)
     eigenvalue = _largest_eigenvalue(robot, height, inertia, rims)
-    r = robot.wheel_radius
+    stiffness = _SPRING / (eigenvalue * SUB_STEP**2)
     tyres = Tyres(
         rims=rims,
-        radius=r,
-        inertia=robot.wheel_mass * r * r / 2,
+        radius=robot.wheel_radius,
+        sag=robot.mass * GRAVITY / (len(rims) * stiffness),
+        inertia=robot.wheel_mass * robot.wheel_radius**2 / 2,
         torque=robot.wheel_torque,
         max_speed=robot.max_wheel_speed,
-        stiffness=_SPRING / (eigenvalue * SUB_STEP**2),
+        stiffness=stiffness,
         damping=_DAMPER / (eigenvalue * SUB_STEP),
         friction=config.friction,
         lateral=config.lateral_friction_ratio,
@@ -168,11 +172,6 @@ def wheels_body(robot: RobotModel, config: WheelsConfig) -> WheelsBody:
         touch_distance=config.touch_distance,
         upright=float(np.cos(config.tip_angle)),
     )
-
-
-def static_sag(body: WheelsBody) -> float:
-    """Return how far the wheels of a robot at rest on level ground are pressed in [m]."""
-    return body.mass * GRAVITY / (len(body.tyres.rims) * body.tyres.stiffness)
 
 
 def _mass_properties(robot: RobotModel) -> tuple[float, Vector]:

@@ -75,12 +75,14 @@ def _press(motion: Motion, centre: Vector, tyres: Tyres, ground: Ground) -> Touc
     push, place = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for f in range(len(tyres.fan)):
         ray = to_map(motion.axes, tyres.fan[f, 0], 0.0, tyres.fan[f, 1])
-        arm = added(centre, ray, tyres.radius)
+        arm = added(centre, ray, tyres.radius + tyres.sag)
         touch = touch_ground(motion, arm, ground)
         if touch.depth > 0.0:
             depth = min(touch.depth, DEEPEST)
             total += depth
-            push, place = added(push, touch.normal, depth), added(place, arm, depth)
+            # Whatever it carries a tyre rolls on one radius, or wheels of one speed would fight.
+            met = added(centre, ray, tyres.radius)
+            push, place = added(push, touch.normal, depth), added(place, met, depth)
     if total == 0.0:
         return Touch(0.0, motion.axes.up, centre)
     size = np.sqrt(dot(push, push))
@@ -168,7 +170,8 @@ def strike_tyres(
         loads: As for ``press_tyres``.
     """
     tyres, struck = body.tyres, False
-    reach = tyres.radius + body.touch_distance
+    radius = tyres.radius + tyres.sag
+    reach = radius + body.touch_distance
     for rim in range(len(tyres.rims)):
         x, y, z = tyres.rims[rim]
         centre = to_map(motion.axes, x, y, z)
@@ -179,7 +182,7 @@ def strike_tyres(
                 found = meet_disc(place, motion.axes, reach, solids, k)
                 if found.distance < nearest:
                     nearest, way = found.distance, found.way
-        depth = tyres.radius - nearest
+        depth = radius - nearest
         if depth > -body.touch_distance:
             touched = added(place, way, nearest)
             low, _, _ = surface(ground, touched[0], touched[1])

@@ -13,7 +13,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.solid_contact import build_solids
 from andabata.machine.vectors import axes_of
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
-from andabata.machine.wheels_body import WheelsConfig, static_sag, wheels_body
+from andabata.machine.wheels_body import WheelsConfig, wheels_body
 from andabata.machine.wheels_dynamics import Surroundings, WheelsState, drive_ticks, motion_of
 from worlds.mover_motion import Movers
 from worlds.walking import WalkerTrack
@@ -53,7 +53,7 @@ class WheelsVehicle:
         heights, cell = self._around.ground
         z, roll, pitch = fit_wheel_plane(heights, cell, x, y, c, s, self._corners)
         turn = np.array(quaternion(roll, pitch, start.yaw))
-        up = np.array(axes_of(turn).up) * (self._body.height - static_sag(self._body))
+        up = np.array(axes_of(turn).up) * self._body.height
         self._state, self._stamp = WheelsState.at_rest(np.array([x, y, z]) + up, turn), 0.0
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
         self._state.work[0] = self._stamp = 0.0

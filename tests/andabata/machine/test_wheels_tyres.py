@@ -17,13 +17,13 @@ BODY = wheels_body(ROBOT, CONFIG)
 LEVEL = axes_of(np.array([0.0, 0.0, 0.0, 1.0]))
 ZERO = (0.0, 0.0, 0.0)
 FLAT = np.zeros((41, 41), dtype=np.float32), 0.1
-DEPTH = 0.002
+DEPTH = BODY.tyres.sag
 
 
 def loads_of(velocity=ZERO, speeds=0.0, grips=None, depth=DEPTH):
-    """Return the loads of level ground on a body that is pressed in by some depth."""
+    """Return the loads of level ground on a body whose tyres are pressed in by some depth."""
     loads, grips = np.zeros(10), np.zeros((8, 2)) if grips is None else grips
-    motion = Motion((0.0, 0.0, BODY.height - depth), LEVEL, velocity, ZERO)
+    motion = Motion((0.0, 0.0, BODY.height + DEPTH - depth), LEVEL, velocity, ZERO)
     press_tyres(motion, BODY, np.full(4, speeds), grips, FLAT, loads)
     return loads
 

@@ -92,17 +92,17 @@ def test_brakes_hold_it_up_to_the_friction_angle(make_ground, angle, holds):
     vehicle.place(ORIGIN)
     before = vehicle.state.pose.position[0]
     slid = before - vehicle.drive(STILL, 200)[-1, 0]
-    assert abs(slid) < 1e-4 if holds else slid > 0.02
+    assert abs(slid) < 5e-4 if holds else slid > 0.02
 
 
-@pytest.mark.parametrize(("angle", "holds"), [(25.5, True), (28.0, False)])
+@pytest.mark.parametrize(("angle", "holds"), [(23.0, True), (25.5, False)])
 def test_it_slides_across_at_the_angle_of_the_lateral_friction(make_ground, angle, holds):
-    """0.9 times 0.56 is the tangent of 26.7 degrees."""
+    """0.9 times 0.5 is the tangent of 24.2 degrees."""
     vehicle = WheelsVehicle(make_ground(slope(angle)), ROBOT)
     vehicle.place(ACROSS)
     before = vehicle.state.pose.position[0]
     slid = before - vehicle.drive(STILL, 200)[-1, 0]
-    assert abs(slid) < 1e-4 if holds else slid > 0.02
+    assert abs(slid) < 5e-4 if holds else slid > 0.02
 
 
 @pytest.mark.parametrize("angle", [10, 20])

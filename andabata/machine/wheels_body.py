@@ -35,15 +35,14 @@ _FAN_DEG = (-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0)
 
 
 class WheelsConfig(BaseModel):
-    """Parameters of the plant of ray-cast wheels, as measured in the bullet plant.
+    """Parameters of the plant of ray-cast wheels; friction and limits are those of bullet.
 
     Attributes:
-        friction: Coulomb friction of tyres on soil along the wheel (assumption, as in bullet).
+        friction: Coulomb friction of tyres on soil along the wheel (assumption).
         lateral_friction_ratio: Friction along the axle as a share of that along the wheel: the
             ratio of the axes of the friction ellipse.
-        relaxation: Way that a wheel rolls until its patch of tyre is renewed [m].
-        hull_friction: Coulomb friction of the hull on ground and objects (assumption, as in
-            bullet).
+        relaxation: Way that a wheel rolls until its patch of tyre is renewed [m] (assumption).
+        hull_friction: Coulomb friction of the hull on ground and objects (assumption).
         settle_time: Time for the body to come to rest after it is put down [s].
         collision_height: Height above the ground from which contact of a wheel with a solid object
             is a collision [m]; a wheel climbs what is lower.

@@ -22,8 +22,8 @@ class SimulatedRobotConfig(NavigatorConfig):
     """Settings of a robot in simulation.
 
     Attributes:
-        plant: Name of the plant: ``bullet``, that of all published results, or ``kinematic``, for
-            training.
+        plant: Name of the plant: ``bullet``, that of all published results; ``wheels``, close to it
+            and fast, for development; or ``kinematic``, for training.
     """
 
     plant: Plant = "bullet"

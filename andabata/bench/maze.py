@@ -12,9 +12,11 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import get_args
 
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
+from andabata.machine.vehicle import Plant
 from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from rl.policy import load_policy, with_observations
@@ -38,7 +40,7 @@ def evaluate_in_mazes(
     Args:
         policy: File of the policy.
         episodes: Number of episodes, spread over 60 mazes.
-        plant: Name of the vehicle's plant, ``kinematic`` or ``bullet``.
+        plant: Name of the vehicle's plant: ``kinematic``, ``wheels`` or ``bullet``.
         first_world: World seed of the first maze.
         stage: Name of the training stage whose sensors are simulated.
         sectors: Number of sectors of the virtual scan (paper: 32).
@@ -88,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policy", type=Path, help="File of the policy.")
     parser.add_argument("--episodes", type=int, default=300, help="Number of episodes.")
-    parser.add_argument("--plant", default="kinematic", choices=("kinematic", "bullet"))
+    parser.add_argument("--plant", default="kinematic", choices=get_args(Plant))
     parser.add_argument(
         "--first-world", type=int, default=evaluation_world(2, 0), help="First world seed."
     )

@@ -359,8 +359,8 @@ def _filter_case() -> Case:
 
 
 def _loop_cases(scene: Scene, seed: int) -> Iterator[Case]:
-    """Yield the whole control loop, from plant to policy, for both plants."""
-    for plant in ("kinematic", "bullet"):
+    """Yield the whole control loop, from plant to policy, for all plants."""
+    for plant in ("kinematic", "wheels", "bullet"):
         yield Case(
             f"whole loop, {plant}",
             "robot-seconds/s",

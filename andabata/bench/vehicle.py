@@ -1,4 +1,4 @@
-"""Measures a body in the reference plant: turning, climbing, sliding, steps, tipping over."""
+"""Measures a body in a plant: turning, climbing, sliding, steps, tipping over."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,18 +10,22 @@ from scipy.spatial.transform import Rotation
 
 from andabata.bench.table import Row
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
-from andabata.machine.kinematic_vehicle import KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import Vehicle
+from andabata.machine.vehicle import Plant, Vehicle, make_vehicle
+from andabata.machine.wheels_body import WheelsConfig
+from andabata.machine.wheels_vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box, frustum
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, World
+
+VehicleMaker = Callable[[World], Vehicle]
+"""Function that puts the body into a world."""
 
 RATES = (0.15, 0.2, 0.3, 0.4, 0.5)
 """Commanded yaw rates [rad/s], both ways."""
@@ -42,20 +46,30 @@ _RUN_IN, _MEASURED = 100, 200
 """Ticks of 10 ms before a measurement and of it."""
 
 
-def bench_vehicle(robot: RobotModel, seed: int, step: Callable[[], None] | None = None) -> Row:
+def bench_vehicle(
+    robot: RobotModel,
+    seed: int,
+    step: Callable[[], None] | None = None,
+    plant: Plant = "bullet",
+) -> Row:
     """Return all measurements of a body, ready for JSON.
 
     Args:
         robot: Body to drive.
-        seed: Seed of the comparison of the two plants.
+        seed: Seed of the kinematic plant's slip, and of the comparison of the plants.
         step: Function that is called after each of the five parts.
+        plant: Plant to measure it in.
     """
+
+    def make(world: World) -> Vehicle:
+        return make_vehicle(plant, world, robot, np.random.default_rng(seed))
+
     parts: dict[str, Callable[[], Any]] = {
-        "turning": lambda: turning(robot),
-        "slopes": lambda: slopes(robot),
-        "obstacles": lambda: obstacles(robot),
-        "tipping": lambda: tipping(robot),
-        "plants": lambda: compare_plants(robot, seed),
+        "turning": lambda: turning(robot, make),
+        "slopes": lambda: slopes(robot, make),
+        "obstacles": lambda: obstacles(robot, make),
+        "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
+        "plants": lambda: [compare_plants(robot, seed, fast) for fast in ("wheels", "kinematic")],
     }
     found: Row = {}
     for name, part in parts.items():
@@ -69,7 +83,7 @@ def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
     """Return titles and tables for people.
 
     Args:
-        found: Result of ``bench_vehicle``, and the ``robot``'s name.
+        found: Result of ``bench_vehicle``, and names of ``robot`` and ``plant``.
     """
     obstacle_rows = [
         {
@@ -79,17 +93,36 @@ def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
         for row in found["obstacles"]
     ]
     return [
-        (f"{found['robot']}: yaw rate achieved over commanded", found["turning"]),
+        (
+            f"{found['robot']}, {found['plant']}: yaw rate achieved over commanded",
+            found["turning"],
+        ),
         ("slopes", found["slopes"]),
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
-        ("tipping over, and the two plants apart", [found["tipping"] | found["plants"]]),
+        ("tipping over", [found["tipping"]]),
+        ("fast plants against bullet", found["plants"]),
     ]
 
 
-def turning(robot: RobotModel) -> list[Row]:
+def _gripping(robot: RobotModel, plant: Plant, make: VehicleMaker) -> VehicleMaker:
+    """Return a maker of the body on tyres that do not slide; the kinematic plant has none."""
+    if plant == "bullet":
+        bullet = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
+        return lambda world: BulletVehicle(world, robot, bullet)
+    if plant == "wheels":
+        wheels = WheelsConfig(friction=3.0, lateral_friction_ratio=1.0)
+        return lambda world: WheelsVehicle(world, robot, wheels)
+    return make
+
+
+def turning(robot: RobotModel, make: VehicleMaker) -> list[Row]:
     """Return the ratio of achieved to commanded yaw rate by ground and rate.
 
     Each row has the mean, the least and the most over headings and both directions of turning.
+
+    Args:
+        robot: Body to drive.
+        make: Maker of its plant.
     """
     grounds: dict[str, tuple[World, tuple[float, ...]]] = {
         "flat": (flat_world(), HEADINGS),
@@ -100,7 +133,7 @@ def turning(robot: RobotModel) -> list[Row]:
     }
     rows: list[Row] = []
     for ground, (world, headings) in grounds.items():
-        vehicle = BulletVehicle(world, robot)
+        vehicle = make(world)
         for rate in RATES:
             ratios = [
                 measured_yaw_rate(vehicle, robot, side * rate, heading) / (side * rate)
@@ -130,11 +163,16 @@ def measured_yaw_rate(vehicle: Vehicle, robot: RobotModel, rate: float, heading:
     return wrap(vehicle.state.pose.yaw - before) / 2.0
 
 
-def slopes(robot: RobotModel) -> list[Row]:
-    """Return climbing speed along the slope and sideways slip, straight and while turning."""
+def slopes(robot: RobotModel, make: VehicleMaker) -> list[Row]:
+    """Return climbing speed along the slope and sideways slip, straight and while turning.
+
+    Args:
+        robot: Body to drive.
+        make: Maker of its plant.
+    """
     rows: list[Row] = []
     for angle in SLOPES_DEG:
-        vehicle = BulletVehicle(_slope(angle), robot)
+        vehicle = make(_slope(angle))
         climb = _drive(vehicle, robot, Start(0.0, 0.0, 0.0), 0.0)
         across = _drive(vehicle, robot, Start(0.0, 0.0, np.pi / 2), 0.0)
         slips = []
@@ -187,11 +225,16 @@ def _obstacles() -> list[_Obstacle]:
     return found
 
 
-def obstacles(robot: RobotModel) -> list[Row]:
-    """Return how far the body drives in 10 s towards obstacles 1.5 m ahead, and if it touches."""
+def obstacles(robot: RobotModel, make: VehicleMaker) -> list[Row]:
+    """Return how far the body drives in 10 s towards obstacles 1.5 m ahead, and if it touches.
+
+    Args:
+        robot: Body to drive.
+        make: Maker of its plant.
+    """
     rows: list[Row] = []
     for obstacle in _obstacles():
-        vehicle = BulletVehicle(obstacle.world(), robot)
+        vehicle = make(obstacle.world())
         vehicle.place(Start(0.0, 0.0, 0.0))
         touched = False
         for _ in range(100):
@@ -210,15 +253,18 @@ def obstacles(robot: RobotModel) -> list[Row]:
     return rows
 
 
-def tipping(robot: RobotModel) -> Row:
+def tipping(robot: RobotModel, make: VehicleMaker) -> Row:
     """Return the cross slope at which the body tips over if friction holds it [deg].
 
     ``geometry_deg`` is that of a rigid body with its track and centre of mass.
+
+    Args:
+        robot: Body to drive.
+        make: Maker of its plant, on tyres that do not slide.
     """
-    config = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
     limit = float("nan")
     for angle in range(20, 66):
-        vehicle = BulletVehicle(_slope(float(angle)), robot, config)
+        vehicle = make(_slope(float(angle)))
         vehicle.place(Start(0.0, 0.0, np.pi / 2))
         vehicle.drive(WheelSpeeds(0.0, 0.0), 300)
         tipped = vehicle.state.tipped
@@ -230,8 +276,8 @@ def tipping(robot: RobotModel) -> Row:
     return {"tips_over_deg": limit, "geometry_deg": float(ideal)}
 
 
-def compare_plants(robot: RobotModel, seed: int) -> Row:
-    """Return how the kinematic plant differs from the reference under the same commands.
+def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
+    """Return how a fast plant differs from the reference under the same commands.
 
     Both drive 12 times for 10 s on the same rough ground. ``roll_rms_deg`` and ``pitch_rms_deg``
     compare their attitudes at the same places, ``yaw_rate_distance`` is the Kolmogorov-Smirnov
@@ -240,9 +286,10 @@ def compare_plants(robot: RobotModel, seed: int) -> Row:
     Args:
         robot: Body to drive.
         seed: Seed of starts, commands and noise.
+        plant: Name of the fast plant.
     """
     world, rng = _rough(), np.random.default_rng(seed)
-    reference, fast = BulletVehicle(world, robot), KinematicVehicle(world, robot, rng)
+    reference, fast = BulletVehicle(world, robot), make_vehicle(plant, world, robot, rng)
     tilts: list[NDArray[np.float64]] = []
     rates: tuple[list[NDArray[np.float64]], ...] = ([], [])
     apart: list[float] = []
@@ -262,6 +309,7 @@ def compare_plants(robot: RobotModel, seed: int) -> Row:
     reference.close()
     pitch, roll = np.rad2deg(np.sqrt(np.mean(np.square(tilts), axis=0)))
     return {
+        "plant": plant,
         "roll_rms_deg": float(roll),
         "pitch_rms_deg": float(pitch),
         "yaw_rate_distance": distribution_distance(*(np.concatenate(found) for found in rates)),
@@ -288,7 +336,7 @@ def _drive_commands(
     )
 
 
-def _tilt_difference(vehicle: KinematicVehicle, state: NDArray[np.float64]) -> NDArray[np.float64]:
+def _tilt_difference(vehicle: Vehicle, state: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the difference of pitch and roll [rad] when a vehicle is placed where a state is.
 
     Args:

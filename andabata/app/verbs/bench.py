@@ -1,7 +1,7 @@
 """``andabata bench``: accuracy and speed, ours and the installed peers', in one run."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 
@@ -160,29 +160,37 @@ def localization(
 def vehicle(
     *,
     robot: Robot = "andabata",
+    plant: Annotated[str, typer.Option(help="Plant: bullet, wheels or kinematic.")] = "bullet",
     picture: Annotated[
         Path | None, typer.Option(help="Picture of turning and slopes to write, PNG.")
     ] = None,
     seed: Seed = 0,
     output: ConsoleOptions,
 ) -> None:
-    """Measure a body in the reference plant: turning, slopes, obstacles, tipping over.
+    """Measure a body in a plant: turning, slopes, obstacles, tipping over.
+
+    The fast plants are compared with bullet, whichever is measured.
 
     Examples:
         andabata bench vehicle
+        andabata bench vehicle --plant wheels
         andabata bench vehicle --robot husky --picture husky.png
         andabata bench vehicle --robot jackal --json
     """
     from andabata.app.console import table_of
     from andabata.app.plots.axes import png
     from andabata.app.plots.bench import vehicle_figure
+    from andabata.app.usage import one_word
     from andabata.bench.vehicle import bench_vehicle, vehicle_tables
     from andabata.machine.robot import RobotModel
+    from andabata.machine.vehicle import Plant
     from andabata.records import atomic_io
 
     console, model = output.console(), RobotModel.load(robot)
+    name = one_word(plant, get_args(Plant), "--plant")
     with console.progress("parts", 5) as step:
-        data = {"robot": robot, **bench_vehicle(model, seed, step)}
+        found = bench_vehicle(model, seed, step, cast(Plant, name))
+    data = {"robot": robot, "plant": name, **found}
     if picture is not None:
         atomic_io.write(picture, png(vehicle_figure(data)))
     console.result(data, *(table_of(rows, title) for title, rows in vehicle_tables(data)))
@@ -196,7 +204,9 @@ def chain(
     controller: Annotated[
         str, typer.Option(help="policy+planner, policy, planner, reactive or another.")
     ] = "policy+planner",
-    plants: Annotated[str, typer.Option(help="kinematic, bullet or both.")] = "kinematic,bullet",
+    plants: Annotated[
+        str, typer.Option(help="Plants: kinematic, wheels, bullet.")
+    ] = "kinematic,wheels,bullet",
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     robots: Annotated[str, typer.Option(help="Numbers of robots in the world: 1, 4, 16.")] = "1",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,
@@ -219,6 +229,7 @@ def chain(
     from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.chain import bench_chains, stage_table
+    from andabata.machine.vehicle import Plant
 
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     given = settings.settings or []
@@ -228,7 +239,7 @@ def chain(
             settings.config,
             [f"plant={plant}", f"sensing.lidar.beams={count}", *given],
         )
-        for plant in words(plants, ("kinematic", "bullet"), "--plants")
+        for plant in words(plants, get_args(Plant), "--plants")
         for count in words(beams, ("1081", "541", "271"), "--beams")
     ]
     console = output.console()

@@ -13,8 +13,8 @@ from andabata.bench.vehicle import (
     vehicle_tables,
 )
 from andabata.bench.vehicle_rates import time_steps
-from andabata.machine.kinematic_vehicle import KinematicVehicle
 from andabata.machine.robot import RobotModel
+from andabata.machine.vehicle import make_vehicle
 
 
 def test_the_distance_of_distributions_is_scipys():
@@ -26,39 +26,50 @@ def test_the_distance_of_distributions_is_scipys():
     assert distribution_distance(one, one) == 0.0
 
 
+@pytest.mark.parametrize("plant", ["wheels", "kinematic"])
 @pytest.mark.parametrize("rate", [0.3, -0.5])
-def test_the_kinematic_plant_turns_at_the_commanded_rate_on_flat_ground(rate):
+def test_fast_plants_turn_at_the_commanded_rate_on_flat_ground(plant, rate):
     """The measured yaw rate has the command's sign and nearly its size."""
     robot = RobotModel()
-    plant = KinematicVehicle(flat_world(), robot, np.random.default_rng(0))
-    assert measured_yaw_rate(plant, robot, rate, 1.0) == pytest.approx(rate, rel=0.1)
+    made = make_vehicle(plant, flat_world(), robot, np.random.default_rng(0))
+    assert measured_yaw_rate(made, robot, rate, 1.0) == pytest.approx(rate, rel=0.1)
+
+
+def test_tyres_that_do_not_slide_tip_over_at_the_geometric_limit():
+    """In the plant of ray-cast wheels: the outer rims are half a wheel's width further out."""
+    robot = RobotModel()
+    grip = vehicle._gripping(robot, "wheels", flat_world)
+    found = vehicle.tipping(robot, grip)
+    rims = np.rad2deg(np.arctan((robot.track + robot.wheel_width) / 2 / robot.centre_of_mass))
+    assert found["geometry_deg"] < found["tips_over_deg"] < rims + 3.0
 
 
 def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     """Each part lands under its name."""
     for name in ("turning", "slopes", "obstacles", "tipping"):
-        monkeypatch.setattr(vehicle, name, lambda robot, name=name: name)
-    monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed: seed)
+        monkeypatch.setattr(vehicle, name, lambda robot, make, name=name: name)
+    monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed, plant: (plant, seed))
     steps = []
     found = bench_vehicle(RobotModel(), 7, lambda: steps.append(1))
     assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants"]
     assert found["slopes"] == "slopes"
-    assert found["plants"] == 7
+    assert found["plants"] == [("wheels", 7), ("kinematic", 7)]
     assert len(steps) == 5
 
 
 def test_obstacles_of_a_table_are_called_so():
     """The key of the JSON is kept, the heading is plain."""
     row = {"obstacle": "step", "size_m": 0.1, "reached_m": 1.2, "contact": True}
-    found = {"robot": "husky", "turning": [], "slopes": [], "obstacles": [row]}
-    tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": {"b": 2}}))
+    found = {"robot": "husky", "plant": "bullet", "turning": [], "slopes": [], "obstacles": [row]}
+    tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": [{"b": 2}]}))
     assert list(tables["10 s towards an obstacle 1.5 m ahead"][0]) == [
         "obstacle",
         "size_m",
         "reached_m",
         "contact",
     ]
-    assert tables["tipping over, and the two plants apart"] == [{"a": 1, "b": 2}]
+    assert tables["tipping over"] == [{"a": 1}]
+    assert tables["fast plants against bullet"] == [{"b": 2}]
 
 
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):

@@ -1,13 +1,18 @@
-"""Laws that both plants obey: climbing, contact, refusal of invalid speeds."""
+"""Laws that all plants obey: climbing, contact, refusal; the fast ones drive as the reference."""
 
 import numpy as np
 import pytest
 
+from andabata.machine.bullet_vehicle import BulletVehicle
+from andabata.machine.kinematic_vehicle import KinematicConfig, KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.vehicle import make_vehicle
+from andabata.machine.wheels_vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
+from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
 from worlds.world import Start
 
@@ -24,7 +29,7 @@ def twist(vehicle, speed, rate, seconds):
     return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
-@pytest.fixture(params=["bullet", "kinematic"])
+@pytest.fixture(params=["bullet", "wheels", "kinematic"])
 def plant(request):
     return request.param
 
@@ -34,9 +39,66 @@ def vehicle_tipped(rows):
     return 1 - 2 * (x * x + y * y) < np.cos(np.deg2rad(60))
 
 
+@pytest.fixture(scope="module")
+def rough(make_ground):
+    """Return rough ground that rises along x."""
+    bumps = 0.25 * smooth_noise((301, 301), 0.1, 4.0, np.random.default_rng(4))
+    return make_ground(lambda x, y: bumps + 0.08 * x, size=30.0)
+
+
+RATES = (0.0, 0.4, 0.0, -0.4, 0.3, -0.2)
+STARTS = tuple(Start(0.0, -2.0, yaw) for yaw in (0.3, 2.0, -1.2))
+
+
+@pytest.fixture(scope="module")
+def reference(rough):
+    """Return the rows of three drives in the reference plant, five seconds at each yaw rate."""
+    vehicle, drives = BulletVehicle(rough, ROBOT), []
+    for start in STARTS:
+        vehicle.place(start)
+        drives.append([twist(vehicle, 0.3, rate, 5.0) for rate in RATES])
+    vehicle.close()
+    return drives
+
+
+@pytest.mark.parametrize(("name", "most_tilt"), [("wheels", 1.2), ("kinematic", 2.0)])
+def test_fast_plants_are_calibrated_against_the_reference(rough, reference, name, most_tilt):
+    """Stated difference on rough ground: degrees of tilt (rms), 5 % of speed and of turn."""
+    if name == "wheels":
+        fast = WheelsVehicle(rough, ROBOT)
+    else:
+        exact = KinematicConfig(slip_sigma=0.0)
+        fast = KinematicVehicle(rough, ROBOT, np.random.default_rng(0), exact)
+    tilts, driven, turned = [], np.zeros(2), np.zeros(2)
+    for start, drive in zip(STARTS, reference, strict=True):
+        fast.place(start)
+        for rate, expected in zip(RATES, drive, strict=True):
+            rows = expected, twist(fast, 0.3, rate, 5.0)
+            driven += [np.hypot(*np.diff(r[:, :2], axis=0).T).sum() for r in rows]
+            turned += [np.sign(rate) * wrap(yaw(r[-1]) - yaw(r[0])) for r in rows]
+            # The reference's places, as the fast plant would stand there.
+            for row in (*expected[::20], expected[-1]):
+                fast.place(Start(row[0], row[1], yaw(row)))
+                tilts.append(np.subtract(tilt(row), tilt(fast.drive(WheelSpeeds(0, 0), 1)[-1])))
+    assert (np.rad2deg(np.sqrt(np.mean(np.square(tilts), axis=0))) < most_tilt).all()
+    assert driven[0] == pytest.approx(driven[1], rel=0.05)
+    assert turned[0] == pytest.approx(turned[1], rel=0.05)
+
+
+def yaw(pose):
+    x, y, z, w = pose[3:7]
+    return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def tilt(pose):
+    x, y, z, w = pose[3:7]
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    return roll, np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+
+
 @pytest.mark.parametrize("angle", [10, 20, 25])
 def test_it_climbs(make_ground, plant, angle):
-    """Both plants climb slopes at the commanded speed."""
+    """All plants climb slopes at the commanded speed."""
     vehicle = make_vehicle(plant, make_ground(slope(angle)), ROBOT, np.random.default_rng(0))
     vehicle.place(ORIGIN)
     rows = twist(vehicle, 0.3, 0.0, 4.0)
@@ -47,7 +109,7 @@ def test_it_climbs(make_ground, plant, angle):
 
 
 def test_a_trunk_stops_it_and_is_a_collision(make_ground, plant):
-    """A trunk stops both plants and counts as a collision."""
+    """A trunk stops all plants and counts as a collision."""
     trunk = frustum(SemanticClass.TRUNK, (2.0, 0.1, 0.0), (0.15, 0.15), 3.0)
     vehicle = make_vehicle(plant, make_ground(objects=[trunk]), ROBOT, np.random.default_rng(0))
     vehicle.place(ORIGIN)
@@ -103,12 +165,12 @@ def test_speeds_that_are_no_numbers_are_refused(make_ground, plant, wheels):
 
 def test_an_unknown_plant_is_refused(make_ground):
     """A plant of another name is an error that lists the known ones."""
-    with pytest.raises(ValueError, match="expected bullet or kinematic, got 'hover'"):
+    with pytest.raises(ValueError, match="expected one of bullet, wheels, kinematic, got 'hover'"):
         make_vehicle("hover", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
 
 
 def test_time_starts_at_zero_and_advances_by_ticks(make_ground, plant):
-    """Stamps of both plants count ticks since the body was put down, and rows have one per tick."""
+    """Stamps of all plants count ticks since the body was put down, and rows have one per tick."""
     vehicle = make_vehicle(plant, make_ground(size=4.0), ROBOT, np.random.default_rng(0))
     vehicle.place(ORIGIN)
     assert vehicle.state.stamp == 0.0

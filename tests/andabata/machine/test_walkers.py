@@ -1,4 +1,4 @@
-"""Walkers and the robot: contacts in both plants, beams at their time, and no cost without any."""
+"""Walkers and the robot: contacts in all plants, beams at their time, and no cost without any."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ EXACT = LidarConfig(noise=0.0, dropout=0.0, mixed=0.0)
 ORIGIN = Start(0.0, 0.0, 0.0)
 
 
-@pytest.fixture(params=["bullet", "kinematic"])
+@pytest.fixture(params=["bullet", "wheels", "kinematic"])
 def plant(request):
     return request.param
 

@@ -46,10 +46,9 @@ def _stretch(coarse: Field, shape: tuple[int, int], pad: int, step: int) -> Fiel
     rows = (np.arange(shape[0]) + pad) / step
     columns = (np.arange(shape[1]) + pad) / step
     i, j = rows.astype(int), columns.astype(int)
-    u, v = (rows - i)[:, None], (columns - j)[None, :]
-    near = coarse[i][:, j] * (1 - v) + coarse[i][:, j + 1] * v
-    far = coarse[i + 1][:, j] * (1 - v) + coarse[i + 1][:, j + 1] * v
-    return near * (1 - u) + far * u
+    u, v = (rows - i)[:, None], columns - j
+    across = coarse[:, j] * (1 - v) + coarse[:, j + 1] * v
+    return across[i] * (1 - u) + across[i + 1] * u
 
 
 def hills(
@@ -77,9 +76,10 @@ def hills(
     roughness = smooth_noise(shape, cell, 3.0, rng)
     heights = long_hills * relief / np.ptp(long_hills)
     low, high = 0.0, relief
+    coarse, coarse_hills = heights[::2, ::2], short_hills[::2, ::2]
     for _ in range(12):  # Bisection on the height of the short hills.
         strength = (low + high) / 2
-        steep = _steepest(heights + strength * short_hills, cell)
+        steep = _steepest(coarse + strength * coarse_hills, 2 * cell)
         low, high = (strength, high) if steep < np.tan(max_slope) else (low, strength)
     heights = heights + low * short_hills + 0.012 * roughness
     return (heights - heights.min()) * relief / np.ptp(heights)
@@ -87,8 +87,7 @@ def hills(
 
 def _steepest(heights: Field, cell: float) -> float:
     """Return the slope (rise over run) that 0.1 % of the ground exceeds."""
-    coarse = heights[::2, ::2]
-    dx, dy = np.gradient(coarse, 2 * cell)
+    dx, dy = np.gradient(heights, cell)
     return float(np.quantile(np.hypot(dx, dy), 0.999))
 
 

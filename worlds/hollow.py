@@ -74,7 +74,8 @@ def make_hollow(
     for first in range(8, len(trail) - 12, 14):
         side = float(rng.choice([-1.0, 1.0])) * rng.uniform(1.6, 2.4)
         gutter = trail[first : first + 8] + np.array([0.0, side])
-        heights += ditch(distance_to_line(lines, lines, gutter), 0.9, rng.uniform(0.25, 0.5))
+        near = distance_to_line(lines, lines, gutter, reach=1.0)
+        heights += ditch(near, 0.9, rng.uniform(0.25, 0.5))
     ground = Heightfield(heights.astype(np.float32), cell)
     objects = tuple(_plants(ground, trail, config, difficulty, rng))
     surface = np.where(distance[:-1, :-1] < 1.2, SemanticClass.PATH, SemanticClass.GROUND)

@@ -233,9 +233,9 @@ def build_truth(
         column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
         row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
         reason[surface[column[:, None], row[None, :]] == SemanticClass.WATER] = Reason.WATER
-    reasons = [_reason_of(each, ground, config) for each in objects]
+    reasons = _reasons_of(objects, ground, config)
     for kind in (Reason.VEGETATION, Reason.LOW, Reason.SOLID):
-        meshes = [_projected(o) for o, why in zip(objects, reasons, strict=True) if why is kind]
+        meshes = [_projected(objects[k]) for k in np.flatnonzero(reasons == kind)]
         if meshes:
             _rasterise(np.concatenate(meshes), x[0], y[0], cell, np.uint8(kind), reason)
     # The border hides nothing: what is forbidden there keeps its reason.
@@ -314,21 +314,22 @@ def _residual_range(
     return spread
 
 
-def _reason_of(each: SceneObject, ground: Heightfield, config: TruthConfig) -> Reason:
-    """Return the reason why an object forbids its footprint, ``FREE`` if it does not."""
-    traits = TRAITS[each.semantic]
-    if traits.traversable:
-        return Reason.FREE
-    low, high = (
-        each.vertices[k] for k in (each.vertices[:, 2].argmin(), each.vertices[:, 2].argmax())
-    )
+def _reasons_of(
+    objects: tuple[SceneObject, ...], ground: Heightfield, config: TruthConfig
+) -> NDArray[np.uint8]:
+    """Return why each object forbids its footprint, ``FREE`` if it does not, shape (n,)."""
+    if not objects:
+        return np.empty(0, dtype=np.uint8)
+    lows = np.array([each.vertices[each.vertices[:, 2].argmin()] for each in objects])
+    highs = np.array([each.vertices[each.vertices[:, 2].argmax()] for each in objects])
+    begins, ends = (end[:, 2] - ground.height_at(end[:, 0], end[:, 1]) for end in (lows, highs))
+    traits = [TRAITS[each.semantic] for each in objects]
+    reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
+    reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
+    reasons[[trait.traversable for trait in traits]] = Reason.FREE
     # The robot passes below an object that begins above its body, such as the crown of a tree.
-    if float(low[2] - ground.height_at(low[0], low[1])) >= config.body_height:
-        return Reason.FREE
-    if not traits.solid:
-        return Reason.VEGETATION
-    above = float(high[2] - ground.height_at(high[0], high[1]))
-    return Reason.LOW if above < config.ground_clearance else Reason.SOLID
+    reasons[begins >= config.body_height] = Reason.FREE
+    return reasons.astype(np.uint8)
 
 
 def _projected(each: SceneObject) -> NDArray[np.float64]:

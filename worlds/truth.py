@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import correlate1d, distance_transform_edt, map_coordinates
+from scipy.ndimage import correlate1d, distance_transform_edt
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
@@ -143,10 +143,9 @@ class TraversabilityMap:
         table = np.full(256, np.float32(np.inf))
         for semantic, traits in TRAITS.items():
             table[semantic] = -np.inf if traits.traversable else np.inf
+        table[[SemanticClass.GROUND, SemanticClass.PATH]] = np.nan
         severity = table[classes]
-        ground = (classes == SemanticClass.GROUND) | (classes == SemanticClass.PATH)
-        places = (points[ground, :2] - [self.x_min, self.y_min]) / self.cell - 0.5
-        severity[ground] = map_coordinates(self.severity, places.T, order=1, mode="nearest")
+        _fill_severity(points, (self.x_min, self.y_min, self.cell), self.severity, severity)
         return severity
 
     def shortest_path(
@@ -198,6 +197,35 @@ class TraversabilityMap:
             return costs[i, j]
 
         return at
+
+
+@kernel
+def _fill_severity(
+    points: NDArray[np.floating],
+    frame: tuple[float, float, float],
+    known: NDArray[np.float32],
+    severity: NDArray[np.float32],
+) -> None:
+    """Replace NaN by the bilinear interpolation between the centres of a map's cells.
+
+    Args:
+        points: Points in the map frame [m], shape (k, 3).
+        frame: Least map x and y, and edge of a cell [m].
+        known: Severity of the map's cells, shape (n, m).
+        severity: Severity of the points, changed in place, shape (k,).
+    """
+    x_min, y_min, cell = frame
+    n, m = known.shape
+    for k in range(len(points)):
+        if not np.isnan(severity[k]):
+            continue
+        # Beyond the border, that of the border.
+        u = min(max(0.0, (points[k, 0] - x_min) / cell - 0.5), n - 1.0)
+        v = min(max(0.0, (points[k, 1] - y_min) / cell - 0.5), m - 1.0)
+        i, j = min(int(u), n - 2), min(int(v), m - 2)
+        u, v = u - i, v - j
+        near = known[i, j] * (1 - u) * (1 - v) + known[i, j + 1] * (1 - u) * v
+        severity[k] = near + known[i + 1, j] * u * (1 - v) + known[i + 1, j + 1] * u * v
 
 
 def build_truth(

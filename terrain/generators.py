@@ -92,7 +92,9 @@ def _steepest(heights: Field, cell: float) -> float:
 
 
 def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> Field:
-    """Return the distance from each grid point to a polyline [m], infinite beyond ``reach``.
+    """Return the distance from each grid point to a polyline [m].
+
+    Beyond ``reach`` it is the distance to a part of the line, or infinite: more than ``reach``.
 
     Args:
         x: Grid lines along x [m], shape (nx,).
@@ -103,39 +105,40 @@ def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> 
     Returns:
         Distances [m], shape (nx, ny).
     """
-    nearest = np.full((len(x), len(y)), np.inf)
-    low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
-    rows = slice(*np.searchsorted(x, [low[0], high[0]]))
-    columns = slice(*np.searchsorted(y, [low[1], high[1]]))
-    _write_distances(
-        x[rows], y[columns], np.asarray(line, dtype=np.float64), nearest[rows, columns]
-    )
-    return nearest
+    squares = np.full((len(x), len(y)), np.inf)
+    _lower_squares(x, y, np.asarray(line, dtype=np.float64), reach, squares)
+    return np.sqrt(squares, out=squares)
 
 
 @kernel
-def _write_distances(x: Field, y: Field, line: Field, nearest: Field) -> None:
-    """Write the distance from each grid point to a polyline.
+def _lower_squares(x: Field, y: Field, line: Field, reach: float, squares: Field) -> None:
+    """Lower the squared distance of grid points within reach of a segment to that distance.
 
     Args:
         x: Grid lines along x [m], shape (nx,).
         y: Grid lines along y [m], shape (ny,).
         line: Corners of the polyline [m], shape (k, 2).
-        nearest: Output: distances [m], shape (nx, ny).
+        reach: Largest distance to compute [m].
+        squares: Squared distances [m^2], changed in place, shape (nx, ny).
     """
-    for i in range(len(x)):
-        for j in range(len(y)):
-            best = np.inf
-            for k in range(len(line) - 1):
-                ax, ay = line[k, 0], line[k, 1]
-                dx, dy = line[k + 1, 0] - ax, line[k + 1, 1] - ay
+    for k in range(len(line) - 1):
+        (ax, ay), (bx, by) = line[k], line[k + 1]
+        dx, dy = bx - ax, by - ay
+        length = max(dx * dx + dy * dy, 1e-12)
+        # Only around the segment: a line is long, and its bounding box mostly out of reach.
+        first, last = (
+            np.searchsorted(y, min(ay, by) - reach),
+            np.searchsorted(y, max(ay, by) + reach),
+        )
+        for i in range(
+            np.searchsorted(x, min(ax, bx) - reach), np.searchsorted(x, max(ax, bx) + reach)
+        ):
+            for j in range(first, last):
                 px, py = x[i] - ax, y[j] - ay
                 # The foot of the perpendicular, kept between the ends of the segment.
-                share = (px * dx + py * dy) / max(dx * dx + dy * dy, 1e-12)
-                share = min(max(share, 0.0), 1.0)
+                share = min(max((px * dx + py * dy) / length, 0.0), 1.0)
                 px, py = px - share * dx, py - share * dy
-                best = min(best, px * px + py * py)
-            nearest[i, j] = np.sqrt(best)
+                squares[i, j] = min(squares[i, j], px * px + py * py)
 
 
 def ditch(distance: Field, width: float, depth: float) -> Field:

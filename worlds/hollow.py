@@ -67,7 +67,9 @@ def make_hollow(
     n = round(size / cell) + 1
     lines = np.arange(n, dtype=np.float64) * cell - size / 2
     trail = _trail(config, rng)
-    distance = distance_to_line(lines, lines, trail)
+    # As far as the banks rise.
+    reach = config.floor + config.bank_height / np.tan(config.bank_slope) + 1.0
+    distance = distance_to_line(lines, lines, trail, reach)
     heights = bank(distance, config.floor, config.bank_height, config.bank_slope)
     heights += 0.4 * smooth_noise((n, n), cell, 30.0, rng)
     heights += 0.012 * smooth_noise((n, n), cell, 3.0, rng)

@@ -4,11 +4,11 @@ The one-line baseline that the classifiers have to beat, and that data set cards
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
 from traversability.binning import fill_quarters
 from traversability.grid import PolarGrid
 
@@ -37,57 +37,22 @@ def quantile_rule(
     Returns:
         Function from points, float32, shape (n, 3), to which are obstacles, bool, shape (n,).
     """
+    n_cells = grid.n_sectors * grid.n_rings
 
     def obstacles(points: Points) -> NDArray[np.bool_]:
         """Return which points are obstacles."""
         bins = fill_quarters(points, grid).bins[: len(points)]
-        found = np.zeros(len(points), dtype=np.bool_)
-        n_cells = grid.n_sectors * grid.n_rings
-        _mark(points, bins, (n_cells, grid.n_rings), np.float32(height), quantile, found)
-        return found
+        sector, ring = np.divmod(bins, 2 * grid.n_rings)
+        cell = np.where(bins >= 0, sector // 2 * grid.n_rings + ring // 2, -1)
+        # Sorted by cell, each is a run; a small type is sorted by its digits, in linear time.
+        small = cell.astype(np.min_scalar_type(-n_cells))
+        order = np.argsort(small, kind="stable")
+        heights, ends = points[order, 2], np.cumsum(np.bincount(cell + 1, minlength=n_cells + 1))
+        level = np.zeros(n_cells, dtype=np.float32)
+        for k, (begin, end) in enumerate(pairwise(ends.tolist())):
+            if end > begin:
+                place = int(quantile * (end - begin - 1))
+                level[k] = np.partition(heights[begin:end], place)[place]
+        return np.asarray((cell >= 0) & (points[:, 2] > level[np.maximum(cell, 0)] + height))
 
     return obstacles
-
-
-@kernel
-def _mark(
-    points: Points,
-    bins: NDArray[np.int32],
-    shape: tuple[int, int],
-    height: np.float32,
-    quantile: float,
-    found: NDArray[np.bool_],
-) -> None:
-    """Mark the points that are obstacles.
-
-    Args:
-        points: Points in ``base_footprint`` [m], shape (n, 3).
-        bins: Quarter of each point, or -1; see ``Quarters``.
-        shape: Number of cells and of rings.
-        height: Height over the quantile above which a point is an obstacle [m].
-        quantile: Quantile of the heights of a cell's points, 0 to 1.
-        found: Output: True for obstacles, shape (n,).
-    """
-    n_cells, n_rings = shape
-    cells = np.empty(len(bins), dtype=np.int32)
-    firsts = np.zeros(n_cells + 1, dtype=np.int64)
-    for k in range(len(bins)):
-        if bins[k] >= 0:
-            # A quarter is half a sector by half a ring.
-            sector, ring = divmod(bins[k], 2 * n_rings)
-            cells[k] = sector // 2 * n_rings + ring // 2
-            firsts[cells[k] + 1] += 1
-    firsts = np.cumsum(firsts)
-    # Each cell's points are a run of ``order``.
-    filled, order = firsts.copy(), np.empty(firsts[n_cells], dtype=np.int64)
-    for k in range(len(bins)):
-        if bins[k] >= 0:
-            order[filled[cells[k]]] = k
-            filled[cells[k]] += 1
-    for cell in range(n_cells):
-        run = order[firsts[cell] : firsts[cell + 1]]
-        if len(run):
-            place = int(quantile * (len(run) - 1))
-            level = np.partition(points[run, 2], place)[place] + height
-            for k in run:
-                found[k] = points[k, 2] > level

@@ -71,8 +71,12 @@ def _turn_outwards(
     """
     for k in range(len(triangles)):
         a, b, c = triangles[k]
-        area = np.cross(points[b] - points[a], points[c] - points[a])
-        if np.dot(area, normals[k, :3]) < 0:
+        ux, uy, uz = points[b] - points[a]
+        vx, vy, vz = points[c] - points[a]
+        # The cross product of two sides looks along the normal, or against it.
+        along = (uy * vz - uz * vy) * normals[k, 0] + (uz * vx - ux * vz) * normals[k, 1]
+        along += (ux * vy - uy * vx) * normals[k, 2]
+        if along < 0:
             triangles[k, 1], triangles[k, 2] = c, b
 
 

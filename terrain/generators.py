@@ -46,10 +46,9 @@ def _stretch(coarse: Field, shape: tuple[int, int], pad: int, step: int) -> Fiel
     rows = (np.arange(shape[0]) + pad) / step
     columns = (np.arange(shape[1]) + pad) / step
     i, j = rows.astype(int), columns.astype(int)
-    u, v = (rows - i)[:, None], (columns - j)[None, :]
-    near = coarse[i][:, j] * (1 - v) + coarse[i][:, j + 1] * v
-    far = coarse[i + 1][:, j] * (1 - v) + coarse[i + 1][:, j + 1] * v
-    return near * (1 - u) + far * u
+    u, v = (rows - i)[:, None], columns - j
+    across = coarse[:, j] * (1 - v) + coarse[:, j + 1] * v
+    return across[i] * (1 - u) + across[i + 1] * u
 
 
 def hills(
@@ -77,9 +76,10 @@ def hills(
     roughness = smooth_noise(shape, cell, 3.0, rng)
     heights = long_hills * relief / np.ptp(long_hills)
     low, high = 0.0, relief
+    coarse, coarse_hills = heights[::2, ::2], short_hills[::2, ::2]
     for _ in range(12):  # Bisection on the height of the short hills.
         strength = (low + high) / 2
-        steep = _steepest(heights + strength * short_hills, cell)
+        steep = _steepest(coarse + strength * coarse_hills, 2 * cell)
         low, high = (strength, high) if steep < np.tan(max_slope) else (low, strength)
     heights = heights + low * short_hills + 0.012 * roughness
     return (heights - heights.min()) * relief / np.ptp(heights)
@@ -87,13 +87,14 @@ def hills(
 
 def _steepest(heights: Field, cell: float) -> float:
     """Return the slope (rise over run) that 0.1 % of the ground exceeds."""
-    coarse = heights[::2, ::2]
-    dx, dy = np.gradient(coarse, 2 * cell)
+    dx, dy = np.gradient(heights, cell)
     return float(np.quantile(np.hypot(dx, dy), 0.999))
 
 
 def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> Field:
-    """Return the distance from each grid point to a polyline [m], infinite beyond ``reach``.
+    """Return the distance from each grid point to a polyline [m].
+
+    Beyond ``reach`` it is the distance to a part of the line, or infinite: more than ``reach``.
 
     Args:
         x: Grid lines along x [m], shape (nx,).
@@ -104,39 +105,40 @@ def distance_to_line(x: Field, y: Field, line: Field, reach: float = np.inf) -> 
     Returns:
         Distances [m], shape (nx, ny).
     """
-    nearest = np.full((len(x), len(y)), np.inf)
-    low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
-    rows = slice(*np.searchsorted(x, [low[0], high[0]]))
-    columns = slice(*np.searchsorted(y, [low[1], high[1]]))
-    _write_distances(
-        x[rows], y[columns], np.asarray(line, dtype=np.float64), nearest[rows, columns]
-    )
-    return nearest
+    squares = np.full((len(x), len(y)), np.inf)
+    _lower_squares(x, y, np.asarray(line, dtype=np.float64), reach, squares)
+    return np.sqrt(squares, out=squares)
 
 
 @kernel
-def _write_distances(x: Field, y: Field, line: Field, nearest: Field) -> None:
-    """Write the distance from each grid point to a polyline.
+def _lower_squares(x: Field, y: Field, line: Field, reach: float, squares: Field) -> None:
+    """Lower the squared distance of grid points within reach of a segment to that distance.
 
     Args:
         x: Grid lines along x [m], shape (nx,).
         y: Grid lines along y [m], shape (ny,).
         line: Corners of the polyline [m], shape (k, 2).
-        nearest: Output: distances [m], shape (nx, ny).
+        reach: Largest distance to compute [m].
+        squares: Squared distances [m^2], changed in place, shape (nx, ny).
     """
-    for i in range(len(x)):
-        for j in range(len(y)):
-            best = np.inf
-            for k in range(len(line) - 1):
-                ax, ay = line[k, 0], line[k, 1]
-                dx, dy = line[k + 1, 0] - ax, line[k + 1, 1] - ay
+    for k in range(len(line) - 1):
+        (ax, ay), (bx, by) = line[k], line[k + 1]
+        dx, dy = bx - ax, by - ay
+        length = max(dx * dx + dy * dy, 1e-12)
+        # Only around the segment: a line is long, and its bounding box mostly out of reach.
+        first, last = (
+            np.searchsorted(y, min(ay, by) - reach),
+            np.searchsorted(y, max(ay, by) + reach),
+        )
+        for i in range(
+            np.searchsorted(x, min(ax, bx) - reach), np.searchsorted(x, max(ax, bx) + reach)
+        ):
+            for j in range(first, last):
                 px, py = x[i] - ax, y[j] - ay
                 # The foot of the perpendicular, kept between the ends of the segment.
-                share = (px * dx + py * dy) / max(dx * dx + dy * dy, 1e-12)
-                share = min(max(share, 0.0), 1.0)
+                share = min(max((px * dx + py * dy) / length, 0.0), 1.0)
                 px, py = px - share * dx, py - share * dy
-                best = min(best, px * px + py * py)
-            nearest[i, j] = np.sqrt(best)
+                squares[i, j] = min(squares[i, j], px * px + py * py)
 
 
 def ditch(distance: Field, width: float, depth: float) -> Field:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from terrain.kernel import kernel
+
 Floats = NDArray[np.floating]
 """Array of any float type and shape."""
 
@@ -70,20 +72,14 @@ class Heightfield:
             y: Map y [m], same shape.
 
         Returns:
-            Heights [m], same shape.
+            Heights [m], same shape; NaN where a coordinate is NaN.
         """
-        nx, ny = self.heights.shape
-        u = np.clip((np.asarray(x, dtype=np.float64) + self.width / 2) / self.cell, 0.0, nx - 1.0)
-        v = np.clip((np.asarray(y, dtype=np.float64) + self.depth / 2) / self.cell, 0.0, ny - 1.0)
-        i = np.minimum(u.astype(np.intp), nx - 2)
-        j = np.minimum(v.astype(np.intp), ny - 2)
-        u, v = u - i, v - j
-        # Both triangles of each cell; the place decides between them.
-        h = self.heights
-        near = h[i, j] + u * (h[i + 1, j] - h[i, j]) + v * (h[i, j + 1] - h[i, j])
-        far = h[i + 1, j + 1] + (1 - u) * (h[i, j + 1] - h[i + 1, j + 1])
-        far = far + (1 - v) * (h[i + 1, j] - h[i + 1, j + 1])
-        return np.where(u + v <= 1.0, near, far)
+        along, across = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+        if along.shape != across.shape:
+            along, across = np.broadcast_arrays(along, across)
+        found = np.empty(along.shape)
+        _interpolate(self.heights, self.cell, along.ravel(), across.ravel(), found.ravel())
+        return found
 
     def triangles(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """Return the surface as triangles that face upwards.
@@ -102,3 +98,38 @@ class Heightfield:
         a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
         faces = np.stack([np.stack([a, b, c], axis=-1), np.stack([b, d, c], axis=-1)], axis=2)
         return vertices, np.ascontiguousarray(faces.reshape(-1, 3))
+
+
+@kernel
+def _interpolate(
+    heights: NDArray[np.float32],
+    cell: float,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    found: NDArray[np.float64],
+) -> None:
+    """Write the heights of the triangulated surface at places.
+
+    Args:
+        heights: Heights at the grid's corners [m], shape (nx, ny).
+        cell: Distance between grid lines [m].
+        x: Map x of the places [m], shape (k,).
+        y: Map y of the places [m], shape (k,).
+        found: Output: heights [m], shape (k,).
+    """
+    nx, ny = heights.shape
+    half_x, half_y = (nx - 1) * cell / 2, (ny - 1) * cell / 2
+    for k in range(len(x)):
+        if np.isnan(x[k]) or np.isnan(y[k]):
+            found[k] = np.nan
+            continue
+        u = min(max((x[k] + half_x) / cell, 0.0), nx - 1.0)
+        v = min(max((y[k] + half_y) / cell, 0.0), ny - 1.0)
+        i, j = min(int(u), nx - 2), min(int(v), ny - 2)
+        u, v = u - i, v - j
+        a, b, c, d = heights[i, j], heights[i + 1, j], heights[i, j + 1], heights[i + 1, j + 1]
+        # Each cell is two triangles; the place decides between them.
+        if u + v <= 1.0:
+            found[k] = a + u * (b - a) + v * (c - a)
+        else:
+            found[k] = d + (1 - u) * (c - d) + (1 - v) * (b - d)

@@ -1,12 +1,15 @@
 """Objects on the ground: closed convex meshes, each with a semantic class."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from terrain.classes import SemanticClass
+from terrain.kernel import kernel
 
 Vector = NDArray[np.floating] | tuple[float, float, float]
 """Three coordinates x, y, z [m]."""
@@ -27,6 +30,17 @@ class SceneObject:
     triangles: NDArray[np.uint32]
 
 
+def bounds(
+    objects: Sequence[SceneObject],
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the least and the greatest coordinates of each object [m], shape (n, 3) each."""
+    if not objects:
+        return np.empty((0, 3), dtype=np.float32), np.empty((0, 3), dtype=np.float32)
+    vertices = np.concatenate([each.vertices for each in objects])
+    begins = np.cumsum([0] + [len(each.vertices) for each in objects[:-1]])
+    return np.minimum.reduceat(vertices, begins), np.maximum.reduceat(vertices, begins)
+
+
 def hull(semantic: SemanticClass, points: NDArray[np.floating]) -> SceneObject:
     """Return the convex hull of points as an object.
 
@@ -35,15 +49,35 @@ def hull(semantic: SemanticClass, points: NDArray[np.floating]) -> SceneObject:
         points: Points in the map frame [m], shape (n, 3).
     """
     found = ConvexHull(points)
-    vertices = points[found.vertices]
     renumber = np.zeros(len(points), dtype=np.uint32)
     renumber[found.vertices] = np.arange(len(found.vertices))
-    triangles = renumber[found.simplices]
-    # scipy's simplices have no consistent orientation: those that face inwards are turned.
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0
-    triangles[inward] = triangles[inward][:, [0, 2, 1]]
-    return SceneObject(semantic, vertices.astype(np.float32), np.ascontiguousarray(triangles))
+    # scipy's simplices have no consistent orientation.
+    _turn_outwards(points, found.simplices, found.equations)
+    return SceneObject(
+        semantic, points[found.vertices].astype(np.float32), renumber[found.simplices]
+    )
+
+
+@kernel
+def _turn_outwards(
+    points: NDArray[np.floating], triangles: NDArray[np.int32], normals: NDArray[np.float64]
+) -> None:
+    """Turn the triangles that face inwards.
+
+    Args:
+        points: Points [m], shape (n, 3).
+        triangles: Point indices, changed in place, shape (m, 3).
+        normals: Outward normal of each triangle, shape (m, 3 or more).
+    """
+    for k in range(len(triangles)):
+        a, b, c = triangles[k]
+        ux, uy, uz = points[b] - points[a]
+        vx, vy, vz = points[c] - points[a]
+        # The cross product of two sides looks along the normal, or against it.
+        along = (uy * vz - uz * vy) * normals[k, 0] + (uz * vx - ux * vz) * normals[k, 1]
+        along += (ux * vy - uy * vx) * normals[k, 2]
+        if along < 0:
+            triangles[k, 1], triangles[k, 2] = c, b
 
 
 def frustum(
@@ -62,10 +96,17 @@ def frustum(
         height: Height [m].
         sides: Number of corners of each face.
     """
-    angles = np.arange(sides) * 2 * np.pi / sides
-    ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(sides)], axis=1)
+    ring, triangles = _prism(sides)
     top = radii[1] * ring + [0.0, 0.0, height]
     vertices = np.concatenate([radii[0] * ring, top]) + np.asarray(base, dtype=np.float64)
+    return SceneObject(semantic, vertices.astype(np.float32), triangles)
+
+
+@cache
+def _prism(sides: int) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    """Return corners of a face of radius 1, shape (sides, 3), and triangles, read-only."""
+    angles = np.arange(sides) * 2 * np.pi / sides
+    ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(sides)], axis=1)
     k = np.arange(sides)
     nxt = (k + 1) % sides
     walls = [np.stack([k, nxt, nxt + sides], 1), np.stack([k, nxt + sides, k + sides], 1)]
@@ -73,7 +114,23 @@ def frustum(
     floor = np.stack([np.zeros_like(fan), fan + 1, fan], 1)
     roof = np.stack([np.zeros_like(fan), fan, fan + 1], 1) + sides
     triangles = np.concatenate([*walls, floor, roof]).astype(np.uint32)
-    return SceneObject(semantic, vertices.astype(np.float32), triangles)
+    ring.setflags(write=False)
+    triangles.setflags(write=False)
+    return ring, triangles
+
+
+_CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+"""Corners of a box with edges of 1."""
+
+_OCTAHEDRON = np.concatenate([np.eye(3), -np.eye(3)])
+_SPHERE = np.concatenate(
+    [
+        _OCTAHEDRON,
+        np.array([a + b for i, a in enumerate(_OCTAHEDRON) for b in _OCTAHEDRON[:i] if a @ b == 0])
+        / np.sqrt(2),
+    ]
+)
+"""Points on a sphere of radius 1: the corners of an octahedron, and its edges' middles."""
 
 
 def box(semantic: SemanticClass, centre: Vector, size: Vector, yaw: float = 0.0) -> SceneObject:
@@ -85,8 +142,7 @@ def box(semantic: SemanticClass, centre: Vector, size: Vector, yaw: float = 0.0)
         size: Edges along its own x, y and z [m].
         yaw: Rotation about z [rad], counter-clockwise.
     """
-    unit = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    corners = unit * np.asarray(size, dtype=np.float64)
+    corners = _CUBE * np.asarray(size, dtype=np.float64)
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     corners[:, :2] = corners[:, :2] @ turn.T
     return hull(semantic, corners + np.asarray(centre, dtype=np.float64))
@@ -100,10 +156,7 @@ def ellipsoid(semantic: SemanticClass, centre: Vector, radii: Vector) -> SceneOb
         centre: Centre [m].
         radii: Half-axes along x, y and z [m].
     """
-    octahedron = np.concatenate([np.eye(3), -np.eye(3)])
-    middles = [a + b for i, a in enumerate(octahedron) for b in octahedron[:i] if a @ b == 0]
-    sphere = np.concatenate([octahedron, np.array(middles) / np.sqrt(2)])
-    return hull(semantic, sphere * np.asarray(radii) + np.asarray(centre, dtype=np.float64))
+    return hull(semantic, _SPHERE * np.asarray(radii) + np.asarray(centre, dtype=np.float64))
 
 
 def rock(base: Vector, radii: Vector, rng: np.random.Generator) -> SceneObject:

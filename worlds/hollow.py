@@ -67,14 +67,17 @@ def make_hollow(
     n = round(size / cell) + 1
     lines = np.arange(n, dtype=np.float64) * cell - size / 2
     trail = _trail(config, rng)
-    distance = distance_to_line(lines, lines, trail)
+    # As far as the banks rise.
+    reach = config.floor + config.bank_height / np.tan(config.bank_slope) + 1.0
+    distance = distance_to_line(lines, lines, trail, reach)
     heights = bank(distance, config.floor, config.bank_height, config.bank_slope)
     heights += 0.4 * smooth_noise((n, n), cell, 30.0, rng)
     heights += 0.012 * smooth_noise((n, n), cell, 3.0, rng)
     for first in range(8, len(trail) - 12, 14):
         side = float(rng.choice([-1.0, 1.0])) * rng.uniform(1.6, 2.4)
         gutter = trail[first : first + 8] + np.array([0.0, side])
-        heights += ditch(distance_to_line(lines, lines, gutter), 0.9, rng.uniform(0.25, 0.5))
+        near = distance_to_line(lines, lines, gutter, reach=1.0)
+        heights += ditch(near, 0.9, rng.uniform(0.25, 0.5))
     ground = Heightfield(heights.astype(np.float32), cell)
     objects = tuple(_plants(ground, trail, config, difficulty, rng))
     surface = np.where(distance[:-1, :-1] < 1.2, SemanticClass.PATH, SemanticClass.GROUND)

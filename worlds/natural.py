@@ -1,6 +1,6 @@
 """Natural worlds: hills, trees, high grass, bushes, rocks, ditches and dead ends (section 5.3)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -20,7 +20,7 @@ from terrain.generators import (
     winding_line,
 )
 from terrain.heightfield import Heightfield
-from terrain.objects import SceneObject, rock
+from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from worlds.goals import sample_tasks
 from worlds.movers import Mover
@@ -122,11 +122,9 @@ def make_natural(
     """
     ground_rng, object_rng, task_rng, walker_rng = rng.spawn(4)
     ground, surface = _ground(config, difficulty, ground_rng)
-    objects = tuple(
-        each
-        for each in _objects(ground, config, difficulty, object_rng)
-        if not _on_path(each, ground, surface)
-    )
+    objects = _objects(ground, config, difficulty, object_rng)
+    removed = _on_path(objects, ground, surface)
+    objects = tuple(each for each, gone in zip(objects, removed, strict=True) if not gone)
     truth = build_truth(ground, objects, TruthConfig(), surface)
     reach = (config.near, config.far)
     tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
@@ -191,19 +189,21 @@ def _lay_path(
     return heights + share * (even - heights)
 
 
-def _on_path(each: SceneObject, ground: Heightfield, surface: NDArray[np.uint8]) -> bool:
-    """Return True if the middle of an object is on a path or in the water, and it touches it."""
-    x, y = (each.vertices[:, :2].min(axis=0) + each.vertices[:, :2].max(axis=0)) / 2
-    i = min(max(int((x + ground.width / 2) / ground.cell), 0), surface.shape[0] - 1)
-    j = min(max(int((y + ground.depth / 2) / ground.cell), 0), surface.shape[1] - 1)
-    return bool(surface[i, j] != SemanticClass.GROUND) and each.vertices[:, 2].min() < (
-        ground.height_at(x, y) + 0.3
-    )
+def _on_path(
+    objects: Sequence[SceneObject], ground: Heightfield, surface: NDArray[np.uint8]
+) -> NDArray[np.bool_]:
+    """Return which objects have their middle on a path or in the water, and touch it."""
+    lows, highs = bounds(objects)
+    x, y, _ = (lows + highs).T / 2
+    i = ((x + ground.width / 2) / ground.cell).astype(int).clip(0, surface.shape[0] - 1)
+    j = ((y + ground.depth / 2) / ground.cell).astype(int).clip(0, surface.shape[1] - 1)
+    touches = lows[:, 2] < ground.height_at(x, y) + 0.3
+    return np.asarray((surface[i, j] != SemanticClass.GROUND) & touches)
 
 
 def _objects(
     ground: Heightfield, config: NaturalConfig, difficulty: float, rng: np.random.Generator
-) -> list[SceneObject]:
+) -> Sequence[SceneObject]:
     """Return all objects on the ground."""
     objects: list[SceneObject] = []
     kinds: tuple[tuple[Maker, float, float], ...] = (
@@ -221,6 +221,8 @@ def _objects(
     for make, density, patch in kinds:
         # A stream for each kind: a preset without benches has the same trees as one with.
         stream = rng.spawn(1)[0]
+        if not density:
+            continue
         for x, y in _scatter(ground, density * (0.5 + difficulty), patch, stream):
             objects.extend(make(ground, x, y, stream))
     for _ in range(round(config.traps * (0.5 + difficulty))):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import kernel
-from terrain.objects import SceneObject
+from terrain.objects import SceneObject, bounds
 from worlds.world import World
 
 BLOCK = 1.0
@@ -258,8 +258,7 @@ def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
     corner = np.array([frame.x_min, frame.y_min])
     cells = max(2, round(BLOCK / frame.cell))
     edge = cells * frame.cell
-    lows = np.array([each.vertices.min(axis=0) for each in objects]).reshape(-1, 3)
-    highs = np.array([each.vertices.max(axis=0) for each in objects]).reshape(-1, 3)
+    lows, highs = bounds(objects)
     # Blocks that the bounding box of each object overlaps, counted from the ground's corner.
     low = np.floor((lows[:, :2] - 1e-6 - corner) / edge).astype(np.int64)
     high = np.floor((highs[:, :2] + 1e-6 - corner) / edge).astype(np.int64)
@@ -271,15 +270,7 @@ def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
     tops[..., OBJECTS_BOTTOM] = np.inf
     i, j = -first
     tops[i : i + along_x, j : j + along_y, GROUND_TOP] = _ground_tops(ground.heights, cells)
-    lists: list[list[int]] = [[] for _ in range(shape[0] * shape[1])]
-    for k in range(len(objects)):
-        (i0, j0), (i1, j1) = low[k] - first, high[k] - first + 1
-        here = tops[i0:i1, j0:j1]
-        np.maximum(here[..., OBJECTS_TOP], highs[k, 2], out=here[..., OBJECTS_TOP])
-        np.minimum(here[..., OBJECTS_BOTTOM], lows[k, 2], out=here[..., OBJECTS_BOTTOM])
-        for row in range(i0, i1):
-            for column in range(j0, j1):
-                lists[row * shape[1] + column].append(k)
+    firsts, members = _enter_objects(low - first, high - first, lows[:, 2], highs[:, 2], tops)
     lattice = Lattice(
         x_min=float(frame.x_min + first[0] * edge),
         y_min=float(frame.y_min + first[1] * edge),
@@ -290,9 +281,42 @@ def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
         first_i=int(first[0] * cells),
         first_j=int(first[1] * cells),
     )
-    firsts = np.cumsum([0] + [len(indices) for indices in lists])
-    members = np.array([k for indices in lists for k in indices], dtype=np.int64)
     return Blocks(lattice, tops, firsts, members)
+
+
+@kernel
+def _enter_objects(
+    low: NDArray[np.int64],
+    high: NDArray[np.int64],
+    bottoms: NDArray[np.float32],
+    peaks: NDArray[np.float32],
+    tops: NDArray[np.float64],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return ``firsts`` and ``members`` of ``Blocks``, and write the objects' range of heights.
+
+    Args:
+        low: First block along x and y that each object's bounding box overlaps, shape (n, 2).
+        high: Last block that it overlaps, shape (n, 2).
+        bottoms: Lowest point of each object [m], shape (n,).
+        peaks: Highest point of each object [m], shape (n,).
+        tops: ``Blocks.tops``, its columns of objects changed in place.
+    """
+    along_x, along_y, _ = tops.shape
+    firsts = np.zeros(along_x * along_y + 1, dtype=np.int64)
+    for k in range(len(low)):
+        for i in range(low[k, 0], high[k, 0] + 1):
+            for j in range(low[k, 1], high[k, 1] + 1):
+                firsts[i * along_y + j + 1] += 1
+                tops[i, j, OBJECTS_TOP] = max(tops[i, j, OBJECTS_TOP], peaks[k])
+                tops[i, j, OBJECTS_BOTTOM] = min(tops[i, j, OBJECTS_BOTTOM], bottoms[k])
+    firsts = np.cumsum(firsts)
+    filled, members = firsts.copy(), np.empty(firsts[-1], dtype=np.int64)
+    for k in range(len(low)):
+        for i in range(low[k, 0], high[k, 0] + 1):
+            for j in range(low[k, 1], high[k, 1] + 1):
+                members[filled[i * along_y + j]] = k
+                filled[i * along_y + j] += 1
+    return firsts, members
 
 
 def _ground_tops(heights: NDArray[np.float32], cells: int) -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import correlate1d, distance_transform_edt, map_coordinates
+from scipy.ndimage import correlate1d, distance_transform_edt
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
@@ -143,10 +143,9 @@ class TraversabilityMap:
         table = np.full(256, np.float32(np.inf))
         for semantic, traits in TRAITS.items():
             table[semantic] = -np.inf if traits.traversable else np.inf
+        table[[SemanticClass.GROUND, SemanticClass.PATH]] = np.nan
         severity = table[classes]
-        ground = (classes == SemanticClass.GROUND) | (classes == SemanticClass.PATH)
-        places = (points[ground, :2] - [self.x_min, self.y_min]) / self.cell - 0.5
-        severity[ground] = map_coordinates(self.severity, places.T, order=1, mode="nearest")
+        _fill_severity(points, (self.x_min, self.y_min, self.cell), self.severity, severity)
         return severity
 
     def shortest_path(
@@ -200,6 +199,35 @@ class TraversabilityMap:
         return at
 
 
+@kernel
+def _fill_severity(
+    points: NDArray[np.floating],
+    frame: tuple[float, float, float],
+    known: NDArray[np.float32],
+    severity: NDArray[np.float32],
+) -> None:
+    """Replace NaN by the bilinear interpolation between the centres of a map's cells.
+
+    Args:
+        points: Points in the map frame [m], shape (k, 3).
+        frame: Least map x and y, and edge of a cell [m].
+        known: Severity of the map's cells, shape (n, m).
+        severity: Severity of the points, changed in place, shape (k,).
+    """
+    x_min, y_min, cell = frame
+    n, m = known.shape
+    for k in range(len(points)):
+        if not np.isnan(severity[k]):
+            continue
+        # Beyond the border, that of the border.
+        u = min(max(0.0, (points[k, 0] - x_min) / cell - 0.5), n - 1.0)
+        v = min(max(0.0, (points[k, 1] - y_min) / cell - 0.5), m - 1.0)
+        i, j = min(int(u), n - 2), min(int(v), m - 2)
+        u, v = u - i, v - j
+        near = known[i, j] * (1 - u) * (1 - v) + known[i, j + 1] * (1 - u) * v
+        severity[k] = near + known[i + 1, j] * u * (1 - v) + known[i + 1, j + 1] * u * v
+
+
 def build_truth(
     ground: Heightfield,
     objects: tuple[SceneObject, ...],
@@ -233,9 +261,9 @@ def build_truth(
         column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
         row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
         reason[surface[column[:, None], row[None, :]] == SemanticClass.WATER] = Reason.WATER
-    reasons = [_reason_of(each, ground, config) for each in objects]
+    reasons = _reasons_of(objects, ground, config)
     for kind in (Reason.VEGETATION, Reason.LOW, Reason.SOLID):
-        meshes = [_projected(o) for o, why in zip(objects, reasons, strict=True) if why is kind]
+        meshes = [_projected(objects[k]) for k in np.flatnonzero(reasons == kind)]
         if meshes:
             _rasterise(np.concatenate(meshes), x[0], y[0], cell, np.uint8(kind), reason)
     # The border hides nothing: what is forbidden there keeps its reason.
@@ -314,21 +342,22 @@ def _residual_range(
     return spread
 
 
-def _reason_of(each: SceneObject, ground: Heightfield, config: TruthConfig) -> Reason:
-    """Return the reason why an object forbids its footprint, ``FREE`` if it does not."""
-    traits = TRAITS[each.semantic]
-    if traits.traversable:
-        return Reason.FREE
-    low, high = (
-        each.vertices[k] for k in (each.vertices[:, 2].argmin(), each.vertices[:, 2].argmax())
-    )
+def _reasons_of(
+    objects: tuple[SceneObject, ...], ground: Heightfield, config: TruthConfig
+) -> NDArray[np.uint8]:
+    """Return why each object forbids its footprint, ``FREE`` if it does not, shape (n,)."""
+    if not objects:
+        return np.empty(0, dtype=np.uint8)
+    lows = np.array([each.vertices[each.vertices[:, 2].argmin()] for each in objects])
+    highs = np.array([each.vertices[each.vertices[:, 2].argmax()] for each in objects])
+    begins, ends = (end[:, 2] - ground.height_at(end[:, 0], end[:, 1]) for end in (lows, highs))
+    traits = [TRAITS[each.semantic] for each in objects]
+    reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
+    reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
+    reasons[[trait.traversable for trait in traits]] = Reason.FREE
     # The robot passes below an object that begins above its body, such as the crown of a tree.
-    if float(low[2] - ground.height_at(low[0], low[1])) >= config.body_height:
-        return Reason.FREE
-    if not traits.solid:
-        return Reason.VEGETATION
-    above = float(high[2] - ground.height_at(high[0], high[1]))
-    return Reason.LOW if above < config.ground_clearance else Reason.SOLID
+    reasons[begins >= config.body_height] = Reason.FREE
+    return reasons.astype(np.uint8)
 
 
 def _projected(each: SceneObject) -> NDArray[np.float64]:

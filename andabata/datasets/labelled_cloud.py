@@ -187,12 +187,18 @@ def take_cloud(
         localizer.reset(readings.truth.pose, readings.stamp)
     half_turn = config.assembly.turn / lidar.head_rate
     carried = rng.uniform(0, config.carry_time)
+    periods = []
     while readings.stamp < half_turn + 2 / lidar.sweep_hz + carried:
         readings = simulator.step(wheels, skip_scan=True)
         if readings.truth is not None and readings.truth.collided:
             wheels = WheelSpeeds(0.0, 0.0)
-        for localizer in localizers:
-            localizer.update(readings)
+        periods.append(readings)
+    ends = np.array([period.stamp for period in periods])
+    tracks = np.array([period.true_track for period in periods])
+    # In the order in which localizers that are updated in each period draw.
+    draws = rng.standard_normal((len(periods), len(localizers), 5))
+    for k, localizer in enumerate(localizers):
+        localizer.follow(ends, tracks, draws[:, k])
     # One sweep more ends the half turn.
     sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, tilt)
     for localizer, assembler in zip(localizers, assemblers, strict=True):

@@ -80,25 +80,54 @@ class NoisyGroundTruthLocalizer:
                 "true_track: expected the true poses of the period, got none; use localizer=ukf "
                 "outside of a simulation"
             )
-        rows = readings.true_track
-        if not len(rows):  # Before the first period.
-            return
-        draw = self._rng.standard_normal(
-            5
-        )  # Always drawn, so that the stream does not depend on sigma.
-        if not self._sigma.any():
-            self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
-            self._pose = Pose(rows[-1, 1:4], rows[-1, 4:8])
-            return
-        keep = np.exp(-(readings.stamp - self._track.latest) / self._time)
-        driving = self._sigma * np.sqrt(1 - keep * keep) * draw
-        before, self._error = self._error, keep * self._error + driving
-        # Linear within the period: the pose never jumps.
-        share = np.linspace(0, 1, len(rows) + 1)[1:, None]
-        errors = (1 - share) * before + share * self._error
-        positions, quaternions = self._disturb(rows[:, 1:4], rows[:, 4:8], errors)
-        self._track.extend(rows[:, 0], positions, quaternions)
+        if len(readings.true_track):  # Before the first period there is none.
+            # Always drawn, so that the stream does not depend on sigma.
+            draws = self._rng.standard_normal((1, 5))
+            self.follow(np.array([readings.stamp]), readings.true_track[None], draws)
+
+    def follow(
+        self,
+        ends: NDArray[np.float64],
+        tracks: NDArray[np.float64],
+        draws: NDArray[np.float64],
+    ) -> None:
+        """Advance by several periods at once, as ``update`` does by one.
+
+        Args:
+            ends: End of each period [s], shape (p,).
+            tracks: Stamp [s], true position [m] and quaternion x, y, z, w at each tick of each
+                period, shape (p, k, 8).
+            draws: Standard normal draws that drive the errors in each period, shape (p, 5).
+        """
+        stamps, positions, quaternions = np.split(tracks.reshape(-1, 8), [1, 4], axis=1)
+        if self._sigma.any():
+            begins = np.array([self._track.latest, *tracks[:-1, -1, 0]])
+            errors = self._wander(ends - begins, draws, tracks.shape[1])
+            positions, quaternions = self._disturb(positions, quaternions, errors)
+        self._track.extend(stamps[:, 0], positions, quaternions)
         self._pose = Pose(positions[-1], quaternions[-1])
+
+    def _wander(
+        self, periods: NDArray[np.float64], draws: NDArray[np.float64], ticks: int
+    ) -> NDArray[np.float64]:
+        """Return the errors at each tick, shape (p * ticks, 5), and keep the last.
+
+        Args:
+            periods: Length of each period [s], shape (p,).
+            draws: Standard normal draws, shape (p, 5).
+            ticks: Number of ticks of a period.
+        """
+        keep = np.exp(-periods[:, None] / self._time)
+        driving = self._sigma * np.sqrt(1 - keep * keep) * draws
+        errors = np.empty((len(periods) + 1, 5))
+        errors[0] = self._error
+        for k in range(len(periods)):
+            errors[k + 1] = keep[k] * errors[k] + driving[k]
+        self._error = errors[-1].copy()
+        # Linear within the period: the pose never jumps.
+        share = np.linspace(0, 1, ticks + 1)[1:, None]
+        between = (1 - share) * errors[:-1, None] + share * errors[1:, None]
+        return np.asarray(between.reshape(-1, 5))
 
     def _disturb(
         self,

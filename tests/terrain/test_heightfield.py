@@ -27,6 +27,20 @@ def test_x_is_the_first_axis():
     assert Heightfield(heights, 1.0).height_at(0.0, 1.0) == pytest.approx(0.0)
 
 
+def test_places_may_be_of_any_shape():
+    """One place is a scalar, rows and columns make a grid, and no place has no height."""
+    ground = plane(0.3, -0.2)
+    x, y = np.linspace(-2, 2, 7), np.linspace(-1, 1, 4)
+    grid = ground.height_at(x[:, None], y[None, :])
+    assert grid.shape == (7, 4)
+    for i, j in ((0, 0), (2, 3), (6, 1)):
+        alone = ground.height_at(float(x[i]), float(y[j]))
+        assert alone.shape == ()
+        assert alone == grid[i, j] == pytest.approx(0.3 * x[i] - 0.2 * y[j])
+    assert ground.height_at(np.empty(0), np.empty(0)).shape == (0,)
+    assert np.isnan(ground.height_at(np.array([np.nan, 0.0]), np.array([0.0, np.nan]))).all()
+
+
 def test_triangles_face_upwards_and_lie_on_the_surface():
     """Normals point up, and the centre of each triangle is on the surface."""
     heights = np.random.default_rng(1).normal(size=(6, 5)).astype(np.float32)

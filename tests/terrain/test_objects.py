@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from terrain.classes import SemanticClass
-from terrain.objects import box, ellipsoid, frustum, log, rock
+from terrain.objects import bounds, box, ellipsoid, frustum, log, rock
 
 RNG = np.random.default_rng(0)
 OBJECTS = {
@@ -56,3 +56,20 @@ def test_objects_have_their_sizes():
     trunk = log((0, 0, 0.2), (3, 0, 0.2), 0.2).vertices
     np.testing.assert_allclose(trunk.min(axis=0), [0, -0.2, 0.0], atol=1e-6)
     np.testing.assert_allclose(trunk.max(axis=0), [3, 0.2, 0.4], atol=1e-6)
+
+
+def test_bounds_are_those_of_each_object():
+    """Least and greatest coordinates, object by object; none of no objects."""
+    lows, highs = bounds(tuple(OBJECTS.values()))
+    for k, each in enumerate(OBJECTS.values()):
+        np.testing.assert_array_equal(lows[k], each.vertices.min(axis=0))
+        np.testing.assert_array_equal(highs[k], each.vertices.max(axis=0))
+    assert [end.shape for end in bounds(())] == [(0, 3), (0, 3)]
+
+
+def test_objects_of_one_shape_share_triangles_that_nobody_changes():
+    """Triangles of frusta with as many sides are one read-only array."""
+    one, other = (frustum(SemanticClass.TRUNK, (x, 0, 0), (0.3, 0.2), 1.0, 6) for x in (0, 5))
+    assert one.triangles is other.triangles
+    assert not one.triangles.flags.writeable
+    assert one.vertices[:, 0].max() < other.vertices[:, 0].min()

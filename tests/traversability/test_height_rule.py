@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from traversability.binning import fill_quarters
 from traversability.grid import PolarGrid
 from traversability.height_rule import RULE_HEIGHT, RULE_QUANTILE, quantile_rule
 
@@ -23,6 +24,24 @@ def test_the_level_is_the_quantile_of_the_cells_heights(quantile, level):
     heights = np.array([0.4, 0.0, 0.3, 0.1, 0.2])
     found = quantile_rule(0.15, quantile, GRID)(column_of(heights))
     np.testing.assert_array_equal(found, heights > level + 0.15)
+
+
+@pytest.mark.parametrize("quantile", [0.0, 0.25, 0.6, 1.0])
+def test_levels_are_those_of_sorted_cells(quantile):
+    """A cloud of many cells, with heights that repeat, as by sorting each cell."""
+    rng = np.random.default_rng(4)
+    points = np.column_stack([rng.uniform(-4, 4, (2, 3000)).T, rng.integers(0, 90, 3000) / 100])
+    points = points.astype(np.float32)
+    bins = fill_quarters(points, GRID).bins
+    sector, ring = np.divmod(bins, 2 * GRID.n_rings)
+    cells = sector // 2 * GRID.n_rings + ring // 2
+    expected = np.zeros(3000, dtype=np.bool_)
+    for cell in np.unique(cells[bins >= 0]):
+        own = np.flatnonzero((cells == cell) & (bins >= 0))
+        ranked = np.sort(points[own, 2])
+        level = ranked[int(quantile * (len(own) - 1))]
+        expected[own] = points[own, 2] > level + np.float32(0.2)
+    np.testing.assert_array_equal(quantile_rule(0.2, quantile, GRID)(points), expected)
 
 
 def test_a_point_is_an_obstacle_above_the_height_and_not_at_it():

@@ -1,5 +1,7 @@
 """Hollows: a trail between banks, with a task along it."""
 
+import importlib
+
 import numpy as np
 import pytest
 
@@ -38,3 +40,13 @@ def test_weeds_grow_with_difficulty():
         world = make_hollow("hollow", 0, CONFIG, difficulty, np.random.default_rng(3))
         counts.append(sum(o.semantic is SemanticClass.HIGH_GRASS for o in world.objects))
     assert counts == [round(41 * 1.6 * 0.5), round(41 * 1.6 * 1.5)]
+
+
+def test_banks_and_gutters_are_whole_within_the_distances_computed(hollow, monkeypatch):
+    """Distances up to infinity make the same ground, bit for bit."""
+    module = importlib.import_module("worlds.hollow")
+    reached = module.distance_to_line
+    monkeypatch.setattr(module, "distance_to_line", lambda x, y, line, reach: reached(x, y, line))
+    whole = make_hollow("hollow", 0, CONFIG, 0.5, np.random.default_rng(0))
+    np.testing.assert_array_equal(whole.ground.heights, hollow.ground.heights)
+    np.testing.assert_array_equal(whole.surface, hollow.surface)

@@ -56,6 +56,27 @@ def test_blocks_hold_the_highest_ground_and_the_objects_that_overlap_them(make_g
     assert lattice.z_max > 2.5
 
 
+def test_blocks_list_their_objects_in_order(make_ground):
+    """Members of each block are the objects whose box overlaps it, counted upwards."""
+    rng = np.random.default_rng(2)
+    boxes = tuple(
+        box(SemanticClass.WALL, (*rng.uniform(-4, 4, 2), 1.0), (*rng.uniform(0.1, 3.0, 2), 2.0))
+        for _ in range(30)
+    )
+    lattice, tops, firsts, members = build_layout(make_ground(objects=boxes, size=8.0)).blocks
+    corner, shape = np.array([lattice.x_min, lattice.y_min]), tops.shape[:2]
+    for block, (i, j) in enumerate(np.ndindex(shape)):
+        low = corner + np.array([i, j]) * lattice.edge
+        overlap = [
+            k
+            for k, each in enumerate(boxes)
+            if (each.vertices[:, :2].max(axis=0) >= low).all()
+            and (each.vertices[:, :2].min(axis=0) < low + lattice.edge).all()
+        ]
+        assert members[firsts[block] : firsts[block + 1]].tolist() == overlap
+    assert firsts[-1] == len(members)
+
+
 def test_the_lattice_covers_objects_that_overhang_the_ground(make_ground):
     """Blocks begin before the ground's corner, by whole blocks."""
     over = box(SemanticClass.WALL, (-5.5, 0.0, 1.0), (2.9, 1.0, 2.0))

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
@@ -162,6 +163,17 @@ def test_points_are_labelled_by_class_and_ground_by_its_shape():
     np.testing.assert_allclose(severity, [5 / 3, np.inf, 5 / 3], rtol=1e-3)  # Margin: 3 degrees.
     flat = truth_of(np.zeros((51, 51))).severity_of(points, classes.astype(np.uint8))
     assert (flat > 0).tolist() == [False, True, False]
+
+
+def test_severity_of_ground_is_interpolated_between_centres():
+    """As scipy's bilinear interpolation, bit for bit; beyond the border, that of the border."""
+    rng = np.random.default_rng(0)
+    truth = truth_of(rng.normal(0, 0.1, (61, 51)), cell=0.1)
+    points = rng.uniform(-3.5, 3.5, (500, 3)).astype(np.float32)
+    classes = np.full(500, SemanticClass.PATH, dtype=np.uint8)
+    places = (points[:, :2] - [truth.x_min, truth.y_min]) / truth.cell - 0.5
+    expected = map_coordinates(truth.severity, places.T, order=1, mode="nearest")
+    np.testing.assert_array_equal(truth.severity_of(points, classes), expected)
 
 
 def test_a_stone_under_the_wheel_is_no_obstacle():

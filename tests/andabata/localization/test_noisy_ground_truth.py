@@ -68,6 +68,28 @@ def test_the_error_is_continuous_within_a_period():
     np.testing.assert_allclose(np.diff(x), np.full(10, (x[-1] - x[0]) / 10), atol=1e-9)
 
 
+@pytest.mark.parametrize("config", [EXACT, NoisyGroundTruthConfig(position_time=2.0)])
+def test_several_periods_at_once_are_as_one_by_one(config):
+    """Poses, draws and the errors that the next period begins with are the same bits."""
+    periods = [readings(step / 10) for step in range(1, 40)]
+    slow, fast = (NoisyGroundTruthLocalizer(config, np.random.default_rng(3)) for _ in range(2))
+    for localizer in (slow, fast):
+        localizer.reset(ORIGIN, 0.0)
+    for period in periods:
+        slow.update(period)
+    ends, tracks = [p.stamp for p in periods], [p.true_track for p in periods]
+    reset, draws = np.split(np.random.default_rng(3).standard_normal((40, 5)), [1])
+    assert reset.shape == (1, 5)
+    fast.follow(np.array(ends), np.array(tracks), draws)
+    for found, expected in zip(fast.track.table, slow.track.table, strict=True):
+        np.testing.assert_array_equal(found, expected)
+    next_one = np.random.default_rng(5).standard_normal((1, 5))
+    for localizer in (slow, fast):
+        localizer.follow(np.array([4.0]), readings(4.0).true_track[None], next_one)
+    np.testing.assert_array_equal(fast.pose.position, slow.pose.position)
+    np.testing.assert_array_equal(fast.pose.quaternion, slow.pose.quaternion)
+
+
 def test_readings_without_a_truth_are_an_error():
     """A record has no true track."""
     localizer = NoisyGroundTruthLocalizer(EXACT, np.random.default_rng(0))

@@ -218,7 +218,8 @@ def _drives(
             }
             figure = trajectories_figure(found, some, title)
             page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
-    filmed = next((room for room in rooms if room.movers), rooms[0])
+    moving = (room for room in rooms if room.movers and not room.appearances)
+    filmed = next(moving, rooms[0])
     _film(page, folder, name, next(iter(lidars.values())), filmed)
 
 

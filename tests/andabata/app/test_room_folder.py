@@ -3,6 +3,7 @@
 from andabata.app.console import Console
 from andabata.app.room_evaluation import run_room_evaluation
 from andabata.app.room_folder import RoomFolder
+from andabata.engine import SerialEngine
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from tests.room_policies import point_policy
@@ -14,7 +15,7 @@ def test_policies_keep_their_drives_whatever_their_names(tmp_path):
     config = RoomEvaluationConfig(
         rooms=("spn-env0",), lidars=("ten-beams",), memories=("reactive",), pairs=2
     )
-    run_room_evaluation(config, policies, 1, tmp_path, Console(quiet=True))
+    run_room_evaluation(config, policies, SerialEngine(), tmp_path, Console(quiet=True))
     folder = RoomFolder(tmp_path)
     assert list(folder.policies) == ["walker", "arrow"]
     for name, policy in policies.items():

@@ -34,9 +34,11 @@ bench: peers
 	$(BIN)/python -m andabata.bench.scan data/clouds/bench
 	$(BIN)/python -m andabata.bench.live
 
-# Minutes of drives in worlds that the tests do not visit; fails below a floor of goals.
+# Minutes of drives in worlds that the tests do not visit; fails below a floor of goals, or when a
+# stage of the control loop has become slower by more than half.
 soak: install
 	$(BIN)/python -m andabata.bench.soak
+	$(BIN)/python -m andabata.bench.chain_check
 
 install: $(STAMP)
 

@@ -113,7 +113,7 @@ def drive_ticks(
         state: State of the robot, changed in place.
         targets: Commanded speed of the left and of the right wheels [rad/s], shape (2,).
         body: Numbers of the robot.
-        around: What it can touch.
+        around: Ground, solids and walkers that it can touch.
         rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of ``base_footprint``, left
             and right wheel speed [rad/s] at the end of each tick, shape (ticks, 9).
         contacts: For each tick, written in place: 1 if the body touched a solid object, 1 if it

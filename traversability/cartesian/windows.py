@@ -287,7 +287,7 @@ def _own_beside(
     Args:
         own: Mean and highest z of the own elevation cells; see ``fit_planes``.
         x: Position of the first one's middle along x [m].
-        y: The same along y [m].
+        y: Position of the first one's middle along y [m].
         plane: Plane.
         cell: Edge of an elevation cell [m].
 

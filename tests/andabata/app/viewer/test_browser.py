@@ -114,9 +114,19 @@ def press(page, key):
 
 
 def choose(page, label, value):
-    """Choose a value of a dropdown by its label."""
-    page.get_by_label(label, exact=True).first.click()
-    page.get_by_role("option", name=value, exact=True).click()
+    """Choose a value of a dropdown by its label; the page may close it when it draws anew."""
+    from playwright.sync_api import TimeoutError as PageTimeoutError
+
+    option = page.get_by_role("option", name=value, exact=True)
+    end = time.monotonic() + PATIENCE
+    while True:
+        page.get_by_label(label, exact=True).first.click()
+        try:
+            option.click(timeout=5000)
+            return
+        except PageTimeoutError:
+            assert time.monotonic() < end
+            page.keyboard.press("Escape")
 
 
 def test_every_choice_reaches_the_drive(drive, page):

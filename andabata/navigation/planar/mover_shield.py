@@ -1,4 +1,4 @@
-"""Mover shield: lets a command pass only if the robot can still get out of the movers' way after it.
+"""Mover shield: lets a command pass only if the robot can still get out of movers' way after it.
 
 Movers are tracked in the scans and expected to go on straight. After one period of the command some
 constant arc has to stay clear of them, and of what stands, for a while. If none does, the arc that
@@ -39,8 +39,6 @@ class MoverShieldConfig(BaseModel):
         step: Time between two looks at an arc [s].
         speeds: Number of speeds of the arcs, 0 and the largest included.
         yaw_rates: Number of yaw rates, both limits included.
-        bends: Times after which the robot may leave an arc and drive straight on as fast as it can
-            [s]; it may stay on it, too.
         mover_margin: Distance to a mover that counts as contact [m].
         margin: Distance to what stands that counts as contact [m].
     """
@@ -52,7 +50,6 @@ class MoverShieldConfig(BaseModel):
     step: float = Field(default=0.05, gt=0)
     speeds: int = Field(default=5, ge=2)
     yaw_rates: int = Field(default=5, ge=2)
-    bends: tuple[float, ...] = (0.5, 1.0)
     mover_margin: float = Field(default=0.05, ge=0)
     margin: float = Field(default=0.01, ge=0)
 
@@ -67,7 +64,6 @@ class _Law(NamedTuple):
         radius: Radius of the robot [m].
         mover_margin: Distance to a mover that counts as contact [m].
         margin: Distance to what stands that counts as contact [m].
-        fastest: Largest speed [m/s].
     """
 
     step: float
@@ -76,7 +72,6 @@ class _Law(NamedTuple):
     radius: float
     mover_margin: float
     margin: float
-    fastest: float
 
 
 class MoverShield:
@@ -109,13 +104,12 @@ class MoverShield:
         self._bearings, self._reach = lidar.bearings, lidar.max_range * _NEARLY
         speeds = np.linspace(0.0, largest.linear, config.speeds)
         rates = np.linspace(-largest.angular, largest.angular, config.yaw_rates)
-        times = (*config.bends, config.horizon)
-        self._escapes = np.array([(v, w, time) for v in speeds for w in rates for time in times])
+        self._arcs = np.array([(speed, rate) for speed in speeds for rate in rates])
         # A speed counts as the share of its limits does, which span 0 to the largest.
         self._scale = np.array([2.0 / largest.linear, 1.0 / largest.angular])
         self._fastest, self._radius = largest.linear, radius
         looks = max(1, round(config.horizon / config.step)), max(1, round(period / config.step))
-        self._law = _Law(config.step, *looks, radius, config.mover_margin, config.margin, largest.linear)
+        self._law = _Law(config.step, *looks, radius, config.mover_margin, config.margin)
         self.reset()
 
     def reset(self) -> None:
@@ -135,7 +129,7 @@ class MoverShield:
         eye, met = self._mount.on(pose), (ranges > 0) & (ranges < self._reach)
         bearings = eye.yaw + self._bearings[met]
         places = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) * ranges[met, None]
-        self._hits = places + (eye.x, eye.y)
+        self._hits = places + np.array(eye[:2])
 
     def safe(self, command: Twist) -> Twist:
         """Return the command, or the one that gets out of the movers' way."""
@@ -149,8 +143,8 @@ class MoverShield:
         far = self._radius + self.config.margin + _SLACK
         field = clearance_field(standing, (pose[0], pose[1]), half, _CELL, far)
         twist = np.array([command.linear, command.angular])
-        chosen = _choice(pose, twist, self._escapes, self._scale, near, field, self._law)
-        return command if chosen < 0 else Twist(*self._escapes[chosen, :2].tolist())
+        chosen = _choice(pose, twist, self._arcs, self._scale, near, field, self._law)
+        return command if chosen < 0 else Twist(*self._arcs[chosen].tolist())
 
     def _near(self) -> TrackedMovers:
         """Return the movers that could meet the robot within the horizon."""
@@ -176,33 +170,32 @@ _CELL = 0.05
 def _choice(
     pose: NDArray[np.float64],
     command: NDArray[np.float64],
-    escapes: NDArray[np.float64],
+    arcs: NDArray[np.float64],
     scale: NDArray[np.float64],
     movers: TrackedMovers,
     field: ClearanceField,
     law: _Law,
 ) -> int:
-    """Return the number of the escape to begin, -1 for the command.
+    """Return the number of the arc to drive, -1 for the command.
 
     Args:
         pose: x, y [m] and yaw [rad] of the robot, shape (3,).
         command: Speed [m/s] and yaw rate [rad/s], shape (2,).
-        escapes: What may be driven afterwards, or instead; see ``_after``, shape (e, 3).
+        arcs: Commands that may be driven afterwards, or instead, shape (a, 2).
         scale: Weights of differences of speeds and of yaw rates, shape (2,).
         movers: Movers.
         field: Distances from what stands.
         law: Numbers of the settings.
     """
-    first = np.array([command[0], command[1], law.period * law.step])
-    if _clear(pose, first, 0, law.period, movers, field, law) == law.period:
-        after, left = _after(pose, first, first[2], law), law.horizon - law.period
-        for escape in escapes:
-            if _clear(after, escape, law.period, left, movers, field, law) == left:
+    if _clear(pose, command, 0, law.period, movers, field, law) == law.period:
+        after, left = _after(pose, command, law.period * law.step), law.horizon - law.period
+        for arc in arcs:
+            if _clear(after, arc, law.period, left, movers, field, law) == left:
                 return -1
     best, longest, least = 0, -1, np.inf
-    for k in range(len(escapes)):
-        looks = _clear(pose, escapes[k], 0, law.horizon, movers, field, law)
-        off = np.sum(((escapes[k, :2] - command) * scale) ** 2)
+    for k in range(len(arcs)):
+        looks = _clear(pose, arcs[k], 0, law.horizon, movers, field, law)
+        off = np.sum(((arcs[k] - command) * scale) ** 2)
         if looks > longest or (looks == longest and off < least):
             best, longest, least = k, looks, off
     return best
@@ -211,7 +204,7 @@ def _choice(
 @kernel
 def _clear(
     pose: NDArray[np.float64],
-    escape: NDArray[np.float64],
+    arc: NDArray[np.float64],
     begin: int,
     looks: int,
     movers: TrackedMovers,
@@ -222,7 +215,7 @@ def _clear(
 
     Args:
         pose: Pose at the begin, shape (3,).
-        escape: What is driven; see ``_after``.
+        arc: Speed [m/s] and yaw rate [rad/s], shape (2,).
         begin: Number of looks since the movers were where they are.
         looks: Number of looks.
         movers: Movers.
@@ -230,11 +223,9 @@ def _clear(
         law: Numbers of the settings.
     """
     for look in range(1, looks + 1):
-        driven = look * law.step
-        place, time = _after(pose, escape, driven, law), begin * law.step + driven
+        place, time = _after(pose, arc, look * law.step), (begin + look) * law.step
         x, y = place[0], place[1]
-        is_moving = escape[0] > 0.0 or driven > escape[2]
-        if is_moving and clearance_at(x, y, field) < law.radius + law.margin:
+        if arc[0] > 0.0 and clearance_at(x, y, field) < law.radius + law.margin:
             return look - 1
         for m in range(len(movers.radii)):
             dx = movers.places[m, 0] + time * movers.velocities[m, 0] - x
@@ -246,26 +237,18 @@ def _clear(
 
 
 @kernel
-def _after(
-    pose: NDArray[np.float64], escape: NDArray[np.float64], time: float, law: _Law
-) -> NDArray[np.float64]:
-    """Return a pose after a time [s], shape (3,).
+def _after(pose: NDArray[np.float64], arc: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """Return a pose after a time on an arc, shape (3,).
 
     Args:
         pose: x, y [m] and yaw [rad] at the begin, shape (3,).
-        escape: Speed [m/s] and yaw rate [rad/s] of an arc, and the time after which the robot
-            drives straight on as fast as it can [s], shape (3,).
+        arc: Speed [m/s] and yaw rate [rad/s], shape (2,).
         time: Time [s].
-        law: Numbers of the settings.
     """
-    bent = min(time, escape[2])
-    half = 0.5 * escape[1] * bent
-    chord = escape[0] * bent * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    yaw, straight = pose[2] + 2.0 * half, law.fastest * (time - bent)
+    half = 0.5 * arc[1] * time
+    # An arc's chord leaves at half the turn; its length is the arc's times sinc.
+    chord = arc[0] * time * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    middle = pose[2] + half
     return np.array(
-        [
-            pose[0] + chord * np.cos(pose[2] + half) + straight * np.cos(yaw),
-            pose[1] + chord * np.sin(pose[2] + half) + straight * np.sin(yaw),
-            yaw,
-        ]
+        [pose[0] + chord * np.cos(middle), pose[1] + chord * np.sin(middle), middle + half]
     )

@@ -42,7 +42,7 @@ class MoverTracksConfig(BaseModel):
     gap: float = Field(default=0.15, gt=0)
     hits: int = Field(default=5, ge=3)
     radii: tuple[float, float] = (0.1, 0.8)
-    residual: float = Field(default=0.01, gt=0)
+    residual: float = Field(default=0.03, gt=0)
     gate: float = Field(default=0.25, gt=0)
     other_radius: float = Field(default=0.15, gt=0)
     gain: float = Field(default=0.6, gt=0, le=1)
@@ -112,9 +112,7 @@ class MoverTracks:
         self._mount = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         self._bearings, within = lidar.bearings, min(config.within, lidar.max_range * _NEARLY)
         self._fit = _Fit(within, config.gap, config.hits, *config.radii, config.residual)
-        self._filter = _Filter(
-            config.gate, config.other_radius, config.gain, config.coast, period
-        )
+        self._filter = _Filter(config.gate, config.other_radius, config.gain, config.coast, period)
         self.reset()
 
     def reset(self) -> None:
@@ -181,10 +179,10 @@ def circles_of(
 @kernel
 def _is_cut(i: int, points: NDArray[np.float64], ranges: NDArray[np.float64], fit: _Fit) -> bool:
     """Return True if a beam does not belong to what the beam before it met."""
-    before = ranges[i - 1]
-    if not (0.0 < ranges[i] < fit.within and 0.0 < before < fit.within):
+    if not (0.0 < ranges[i] < fit.within and 0.0 < ranges[i - 1] < fit.within):
         return True
-    return bool(np.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]) > fit.gap)
+    dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
+    return bool(dx * dx + dy * dy > fit.gap * fit.gap)
 
 
 @kernel

@@ -2,9 +2,8 @@
 
 Each scan is cut where neighbouring hits lie apart; a piece that a circle of a mover's size fits is
 one that may move. Circles are followed from scan to scan in a frame that does not jump, such as
-``odom``, each by a filter of constant velocity: a straight line through its first scans, and from
-then on one whose older scans count less and less (an alpha-beta filter, its gains those of least
-squares until they have fallen to the settled ones).
+``odom``: each is expected to go on at the mean of its last velocities, in which older ones count
+less and less.
 """
 
 import math
@@ -30,7 +29,8 @@ class MoverTracksConfig(BaseModel):
         residual: Largest root mean square distance of the hits from their circle [m].
         gate: Largest distance of a circle from where its track expects it [m].
         other_radius: Largest difference of their radii [m].
-        gain: Settled share of this distance that a track takes over in a scan.
+        gain: Share of the velocity between the last two scans in the mean; in the first scans all
+            velocities count alike.
         confirmed: Number of scans after which a track counts.
         coast: Number of scans that it goes on without being seen.
         slowest: Speed from which on it moves [m/s].
@@ -45,7 +45,7 @@ class MoverTracksConfig(BaseModel):
     residual: float = Field(default=0.03, gt=0)
     gate: float = Field(default=0.25, gt=0)
     other_radius: float = Field(default=0.15, gt=0)
-    gain: float = Field(default=0.6, gt=0, le=1)
+    gain: float = Field(default=0.5, gt=0, le=1)
     confirmed: int = Field(default=4, ge=2)
     coast: int = Field(default=5, ge=0)
     slowest: float = Field(default=0.1, ge=0)
@@ -240,7 +240,6 @@ def _followed(
     """
     found = np.zeros((len(tracks) + len(circles), 7))
     is_taken = np.zeros(len(circles), dtype=np.bool_)
-    settled = law.gain * law.gain / (2.0 - law.gain)
     size = 0
     for track in tracks:
         x, y = track[_X] + track[_VX] * law.dt, track[_Y] + track[_VY] * law.dt
@@ -258,14 +257,13 @@ def _followed(
         new[_X], new[_Y], new[_MISSED] = x, y, track[_MISSED] + 1.0
         if which >= 0:
             is_taken[which] = True
-            n = track[_SEEN] + 1.0
-            gain = max(2.0 * (2.0 * n - 1.0) / (n * (n + 1.0)), law.gain)
-            rate = max(6.0 / (n * (n + 1.0)), settled) / law.dt
-            dx, dy = circles[which, 0] - x, circles[which, 1] - y
-            new[_X], new[_Y] = x + gain * dx, y + gain * dy
-            new[_VX], new[_VY] = track[_VX] + rate * dx, track[_VY] + rate * dy
-            new[_RADIUS] += (circles[which, 2] - track[_RADIUS]) / n
-            new[_SEEN], new[_MISSED] = n, 0.0
+            seen = track[_SEEN]
+            share = max(1.0 / seen, law.gain) / ((track[_MISSED] + 1.0) * law.dt)
+            new[_VX] += share * (circles[which, 0] - x)
+            new[_VY] += share * (circles[which, 1] - y)
+            new[_X], new[_Y] = circles[which, 0], circles[which, 1]
+            new[_RADIUS] += (circles[which, 2] - track[_RADIUS]) / (seen + 1.0)
+            new[_SEEN], new[_MISSED] = seen + 1.0, 0.0
     for c in range(len(circles)):
         if not is_taken[c]:
             found[size, _X], found[size, _Y] = circles[c, 0], circles[c, 1]

@@ -62,7 +62,8 @@ class RoomVectorEnv(PlanarVectorEnv):
     | td3, printed | ranges (40,), goal (2,), velocity (2,) |
     | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
 
-    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present.
+    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present. With
+    ``shield`` a command may be replaced by one that gets out of the way of movers.
 
     ## Reward
     Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the

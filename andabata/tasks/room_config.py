@@ -7,6 +7,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.navigation.planar.mover_shield import MoverShieldConfig
 from andabata.navigation.planning.lidar_map import LidarMapConfig
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
 from andabata.tasks.room_batch import DiscRobotConfig
@@ -59,6 +60,8 @@ class RoomConfig(BaseModel):
         randomization: Lasers of the observations that are learnt from; None keeps the task's own.
         map: Settings of a local map whose sub-goal takes the goal's place; None without a memory,
             as in the papers.
+        shield: Settings of a shield that keeps robots out of the way of movers, which it tracks in
+            their scans; None without one, as in the papers.
         terminations: Rules that end an episode.
         reward: Constants of the reward, ``RoomRewardConfig`` without a ``kind``.
     """
@@ -85,6 +88,7 @@ class RoomConfig(BaseModel):
     noise: float = Field(default=0.0, ge=0)
     randomization: LidarRandomization | None = None
     map: LidarMapConfig | None = None
+    shield: MoverShieldConfig | None = None
     terminations: TerminationConfig
     reward: RoomReward = Field(default_factory=RoomRewardConfig)
 

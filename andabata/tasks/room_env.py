@@ -12,7 +12,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.kinematics import Twist
 from andabata.machine.mover_contact import Contact
+from andabata.navigation.planar.mover_shield import MoverShield
 from andabata.navigation.planning.hit_layer import LaserPose
 from andabata.navigation.planning.lidar_map import LidarMap
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
@@ -60,7 +62,8 @@ class RoomVectorEnv(PlanarVectorEnv):
     | td3, printed | ranges (40,), goal (2,), velocity (2,) |
     | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
 
-    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present.
+    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present. With
+    ``shield`` a command may be replaced by one that gets out of the way of movers.
 
     ## Reward
     Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the
@@ -101,6 +104,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
         self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
+        self._shields = [] if config.shield is None else [_shield(config) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
         self._goal_bearings = np.zeros(num_envs)
         self._history: ScanHistory | None = None
@@ -142,6 +146,8 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._goal_bearings[k] = self._bearings_to_goals(slice(k, k + 1))[0]
         if self._maps:
             self._maps[k].reset()
+        if self._shields:
+            self._shields[k].reset()
         if self._history is not None:
             self._history.restart(k)
         return index
@@ -180,9 +186,13 @@ class RoomVectorEnv(PlanarVectorEnv):
     def _executed(
         self, actions: NDArray[np.float32], going: NDArray[np.bool_]
     ) -> NDArray[np.float64]:
-        """Return the twists of actions, shape (n, 2)."""
+        """Return the twists of actions, or those of the shields, shape (n, 2)."""
         shares = np.clip(actions, -1.0, 1.0)
-        return np.where(going[:, None], self._actions.scaled(shares), 0.0)
+        twists = np.where(going[:, None], self._actions.scaled(shares), 0.0)
+        for k in np.flatnonzero(going).tolist() if self._shields else ():
+            safe = self._shields[k].safe(Twist(*twists[k].tolist()))
+            twists[k] = safe.linear, safe.angular
+        return twists
 
     def _reward_terms(
         self,
@@ -222,6 +232,8 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._targets[numbers] = self._goals[numbers]
         for row, k in zip(found, numbers.tolist(), strict=True) if self._maps else ():
             self._targets[k] = self._subgoal(k, row)
+        for row, k in zip(found, numbers.tolist(), strict=True) if self._shields else ():
+            self._shields[k].update(LaserPose(*batch.poses[k].tolist()), 1.0 / row)
         earlier = None
         if self._history is not None:
             self._history.update(numbers, found, batch.poses, batch.movers)
@@ -252,6 +264,13 @@ class RoomVectorEnv(PlanarVectorEnv):
         """Return who drove into whom; see ``Contact``."""
         labels = [Contact(code).label for code in self._in_rooms.contacts.tolist()]
         return {"contact": np.array(labels, dtype=object)}
+
+
+def _shield(config: RoomConfig) -> MoverShield:
+    """Return the shield of a robot."""
+    robot = config.robot
+    largest = Twist(robot.max_speed, robot.max_yaw_rate)
+    return MoverShield(config.lidar, robot.radius, largest, robot.period, config.shield)
 
 
 def _fixed_task(

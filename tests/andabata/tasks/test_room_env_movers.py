@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.planar_lidar import PLANAR_LIDARS
+from andabata.navigation.planar.mover_shield import MoverShieldConfig
 from andabata.tasks import room_env
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig
 from andabata.tasks.room_env import RoomVectorEnv
@@ -193,3 +194,16 @@ def test_the_improved_reward_compares_headings_and_distances(on_a_way):
     assert found == [(1.5, 1.5), (-2.0, 1.5), (-2.0, 1.5)]
     env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (0.0, -2.5)))
     assert step(env, [-1.0, -1.0])[4]["reward_terms"]["heading"][0] == 1.5
+
+
+def test_a_shield_keeps_a_robot_out_of_the_way(on_a_way):
+    """A robot that stands is hit without it; what the policy observes and is paid stays its own."""
+    mover = {"radius": 0.3, "place": (2.02, 0.1), "speed": 0.5, "heading_deg": 180}
+    config = MOVING.model_copy(update={"shield": MoverShieldConfig()})
+    env, bare = on_a_way([mover], config), on_a_way([mover])
+    for k in range(45):
+        states, _, terminated, _, _ = step(env, STAND)
+        assert not terminated[0]
+        if k < 5:
+            np.testing.assert_array_equal(states, step(bare, STAND)[0])
+    assert env.poses[0, 1] < -0.1

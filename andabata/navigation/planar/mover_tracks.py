@@ -1,0 +1,272 @@
+"""Tracks of round movers in the scans of a planar laser: where they are, and how they move.
+
+Each scan is cut where neighbouring hits lie apart; a piece that a circle of a mover's size fits is
+one that may move. Circles are followed from scan to scan in a frame that does not jump, such as
+``odom``: each is expected to go on at the mean of its last velocities, in which older ones count
+less and less.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.navigation.planning.hit_layer import LaserPose
+from terrain.kernel import kernel
+
+
+class MoverTracksConfig(BaseModel):
+    """Settings of ``MoverTracks``, all of them assumptions.
+
+    Attributes:
+        within: Largest range of a hit that counts [m].
+        gap: Distance of neighbouring hits from which on they belong to two things [m].
+        hits: Fewest hits of a circle.
+        radii: Smallest and largest radius [m].
+        residual: Largest root mean square distance of the hits from their circle [m].
+        gate: Largest distance of a circle from where its track expects it [m].
+        other_radius: Largest difference of their radii [m].
+        gain: Share of the velocity between the last two scans in the mean; in the first scans all
+            velocities count alike.
+        confirmed: Number of scans after which a track counts.
+        coast: Number of scans that it goes on without being seen.
+        slowest: Speed from which on it moves [m/s].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    within: float = Field(default=6.0, gt=0)
+    gap: float = Field(default=0.15, gt=0)
+    hits: int = Field(default=5, ge=3)
+    radii: tuple[float, float] = (0.1, 0.8)
+    residual: float = Field(default=0.03, gt=0)
+    gate: float = Field(default=0.25, gt=0)
+    other_radius: float = Field(default=0.15, gt=0)
+    gain: float = Field(default=0.5, gt=0, le=1)
+    confirmed: int = Field(default=4, ge=2)
+    coast: int = Field(default=5, ge=0)
+    slowest: float = Field(default=0.1, ge=0)
+
+
+class TrackedMovers(NamedTuple):
+    """Circles that move, in the frame of the poses.
+
+    Attributes:
+        places: Centres [m], shape (k, 2).
+        velocities: Velocities [m/s], shape (k, 2).
+        radii: Radii [m], shape (k,).
+    """
+
+    places: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+
+class _Fit(NamedTuple):
+    """Numbers of ``MoverTracksConfig`` that the compiled search for circles depends on."""
+
+    within: float
+    gap: float
+    hits: int
+    smallest: float
+    largest: float
+    residual: float
+
+
+class _Filter(NamedTuple):
+    """Numbers of ``MoverTracksConfig`` that the compiled filter depends on, and its step [s]."""
+
+    gate: float
+    other_radius: float
+    gain: float
+    coast: int
+    dt: float
+
+
+_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED = range(7)
+"""Columns of a track: centre [m], velocity [m/s], radius [m], number of scans that saw it, and of
+scans since the last of these."""
+
+
+class MoverTracks:
+    """Follows the circles in the scans of one robot.
+
+    Attributes:
+        config: Settings.
+    """
+
+    def __init__(
+        self, lidar: PlanarLidarConfig, period: float, config: MoverTracksConfig | None = None
+    ) -> None:
+        """Begin without tracks.
+
+        Args:
+            lidar: Laser.
+            period: Time between two scans [s].
+            config: Settings.
+        """
+        self.config = config = config or MoverTracksConfig()
+        self._mount = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
+        self._bearings, within = lidar.bearings, min(config.within, lidar.max_range * _NEARLY)
+        self._fit = _Fit(within, config.gap, config.hits, *config.radii, config.residual)
+        self._filter = _Filter(config.gate, config.other_radius, config.gain, config.coast, period)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all tracks."""
+        self._tracks = np.zeros((0, 7))
+
+    def update(self, pose: LaserPose, ranges: NDArray[np.float64]) -> TrackedMovers:
+        """Take a scan, and return what moves.
+
+        Args:
+            pose: Pose of the robot.
+            ranges: Range of each beam [m], shape (b,); what met nothing is the largest range or
+                more, or no number.
+        """
+        eye = self._mount.on(pose)
+        circles = circles_of(np.asarray(ranges, dtype=np.float64), self._bearings, eye, self._fit)
+        self._tracks = _followed(self._tracks, circles, self._filter)
+        tracks, config = self._tracks, self.config
+        is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= config.slowest
+        found = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmed)]
+        return TrackedMovers(found[:, : _Y + 1], found[:, _VX : _VY + 1], found[:, _RADIUS])
+
+
+_NEARLY = 1 - 1e-4
+"""Share of the largest range from which on a beam has met nothing, in single precision."""
+
+
+@kernel
+def circles_of(
+    ranges: NDArray[np.float64], bearings: NDArray[np.float64], eye: LaserPose, fit: _Fit
+) -> NDArray[np.float64]:
+    """Return the circles in a scan: x, y, radius [m], shape (k, 3).
+
+    Args:
+        ranges: Range of each beam [m], shape (b,).
+        bearings: Bearing of each beam from the laser's heading, in their order [rad], shape (b,).
+        eye: Pose of the laser.
+        fit: What counts as a circle.
+    """
+    count = len(ranges)
+    points = np.empty((count, 2))
+    for i in range(count):
+        points[i, 0] = eye.x + ranges[i] * np.cos(eye.yaw + bearings[i])
+        points[i, 1] = eye.y + ranges[i] * np.sin(eye.yaw + bearings[i])
+    # The scan begins anew at a cut, so that nothing is cut where a full turn closes. The first
+    # beam of a laser that sees less lies far from the last one, which is a cut, too.
+    first = 0
+    while first < count and not _is_cut(first, points, ranges, fit):
+        first += 1
+    found = np.empty((count, 3))
+    size, begin = 0, first
+    for i in range(first + 1, first + count + 1):
+        if i < first + count and not _is_cut(i % count, points, ranges, fit):
+            continue
+        if i - begin >= fit.hits and 0.0 < ranges[begin % count] < fit.within:
+            x, y, radius = _circle(begin, i, points, eye, fit)
+            if radius > 0.0:
+                found[size] = x, y, radius
+                size += 1
+        begin = i
+    return found[:size].copy()
+
+
+@kernel
+def _is_cut(i: int, points: NDArray[np.float64], ranges: NDArray[np.float64], fit: _Fit) -> bool:
+    """Return True if a beam does not belong to what the beam before it met."""
+    if not (0.0 < ranges[i] < fit.within and 0.0 < ranges[i - 1] < fit.within):
+        return True
+    dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
+    return bool(dx * dx + dy * dy > fit.gap * fit.gap)
+
+
+@kernel
+def _circle(
+    begin: int, end: int, points: NDArray[np.float64], eye: LaserPose, fit: _Fit
+) -> tuple[float, float, float]:
+    """Return the circle of least algebraic squares through hits (Kasa 1976), radius 0 for none.
+
+    Args:
+        begin: First beam.
+        end: Beam after the last one; both count on after the last beam of a turn.
+        points: Places of the hits [m], shape (b, 2).
+        eye: Pose of the laser.
+        fit: What counts as a circle.
+    """
+    count, n = len(points), end - begin
+    mx = my = 0.0
+    for i in range(begin, end):
+        mx += points[i % count, 0] / n
+        my += points[i % count, 1] / n
+    uu = uv = vv = u3 = v3 = 0.0
+    for i in range(begin, end):
+        u, v = points[i % count, 0] - mx, points[i % count, 1] - my
+        square = u * u + v * v
+        uu, uv, vv = uu + u * u, uv + u * v, vv + v * v
+        u3, v3 = u3 + u * square, v3 + v * square
+    det = uu * vv - uv * uv
+    if det <= 1e-12:
+        return 0.0, 0.0, 0.0
+    u, v = 0.5 * (u3 * vv - v3 * uv) / det, 0.5 * (v3 * uu - u3 * uv) / det
+    radius = np.sqrt(u * u + v * v + (uu + vv) / n)
+    # What bulges away from the laser is a hollow.
+    is_hollow = u * (mx - eye.x) + v * (my - eye.y) <= 0.0
+    if is_hollow or not fit.smallest <= radius <= fit.largest:
+        return 0.0, 0.0, 0.0
+    squares = 0.0
+    for i in range(begin, end):
+        away = np.hypot(points[i % count, 0] - mx - u, points[i % count, 1] - my - v) - radius
+        squares += away * away
+    if squares > n * fit.residual * fit.residual:
+        return 0.0, 0.0, 0.0
+    return mx + u, my + v, radius
+
+
+@kernel
+def _followed(
+    tracks: NDArray[np.float64], circles: NDArray[np.float64], law: _Filter
+) -> NDArray[np.float64]:
+    """Return tracks after a scan, the longest followed first, shape (k, 7).
+
+    Args:
+        tracks: Tracks before it, shape (j, 7).
+        circles: Circles of the scan, shape (c, 3).
+        law: Gains and gates.
+    """
+    found = np.zeros((len(tracks) + len(circles), 7))
+    is_taken = np.zeros(len(circles), dtype=np.bool_)
+    size = 0
+    for track in tracks:
+        x, y = track[_X] + track[_VX] * law.dt, track[_Y] + track[_VY] * law.dt
+        nearest, which = law.gate, -1
+        for c in range(len(circles)):
+            away = np.hypot(circles[c, 0] - x, circles[c, 1] - y)
+            alike = abs(circles[c, 2] - track[_RADIUS]) < law.other_radius
+            if not is_taken[c] and alike and away < nearest:
+                nearest, which = away, c
+        if which < 0 and track[_MISSED] >= law.coast:
+            continue
+        new = found[size]
+        size += 1
+        new[:] = track
+        new[_X], new[_Y], new[_MISSED] = x, y, track[_MISSED] + 1.0
+        if which >= 0:
+            is_taken[which] = True
+            seen = track[_SEEN]
+            share = max(1.0 / seen, law.gain) / ((track[_MISSED] + 1.0) * law.dt)
+            new[_VX] += share * (circles[which, 0] - x)
+            new[_VY] += share * (circles[which, 1] - y)
+            new[_X], new[_Y] = circles[which, 0], circles[which, 1]
+            new[_RADIUS] += (circles[which, 2] - track[_RADIUS]) / (seen + 1.0)
+            new[_SEEN], new[_MISSED] = seen + 1.0, 0.0
+    for c in range(len(circles)):
+        if not is_taken[c]:
+            found[size, _X], found[size, _Y] = circles[c, 0], circles[c, 1]
+            found[size, _RADIUS], found[size, _SEEN] = circles[c, 2], 1.0
+            size += 1
+    return found[:size].copy()

@@ -1,0 +1,83 @@
+"""Tracks of movers: circles alone are found, known velocities, coasting, no false motion."""
+
+import numpy as np
+import pytest
+
+from andabata.navigation.planar.mover_tracks import MoverTracks, MoverTracksConfig
+from andabata.navigation.planning.hit_layer import LaserPose
+from tests.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
+
+
+def follow(places, poses=None, config=None, lidar=LASER, noise=0.0):
+    """Return what moves after scans of a circle at some places, None for away."""
+    tracks, rng = MoverTracks(lidar, PERIOD, config), np.random.default_rng(0)
+    scan, found = Scanner(lidar), None
+    for k, place in enumerate(places):
+        pose = (0.0, 0.0, 0.0) if poses is None else poses[k]
+        ranges = scan(place, pose)
+        found = tracks.update(LaserPose(*pose), ranges + noise * rng.standard_normal(len(ranges)))
+    return found
+
+
+@pytest.mark.parametrize("start", [(2.0, 1.0), (-2.0, 0.0), (1.0, -2.0)])
+def test_a_mover_is_followed_exactly(start):
+    """Without noise place, velocity and radius are its own, across the end of the scan, too."""
+    velocity = (-0.3, 0.4)
+    found = follow(straight(8, start, velocity))
+    np.testing.assert_allclose(found.places, [straight(8, start, velocity)[-1]], atol=1e-4)
+    np.testing.assert_allclose(found.velocities, [velocity], atol=1e-3)
+    np.testing.assert_allclose(found.radii, [RADIUS], atol=1e-4)
+
+
+def test_a_robot_that_moves_sees_the_same_motion():
+    """Velocities are those in the frame of the poses, however the robot turns and drives."""
+    poses = [(0.1 * k, 0.02 * k, 0.1 * k) for k in range(8)]
+    found = follow(straight(8, (2.0, 1.0), (0.0, -0.5)), poses)
+    np.testing.assert_allclose(found.velocities, [(0.0, -0.5)], atol=1e-3)
+
+
+def test_what_stands_does_not_move_for_a_robot_that_does():
+    """Neither walls, corners nor a post that stands become movers."""
+    poses = [(0.1 * k, 0.0, 0.1 * k) for k in range(15)]
+    assert not len(follow([(2.0, 1.5)] * 15, poses).radii)
+
+
+def test_a_mover_counts_after_some_scans_and_coasts_for_a_few():
+    """Hidden behind something it goes on as before; long unseen it is forgotten."""
+    seen, config = straight(6, (2.0, 0.0), (0.0, 0.5)), MoverTracksConfig(confirmed=4, coast=3)
+    assert not len(follow(seen[:3], config=config).radii)
+    assert len(follow(seen[:4], config=config).radii) == 1
+    hidden = follow([*seen, None, None, None], config=config)
+    np.testing.assert_allclose(hidden.places, [(2.0, 0.5 * PERIOD * 8)], atol=1e-3)
+    assert not len(follow([*seen, None, None, None, None], config=config).radii)
+
+
+def test_a_mover_that_turns_back_is_followed():
+    """0.7 s after a bounce the velocity is the new one, within 0.05 m/s."""
+    there = straight(8, (2.0, 0.0), (0.0, 0.5))
+    found = follow(there + straight(8, there[-1], (0.0, -0.5))[1:])
+    np.testing.assert_allclose(found.velocities, [(0.0, -0.5)], atol=0.05)
+
+
+def test_noise_is_borne():
+    """With 2 cm on each range the velocity is right within 0.15 m/s."""
+    found = follow(straight(20, (1.5, -0.5), (0.0, 0.5)), noise=0.02)
+    np.testing.assert_allclose(found.velocities, [(0.0, 0.5)], atol=0.15)
+
+
+def test_the_pose_of_the_laser_counts():
+    """A laser before the middle that looks back gives places in the robot's frame."""
+    lidar = LASER.model_copy(update={"x": 0.5, "yaw_deg": 180.0})
+    tracks, places = MoverTracks(lidar, PERIOD), straight(8, (2.0, 0.0), (0.0, 0.5))
+    scan = Scanner(lidar)
+    for place in places:
+        found = tracks.update(LaserPose(), scan(place))
+    np.testing.assert_allclose(found.places, [places[-1]], atol=1e-3)
+    tracks.reset()
+    assert not len(tracks.update(LaserPose(), scan(places[-1])).radii)
+
+
+def test_a_scan_that_returned_nothing_has_no_circles():
+    """Neither have beams without a number."""
+    for silent in (10.0, np.nan, np.inf):
+        assert not len(MoverTracks(LASER, PERIOD).update(LaserPose(), np.full(360, silent)).radii)

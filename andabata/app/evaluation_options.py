@@ -221,8 +221,8 @@ class BarnEvaluationOptions:
     vehicle: Annotated[
         str,
         typer.Option(
-            help="barn, barn-hull with the wheels' outline, barn-slow, or barn-drawn with dynamics "
-            "drawn for each run.",
+            help="barn, barn-hull with the wheels' outline, barn-slow, barn-drawn with dynamics "
+            "drawn for each run, or barn-skid, a skid-steered base.",
             rich_help_panel=_BARN,
         ),
     ] = "barn"

@@ -2,15 +2,14 @@
 
 A command is limited to what the wheels can do and acts after a delay. The speed that the robot's
 own controller asks for follows it with limited accelerations, and the body follows that as a
-first-order lag (assumption: the order of both). Slip turns speed into other motion than the wheels
-measure.
+first-order lag (assumption: the order of both), or as a skid-steered base does. Slip turns speed
+into other motion than the wheels measure.
 """
 
 import math
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from andabata.machine.footprint import (
@@ -22,13 +21,9 @@ from andabata.machine.footprint import (
     touches,
 )
 from andabata.machine.kinematics import Twist
+from andabata.machine.planar_motion import ODOM_X, RATE_V, PlanarMotion, V, W, drive_period
 from andabata.machine.planar_readings import PlanarPose
-from terrain.kernel import kernel
-
-X, Y, YAW, V, W, SET_V, SET_W, ODOM_X, ODOM_Y, ODOM_YAW = range(10)
-"""Parts of a state: pose, body's speed and yaw rate, those asked for, and pose by odometry."""
-
-_TURN = 2 * np.pi
+from andabata.machine.skid_steer import SkidSteerConfig, Swing, swing_of
 
 Interval = tuple[float, float]
 """Least and largest value."""
@@ -87,6 +82,8 @@ class PlanarVehicleConfig(BaseModel):
         yaw_rate_noise: Standard deviation of the measured yaw rate [rad/s].
         range_noise: Standard deviation of the laser's ranges [m].
         ranges: Ranges that the dynamics are drawn from for each drive; None takes those above.
+        skid_steer: What a skid-steered base shows beyond delay, acceleration and lag; None for a
+            robot that shows nothing else.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -109,6 +106,7 @@ class PlanarVehicleConfig(BaseModel):
     yaw_rate_noise: float = Field(default=0.02, ge=0, lt=1)
     range_noise: float = Field(default=0.01, ge=0, lt=1)
     ranges: DynamicsRanges | None = None
+    skid_steer: SkidSteerConfig | None = None
 
     @field_validator("footprint")
     @classmethod
@@ -116,10 +114,22 @@ class PlanarVehicleConfig(BaseModel):
         """Refuse outlines that are not convex."""
         return check_convex(corners)
 
+    @model_validator(mode="after")
+    def _check_lag(self) -> Self:
+        """Refuse a response of second order that has no lag."""
+        least = self.ranges.lag[0] if self.ranges else self.lag
+        if self.skid_steer is not None and least == 0:
+            raise ValueError("lag: expected above 0 with skid_steer, got 0; leave skid_steer out")
+        return self
+
     @property
     def delay_steps(self) -> int:
         """Delay in steps of integration."""
-        return math.ceil(self.delay / self.period * self.substeps - 1e-9)
+        return self.steps_of(self.delay)
+
+    def steps_of(self, delay: float) -> int:
+        """Return a delay [s] in steps of integration."""
+        return math.ceil(delay / self.period * self.substeps - 1e-9)
 
     def drawn(self, rng: np.random.Generator) -> "PlanarVehicleConfig":
         """Return the vehicle of one drive: dynamics drawn from the ranges, if there are any."""
@@ -164,39 +174,19 @@ PLANAR_VEHICLES = {
             )
         }
     ),
+    # Between barn and barn-slow in its numbers, of another structure.
+    "barn-skid": _PLAIN.model_copy(
+        update={
+            "acceleration": 2.5,
+            "yaw_acceleration": 6.0,
+            "lag": 0.15,
+            "delay": 0.08,
+            "skid_steer": SkidSteerConfig(),
+        }
+    ),
 }
 """Vehicles by name: the benchmark's with a box around all of it, with the wheels' outline, with
-slow dynamics, and with dynamics drawn for each drive."""
-
-
-class _Motion(NamedTuple):
-    """Numbers of a drive that the compiled motion depends on.
-
-    Attributes:
-        dt: Step of integration [s].
-        substeps: Number of steps in a period.
-        delay_steps: Delay of a command in steps.
-        follow: Share of the difference that the lag takes in a step.
-        acceleration: Largest change of speed in a step [m/s].
-        yaw_acceleration: Largest change of yaw rate in a step [rad/s].
-        gain: Ratio of speed to the commanded one.
-        yaw_gain: Ratio of yaw rate to the commanded one.
-        odometry_scale: Ratio of distances by odometry to those of the wheels.
-        odometry_turn: Standard deviation of the heading by odometry after a metre [rad].
-        reach: Distance of the farthest corner of the footprint from the centre [m].
-    """
-
-    dt: float
-    substeps: int
-    delay_steps: int
-    follow: float
-    acceleration: float
-    yaw_acceleration: float
-    gain: float
-    yaw_gain: float
-    odometry_scale: float
-    odometry_turn: float
-    reach: float
+slow dynamics, with dynamics drawn for each drive, and a skid-steered base."""
 
 
 class PlanarVehicle:
@@ -204,7 +194,7 @@ class PlanarVehicle:
 
     Attributes:
         config: Settings of this drive, drawn ones included.
-        state: Parts as named above, float64, shape (10,).
+        state: Parts as named above, float64, shape (12,).
         has_contact: True once it has touched something, where it stays.
     """
 
@@ -228,10 +218,10 @@ class PlanarVehicle:
         self._corners = np.array(config.footprint, dtype=np.float64)
         gains = 1.0 + config.gain_spread * rng.uniform(-1.0, 1.0, 2)
         dt = config.period / config.substeps
-        self._motion = _Motion(
+        skid = config.skid_steer
+        self._motion = PlanarMotion(
             dt=dt,
             substeps=config.substeps,
-            delay_steps=config.delay_steps,
             follow=-math.expm1(-dt / config.lag) if config.lag > 0 else 1.0,
             acceleration=config.acceleration * dt,
             yaw_acceleration=config.yaw_acceleration * dt,
@@ -240,11 +230,17 @@ class PlanarVehicle:
             odometry_scale=1.0 + config.odometry_scale * float(rng.standard_normal()),
             odometry_turn=config.odometry_turn,
             reach=reach_of(config.footprint),
+            braking=skid.braking if skid else 1.0,
+            understeer=skid.understeer if skid else 0.0,
+            swing=swing_of(skid.damping, config.lag, dt) if skid else Swing(0.0, 0.0, 0.0, 0.0),
+            is_swinging=skid is not None,
         )
-        self.state = np.zeros(10)
+        self.state = np.zeros(12)
         self.state[:V] = start
-        waiting = math.ceil(config.delay_steps / config.substeps) + 1
+        most = config.steps_of(config.delay + (skid.delay_jitter if skid else 0.0))
+        waiting = math.ceil(most / config.substeps) + 1
         self._commands = np.zeros((waiting, 2))
+        self._delays = np.full(waiting, config.delay_steps)
         self.has_contact = bool(touches(*start, self._corners, self._motion.reach, around))
 
     @property
@@ -255,7 +251,7 @@ class PlanarVehicle:
     @property
     def odometry(self) -> PlanarPose:
         """Pose by odometry, from the start."""
-        return PlanarPose(*self.state[ODOM_X:].tolist())
+        return PlanarPose(*self.state[ODOM_X:RATE_V].tolist())
 
     @property
     def velocity(self) -> Twist:
@@ -271,74 +267,27 @@ class PlanarVehicle:
         Raises:
             ValueError: If the command is not finite.
         """
-        limited = self.config.limited(command)
-        self._commands[1:] = self._commands[:-1].copy()
-        self._commands[0] = limited.linear, limited.angular
+        self._take(self.config.limited(command))
         draws = self._rng.standard_normal(3)
         draws[:2] = 1.0 + self.config.slip * draws[:2]
         if not self.has_contact:
-            self.has_contact = _drive(
-                self.state, self._commands, draws, self._motion, self._corners, self._around
+            self.has_contact = drive_period(
+                self.state,
+                self._commands,
+                self._delays,
+                draws,
+                self._motion,
+                self._corners,
+                self._around,
             )
 
-
-@kernel
-def _drive(
-    state: NDArray[np.float64],
-    commands: NDArray[np.float64],
-    draws: NDArray[np.float64],
-    motion: _Motion,
-    corners: NDArray[np.float64],
-    around: Obstacles,
-) -> bool:
-    """Drive for one period, to the first contact at most.
-
-    Args:
-        state: State, changed in place, shape (10,).
-        commands: Speed and yaw rate of this period and those before, the newest first, (c, 2).
-        draws: Slip of speed and of yaw rate, and the draw of the odometry's heading, shape (3,).
-        motion: Numbers of the drive.
-        corners: Corners of the footprint [m], shape (c, 2).
-        around: Obstacles.
-
-    Returns:
-        True if it touches something.
-    """
-    way = 0.0
-    contact = False
-    for step in range(motion.substeps):
-        # The newest command that is old enough: row k is k periods and this step old.
-        missing = motion.delay_steps - step
-        row = 0 if missing <= 0 else (missing + motion.substeps - 1) // motion.substeps
-        state[SET_V] = _towards(state[SET_V], motion.gain * commands[row, 0], motion.acceleration)
-        wanted = motion.yaw_gain * commands[row, 1]
-        state[SET_W] = _towards(state[SET_W], wanted, motion.yaw_acceleration)
-        state[V] += motion.follow * (state[SET_V] - state[V])
-        state[W] += motion.follow * (state[SET_W] - state[W])
-        _move(state, X, state[V] * draws[0] * motion.dt, state[W] * draws[1] * motion.dt)
-        seen = state[V] * motion.dt * motion.odometry_scale
-        _move(state, ODOM_X, seen, state[W] * motion.dt)
-        way += abs(seen)
-        if touches(state[X], state[Y], state[YAW], corners, motion.reach, around):
-            contact = True
-            break
-    # Variances add along the way: one draw for the period is as good as one a step.
-    _move(state, ODOM_X, 0.0, motion.odometry_turn * np.sqrt(way) * draws[2])
-    return contact
-
-
-@kernel
-def _towards(value: float, target: float, most: float) -> float:
-    """Return a value moved towards its target by a step of limited size."""
-    return value + min(max(target - value, -most), most)
-
-
-@kernel
-def _move(state: NDArray[np.float64], first: int, way: float, turn: float) -> None:
-    """Move the pose that begins at a part of the state along an exact arc."""
-    half = 0.5 * turn
-    # An arc's chord leaves at half the turn; its length is the arc's times sinc.
-    chord = way * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    state[first] += chord * np.cos(state[first + 2] + half)
-    state[first + 1] += chord * np.sin(state[first + 2] + half)
-    state[first + 2] = np.pi - (np.pi - state[first + 2] - turn) % _TURN
+    def _take(self, command: Twist) -> None:
+        """Put a command in front of those that wait, with its delay."""
+        config, skid = self.config, self.config.skid_steer
+        self._commands[1:] = self._commands[:-1].copy()
+        if skid is not None:
+            command = skid.followed(command, config.half_track)
+            self._delays[1:] = self._delays[:-1].copy()
+            jitter = skid.delay_jitter * float(self._rng.random())
+            self._delays[0] = config.steps_of(config.delay + jitter)
+        self._commands[0] = command.linear, command.angular

@@ -5,8 +5,9 @@ import pytest
 
 from andabata.machine.footprint import Obstacles
 from andabata.machine.kinematics import Twist
+from andabata.machine.planar_motion import SET_V, SET_W
 from andabata.machine.planar_readings import PlanarPose
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES, SET_V, SET_W, PlanarVehicle
+from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicle
 from andabata.navigation.planar.brake_shield import BrakeShield, BrakeShieldConfig
 from andabata.navigation.planning.planar_dynamics import MotionState, PlanarDynamics
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.process_model import Measurements, NoiseModel
+from andabata.localization.filter_parameters import NoiseModel
+from andabata.localization.measurements import Measurements
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Localizer of the robot: inertial unit, wheels, compass and satellites, fused to a pose.
 
-The parts: ``process_model`` (state, prediction, corrections), ``fix_conversion`` (fixes to the
-map), ``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
+The parts: ``filter_period`` (predictions by ``process_model`` and corrections by
+``measurement_models``, in the order of their stamps), ``fix_conversion`` (fixes to the map),
+``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
 """
 
 from collections import Counter
@@ -11,41 +12,41 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.antenna import remove_lever_arm
-from andabata.localization.fix_conversion import FixConverter
-from andabata.localization.localizer import Health
-from andabata.localization.process_model import (
-    ACCEL_BIAS,
+from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
+from andabata.localization.filter_period import (
     ACCEPTED,
-    ATTITUDE,
     COMPASS,
     GNSS,
+    IMU,
+    REJECTED,
+    SENSORS,
+    WHEELS,
+    run_period,
+)
+from andabata.localization.filter_state import (
+    ACCEL_BIAS,
+    ATTITUDE,
     GNSS_ERROR,
     GYRO_BIAS,
     HARD_IRON,
     HORIZONTAL,
-    IMU,
     LATERAL_SPEED,
     PITCH,
     POSITION,
-    REJECTED,
     ROLL,
-    SENSORS,
     SPEED,
     STATES,
-    WHEELS,
     YAW,
-    BodyParameters,
-    FilterModel,
-    Measurements,
-    NoiseModel,
-    Workspace,
     X,
     Y,
     Z,
-    run_period,
 )
+from andabata.localization.fix_conversion import FixConverter
+from andabata.localization.localizer import Health
+from andabata.localization.measurements import Measurements
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
 from andabata.localization.sensor_monitor import SensorMonitor, health_of
+from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
 from andabata.localization.ukf_config import UkfConfig
 from andabata.machine.clock import TICK

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from andabata.localization.process_model import Measurements, NoiseModel
+from andabata.localization.filter_parameters import NoiseModel
+from andabata.localization.measurements import Measurements
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
 
 

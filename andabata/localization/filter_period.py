@@ -25,7 +25,15 @@ from andabata.localization.measurement_models import (
     correct_wheels,
     correct_zero_rate,
 )
-from andabata.localization.measurements import FORCE, GYRO, LEFT, RIGHT, STAMP, Measurements
+from andabata.localization.measurements import (
+    FORCE,
+    GYRO,
+    LEFT,
+    RIGHT,
+    STAMP,
+    STAMP_TOLERANCE,
+    Measurements,
+)
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import wrap_angle
@@ -55,9 +63,6 @@ _CONSIDERED = np.array(
 )
 """States of the motion, which do not depend on the place on Earth: tilt, speeds, biases of gyro and
 accelerometer. With a field from a model, magnetometer and fixes consider them (Schmidt 1966)."""
-
-_STAMP_TOLERANCE = 1e-9
-"""Largest difference of two stamps that count as the same instant [s]."""
 
 
 @kernel
@@ -122,7 +127,7 @@ def _take_wheels(
         Index of the next row, and true if the last valid row says that the wheels stand still.
     """
     still = False
-    while first < len(rows) and not rows[first, STAMP] > now + _STAMP_TOLERANCE:
+    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
         if _is_finite(rows[first]):
             left, right = rows[first, LEFT], rows[first, RIGHT]
             speed = model.body.wheel_radius * (left + right) / 2
@@ -152,7 +157,7 @@ def _take_mag(
         Index of the next row.
     """
     old_x, old_P = x, P
-    while first < len(rows) and not rows[first, STAMP] > now + _STAMP_TOLERANCE:
+    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
         if _is_finite(rows[first]):
             if model.body.heading_only:
                 old_x, old_P = x.copy(), P.copy()
@@ -183,7 +188,7 @@ def _take_gnss(
         Index of the next row.
     """
     old_x, old_P = x, P
-    while first < len(rows) and not rows[first, STAMP] > now + _STAMP_TOLERANCE:
+    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
         if _is_finite(rows[first]):
             if model.body.heading_only:
                 old_x, old_P = x.copy(), P.copy()
@@ -212,7 +217,8 @@ def run_period(
     """Filter one period: predict from inertial row to inertial row, and correct in between.
 
     Each measurement corrects the state at the first inertial row that is not older than it: at most
-    10 ms late. Rows that are not finite, or whose stamps decrease, are rejected and counted.
+    10 ms late. Fixes of the instant at which the period begins correct before. Rows that are not
+    finite, or whose stamps decrease, are rejected and counted.
 
     Args:
         x: State, changed in place, shape (18,).
@@ -232,7 +238,9 @@ def run_period(
     """
     imu = measurements.imu
     filled = 0
-    next_wheels = next_mag = next_gnss = 0
+    next_wheels = next_mag = 0
+    # A late fix of the very instant at which the period begins: the state is still that of then.
+    next_gnss = _take_gnss(x, P, now, measurements.gnss, 0, model, workspace, counts)
     for i in range(len(imu)):
         dt = imu[i, STAMP] - now
         is_valid = np.isfinite(imu[i, STAMP]) and _is_finite(imu[i, GYRO:FORCE])

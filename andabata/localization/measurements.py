@@ -14,6 +14,9 @@ LEFT, RIGHT = 1, 2
 HORIZONTAL_SIGMA, VERTICAL_SIGMA = 4, 5
 """Columns of a fix after stamp, x, y, z [m]."""
 
+STAMP_TOLERANCE = 1e-9
+"""Largest difference of two stamps that count as the same instant [s]."""
+
 
 class Measurements(NamedTuple):
     """Measurements of a period, oldest first.

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.localization import filter_state as state
 from andabata.localization.filter_parameters import NoiseModel
-from andabata.localization.filter_period import IMU, WHEELS, ZERO_RATE, run_period
+from andabata.localization.filter_period import GNSS, IMU, WHEELS, ZERO_RATE, run_period
 from andabata.localization.filter_state import STATES
 from andabata.localization.measurements import Measurements
 from andabata.localization.sigma_points import Workspace
@@ -119,3 +119,21 @@ def test_with_a_modelled_field_compass_and_fixes_leave_the_motion_alone():
     assert np.abs(two[0][6:8]).min() > 1e-3
     free = run(period(STAMPS, mag=mag, gnss=fix), GATED, x)
     assert np.abs(free[0][motion] - one[0][motion]).max() > 1e-6
+
+
+def test_a_fix_of_the_instant_at_which_a_period_begins_corrects_before_it():
+    """State and covariance are those of a fix at the end of the period before, bit for bit."""
+    first, second = STAMPS, STAMPS + 0.1
+    fix = np.array([[0.1, 0.3, 0.2, 0.1, 0.5, 1.0]])
+    states = []
+    for of_first, of_second in ((fix, fix[:0]), (fix[:0], fix)):
+        x, P, odometry = np.zeros(STATES), np.diag(np.full(STATES, 1e-2)), np.zeros(4)
+        counts, track = np.zeros((6, 3), dtype=np.int64), np.zeros((10, 8))
+        now, workspace = 0.0, Workspace.allocate()
+        for stamps, gnss in ((first, of_first), (second, of_second)):
+            given = period(stamps, omega=0.2, gnss=gnss)
+            now, *_ = run_period(x, P, now, odometry, given, GATED, workspace, counts, track)
+        assert counts[GNSS].tolist() == [1, 0, 0]
+        states.append((x, P))
+    for before, after in zip(*states, strict=True):
+        np.testing.assert_array_equal(before, after)

@@ -18,7 +18,7 @@ from andabata.localization.filter_state import STATES
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel
 
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 """Geometry of a robot and magnetic flux [uT] that the filter is timed with."""
@@ -43,7 +43,7 @@ def initial_belief() -> Belief:
     return np.zeros(STATES), np.diag(np.linspace(0.01, 0.1, STATES) ** 2)
 
 
-@kernel
+@borrowing_kernel
 def repeat_part(
     part: int,
     calls: int,
@@ -70,7 +70,7 @@ def repeat_part(
             measurement_models.correct_gnss(x, P, fix, parameters, workspace)
 
 
-@kernel
+@borrowing_kernel
 def predict_and_correct(
     steps: int,
     x: NDArray[np.float64],

@@ -37,7 +37,7 @@ from andabata.localization.measurements import (
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import wrap_angle
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel
 
 IMU, WHEELS, GRAVITY_UPDATE, COMPASS, GNSS, ZERO_RATE = range(6)
 """Rows of the table of counts, one per kind of measurement."""
@@ -65,7 +65,21 @@ _CONSIDERED = np.array(
 accelerometer. With a field from a model, magnetometer and fixes consider them (Schmidt 1966)."""
 
 
-@kernel
+@borrowing_kernel
+def _copy_belief(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    old_x: NDArray[np.float64],
+    old_P: NDArray[np.float64],
+) -> None:
+    """Copy a state and its covariance to buffers."""
+    for i in range(len(x)):
+        old_x[i] = x[i]
+        for j in range(len(x)):
+            old_P[i, j] = P[i, j]
+
+
+@borrowing_kernel
 def _restore_considered(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -83,7 +97,7 @@ def _restore_considered(
             P[i, j] = old_P[i, j]
 
 
-@kernel
+@borrowing_kernel
 def _count(counts: NDArray[np.int64], sensor: int, nis: float, gate: float) -> None:
     """Count a measurement as accepted, gated or, if its NIS is NaN, rejected."""
     if nis <= gate:
@@ -94,13 +108,16 @@ def _count(counts: NDArray[np.int64], sensor: int, nis: float, gate: float) -> N
         counts[sensor, REJECTED] += 1
 
 
-@kernel
+@borrowing_kernel
 def _is_finite(row: NDArray[np.float64]) -> bool:
     """Return true if all numbers of a row are finite."""
-    return bool(np.isfinite(row).all())
+    finite = True
+    for i in range(len(row)):
+        finite = finite and bool(np.isfinite(row[i]))
+    return finite
 
 
-@kernel
+@borrowing_kernel
 def _take_wheels(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -140,7 +157,7 @@ def _take_wheels(
     return first, still
 
 
-@kernel
+@borrowing_kernel
 def _take_mag(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -156,14 +173,13 @@ def _take_mag(
     Returns:
         Index of the next row.
     """
-    old_x, old_P = x, P
     while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
         if _is_finite(rows[first]):
             if model.body.heading_only:
-                old_x, old_P = x.copy(), P.copy()
+                _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
             nis = correct_mag(x, P, rows[first], model, workspace)
             if model.body.heading_only:
-                _restore_considered(x, P, old_x, old_P)
+                _restore_considered(x, P, workspace.kept_state, workspace.kept_covariance)
             _count(counts, COMPASS, nis, model.gates.vector)
         else:
             counts[COMPASS, REJECTED] += 1
@@ -171,7 +187,7 @@ def _take_mag(
     return first
 
 
-@kernel
+@borrowing_kernel
 def _take_gnss(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -187,14 +203,13 @@ def _take_gnss(
     Returns:
         Index of the next row.
     """
-    old_x, old_P = x, P
     while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
         if _is_finite(rows[first]):
             if model.body.heading_only:
-                old_x, old_P = x.copy(), P.copy()
+                _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
             nis = correct_gnss(x, P, rows[first], model, workspace)
             if model.body.heading_only:
-                _restore_considered(x, P, old_x, old_P)
+                _restore_considered(x, P, workspace.kept_state, workspace.kept_covariance)
             _count(counts, GNSS, nis, model.gates.gnss)
         else:
             counts[GNSS, REJECTED] += 1
@@ -202,7 +217,7 @@ def _take_gnss(
     return first
 
 
-@kernel
+@borrowing_kernel
 def run_period(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -269,7 +284,7 @@ def run_period(
     return now, filled, True
 
 
-@kernel
+@borrowing_kernel
 def _advance_odometry(
     x: NDArray[np.float64],
     imu: NDArray[np.float64],
@@ -301,7 +316,7 @@ def _advance_odometry(
     odometry[2] += dt * (-sp * x[SPEED] + cp * sr * lateral)
 
 
-@kernel
+@borrowing_kernel
 def _write_pose(
     now: float, x: NDArray[np.float64], odometry: NDArray[np.float64], row: NDArray[np.float64]
 ) -> None:

@@ -18,8 +18,6 @@ from andabata.localization.filter_state import (
     GYRO_BIAS_Y,
     GYRO_BIAS_Z,
     HARD_IRON_X,
-    HARD_IRON_Y,
-    HARD_IRON_Z,
     LATERAL_SPEED,
     SPEED,
     STATES,
@@ -29,90 +27,56 @@ from andabata.localization.filter_state import (
 )
 from andabata.localization.measurements import FORCE, GYRO, HORIZONTAL_SIGMA, VERTICAL_SIGMA
 from andabata.localization.sigma_points import (
-    ATTITUDE_ROWS,
     COS_PITCH,
     COS_ROLL,
     COS_YAW,
-    ROWS,
     SIN_PITCH,
     SIN_ROLL,
     SIN_YAW,
     Workspace,
     draw_points,
-    find_rest,
-    lateral_speed,
+    sliding_speed,
 )
-from andabata.localization.ukf import SigmaWeights, correct, correct_state, cross_covariance
+from andabata.localization.ukf import (
+    add_remainder_to_covariance,
+    add_remainder_to_cross,
+    correct,
+    correct_state,
+)
 from andabata.machine.proprioception import GRAVITY
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel
 
 
-@kernel
-def _transform_measurement(rows: int, weights: SigmaWeights, workspace: Workspace) -> None:
-    """Fill expectation and covariances of a measurement from ``predicted`` at each point.
-
-    Args:
-        rows: Number of rows of the Cholesky factor that points were drawn along.
-        weights: Weights of the sigma points.
-        workspace: Buffers of the filter; ``expected``, ``S`` and ``cross`` are filled, without what
-            the points show that are not drawn.
-    """
-    predicted, S, expected = workspace.predicted, workspace.S, workspace.expected
-    weight = weights.covariance[1]
-    # Mean of the differences from point 0, and their moments about it; see ``unscented_transform``,
-    # of which this is the case of three numbers without angles.
-    a = b = c = aa = bb = cc = ab = ac = bc = 0.0
-    for k in range(1, 2 * rows + 1):
-        u, v = predicted[k, 0] - predicted[0, 0], predicted[k, 1] - predicted[0, 1]
-        w = predicted[k, 2] - predicted[0, 2]
-        a, b, c = a + u, b + v, c + w
-        aa, bb, cc = aa + u * u, bb + v * v, cc + w * w
-        ab, ac, bc = ab + u * v, ac + u * w, bc + v * w
-    a, b, c = weight * a, weight * b, weight * c
-    expected[0], expected[1] = predicted[0, 0] + a, predicted[0, 1] + b
-    expected[2] = predicted[0, 2] + c
-    about = weights.covariance.sum() - 2.0
-    S[0, 0], S[1, 1] = weight * aa + about * a * a, weight * bb + about * b * b
-    S[2, 2] = weight * cc + about * c * c
-    S[0, 1] = S[1, 0] = weight * ab + about * a * b
-    S[0, 2] = S[2, 0] = weight * ac + about * a * c
-    S[1, 2] = S[2, 1] = weight * bc + about * b * c
-    cross_covariance(workspace.factor[:rows], weights, predicted[: 2 * rows + 1], workspace.cross)
-
-
-@kernel
+@borrowing_kernel
 def _correct_by_moments(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
-    z: NDArray[np.float64],
+    cross: NDArray[np.float64],
+    S: NDArray[np.float64],
     variance: tuple[float, float, float],
     gate: float,
     workspace: Workspace,
 ) -> float:
-    """Correct with a measurement whose expectation and covariances stand in the workspace.
+    """Correct with a measurement whose innovation stands in the workspace.
 
     Args:
         x: State, changed in place, shape (18,).
         P: Covariance, changed in place, shape (18, 18).
-        z: Measurement, shape (3,).
+        cross: Covariance of expected measurement and state, overwritten, shape (3, 18).
+        S: Covariance of the expected measurement, overwritten, shape (3, 3).
         variance: Variance of each component of the measurement.
         gate: Largest NIS that is accepted.
-        workspace: Buffers of the filter; ``expected``, ``S`` and ``cross`` are filled.
+        workspace: Buffers of the filter; ``innovation`` is filled, and overwritten.
 
     Returns:
         The NIS.
     """
-    S, innovation = workspace.S, workspace.innovation
-    S[0, 0] += variance[0]
-    S[1, 1] += variance[1]
-    S[2, 2] += variance[2]
-    innovation[0] = z[0] - workspace.expected[0]
-    innovation[1] = z[1] - workspace.expected[1]
-    innovation[2] = z[2] - workspace.expected[2]
-    return correct(x, P, workspace.angular, workspace.cross, S, innovation, gate, workspace.gain)
+    for a in range(3):
+        S[a, a] += variance[a]
+    return correct(x, P, workspace.angular, cross, S, workspace.innovation, gate)
 
 
-@kernel
+@borrowing_kernel
 def correct_wheels(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -133,7 +97,7 @@ def correct_wheels(
     return correct_state(x, P, workspace.angular, SPEED, speed, variance, gate, workspace.gain)
 
 
-@kernel
+@borrowing_kernel
 def correct_gravity(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -153,45 +117,66 @@ def correct_gravity(
         model: Parameters of the filter.
         workspace: Buffers of the filter.
     """
-    body = model.body
-    points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
-    if not draw_points(x, P, ROWS, model, workspace):
+    body, transform, trig = model.body, workspace.gravity, workspace.trig
+    points, remainder = transform.points, transform.remainder
+    if not draw_points(x, P, 2, model, transform, trig):
         return np.nan
-    for k in range(points.shape[0]):
+    # Rates of the mean: those of the linear part, and of the points that are not drawn.
+    p0, q0 = imu[GYRO] - x[GYRO_BIAS_X], imu[GYRO + 1] - x[GYRO_BIAS_Y]
+    r0 = imu[GYRO + 2] - x[GYRO_BIAS_Z]
+    for k in range(len(points)):
         sr, cr = trig[k, SIN_ROLL], trig[k, COS_ROLL]
         sp, cp = trig[k, SIN_PITCH], trig[k, COS_PITCH]
         p = imu[GYRO] - points[k, GYRO_BIAS_X]
         q = imu[GYRO + 1] - points[k, GYRO_BIAS_Y]
         r = imu[GYRO + 2] - points[k, GYRO_BIAS_Z]
-        # Specific force f = R' (0, 0, g) + w x v + bias, with v = (forward, lateral, 0).
-        forward, lateral = points[k, SPEED], lateral_speed(k, r, body, workspace)
-        predicted[k, 0] = -GRAVITY * sp - r * lateral + points[k, ACCEL_BIAS_X]
-        predicted[k, 1] = GRAVITY * cp * sr + r * forward + points[k, ACCEL_BIAS_Y]
-        predicted[k, 2] = GRAVITY * cp * cr + p * lateral - q * forward
-    _transform_measurement(ROWS, model.weights, workspace)
-    # Points that are not drawn have the rates of the mean: the rest is affine in speeds and biases.
-    cross, S, rest = workspace.cross, workspace.S, workspace.rest
-    for i in (SPEED, LATERAL_SPEED, ACCEL_BIAS_X, ACCEL_BIAS_Y):
-        find_rest(P, i, ROWS, workspace)
-    p, q = imu[GYRO] - x[GYRO_BIAS_X], imu[GYRO + 1] - x[GYRO_BIAS_Y]
-    r = imu[GYRO + 2] - x[GYRO_BIAS_Z]
-    shown = workspace.rest_cross
-    for i in range(ROWS, STATES):
-        shown[0, i] = rest[ACCEL_BIAS_X, i] - r * rest[LATERAL_SPEED, i]
-        shown[1, i] = rest[ACCEL_BIAS_Y, i] + r * rest[SPEED, i]
-        shown[2, i] = p * rest[LATERAL_SPEED, i] - q * rest[SPEED, i]
-    for b in range(3):
-        for i in range(ROWS, STATES):
-            cross[b, i] += shown[b, i]
-        S[0, b] += shown[b, ACCEL_BIAS_X] - r * shown[b, LATERAL_SPEED]
-        S[1, b] += shown[b, ACCEL_BIAS_Y] + r * shown[b, SPEED]
-        S[2, b] += p * shown[b, LATERAL_SPEED] - q * shown[b, SPEED]
-    variance = model.noise.vibration**2
+        # Specific force f = R' (0, 0, g) + w x v + bias, with v = (forward, lateral, 0), less the
+        # linear part.
+        forward, lateral = points[k, SPEED], points[k, LATERAL_SPEED]
+        slid = sliding_speed(k, r, body, trig)
+        remainder[k, 0] = -GRAVITY * sp - (r - r0) * lateral + r * slid
+        remainder[k, 1] = GRAVITY * cp * sr + (r - r0) * forward
+        remainder[k, 2] = GRAVITY * cp * cr + (p - p0) * lateral - p * slid - (q - q0) * forward
+    rates = (p0, q0, r0)
+    _apply_linear_force(P, rates, transform.cross)
+    _apply_linear_force(transform.U, rates, transform.linear)
+    add_remainder_to_cross(model.weights, transform)
+    _apply_linear_force(transform.cross, rates, transform.covariance)
+    add_remainder_to_covariance(model.weights, transform)
+    linear = (
+        x[ACCEL_BIAS_X] - r0 * x[LATERAL_SPEED],
+        x[ACCEL_BIAS_Y] + r0 * x[SPEED],
+        p0 * x[LATERAL_SPEED] - q0 * x[SPEED],
+    )
+    for a in range(3):
+        expected = linear[a] + remainder[0, a] + transform.mean[a]
+        workspace.innovation[a] = imu[FORCE + a] - expected
+    variance, gate = model.noise.vibration**2, model.gates.vector
     variances = (variance, variance, 4 * variance)
-    return _correct_by_moments(x, P, imu[FORCE:], variances, model.gates.vector, workspace)
+    cross, S = transform.cross, transform.covariance
+    return _correct_by_moments(x, P, cross, S, variances, gate, workspace)
 
 
-@kernel
+@borrowing_kernel
+def _apply_linear_force(
+    rows: NDArray[np.float64], rates: tuple[float, float, float], out: NDArray[np.float64]
+) -> None:
+    """Apply the linear part of the specific force to rows, and write them as columns.
+
+    Args:
+        rows: Rows of the length of a state, shape (k, 18).
+        rates: Angular velocity of the mean [rad/s].
+        out: Buffer, shape (3, k).
+    """
+    p, q, r = rates
+    for k in range(len(rows)):
+        forward, lateral = rows[k, SPEED], rows[k, LATERAL_SPEED]
+        out[0, k] = rows[k, ACCEL_BIAS_X] - r * lateral
+        out[1, k] = rows[k, ACCEL_BIAS_Y] + r * forward
+        out[2, k] = p * lateral - q * forward
+
+
+@borrowing_kernel
 def correct_mag(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -208,36 +193,45 @@ def correct_mag(
         model: Parameters of the filter.
         workspace: Buffers of the filter.
     """
-    body = model.body
-    points, trig, predicted = workspace.points, workspace.trig, workspace.predicted
-    if not draw_points(x, P, ATTITUDE_ROWS, model, workspace):
+    body, transform, trig = model.body, workspace.compass, workspace.trig
+    remainder = transform.remainder
+    if not draw_points(x, P, 3, model, transform, trig):
         return np.nan
-    for k in range(2 * ATTITUDE_ROWS + 1):
+    for k in range(len(remainder)):
         sr, cr = trig[k, SIN_ROLL], trig[k, COS_ROLL]
         sp, cp = trig[k, SIN_PITCH], trig[k, COS_PITCH]
         sy, cy = trig[k, SIN_YAW], trig[k, COS_YAW]
-        # Field of the Earth turned into the base, by yaw, pitch and roll in turn, plus hard iron.
+        # Field of the Earth turned into the base, by yaw, pitch and roll in turn. Hard iron is the
+        # linear part.
         ahead = cy * body.flux_east + sy * body.flux_north
         aside = cy * body.flux_north - sy * body.flux_east
         up = sp * ahead + cp * body.flux_up
-        predicted[k, 0] = cp * ahead - sp * body.flux_up + points[k, HARD_IRON_X]
-        predicted[k, 1] = cr * aside + sr * up + points[k, HARD_IRON_Y]
-        predicted[k, 2] = cr * up - sr * aside + points[k, HARD_IRON_Z]
-    _transform_measurement(ATTITUDE_ROWS, model.weights, workspace)
-    # Points that are not drawn have the attitude of the mean, and hard iron of their own.
-    cross, S, rest = workspace.cross, workspace.S, workspace.rest
+        remainder[k, 0] = cp * ahead - sp * body.flux_up
+        remainder[k, 1] = cr * aside + sr * up
+        remainder[k, 2] = cr * up - sr * aside
+    _apply_hard_iron(P, transform.cross)
+    _apply_hard_iron(transform.U, transform.linear)
+    add_remainder_to_cross(model.weights, transform)
+    _apply_hard_iron(transform.cross, transform.covariance)
+    add_remainder_to_covariance(model.weights, transform)
     for a in range(3):
-        find_rest(P, HARD_IRON_X + a, ATTITUDE_ROWS, workspace)
-        for i in range(ATTITUDE_ROWS, STATES):
-            cross[a, i] += rest[HARD_IRON_X + a, i]
-        for b in range(3):
-            S[a, b] += rest[HARD_IRON_X + a, HARD_IRON_X + b]
-    variance = model.noise.mag**2
+        expected = x[HARD_IRON_X + a] + remainder[0, a] + transform.mean[a]
+        workspace.innovation[a] = mag[1 + a] - expected
+    variance, gate = model.noise.mag**2, model.gates.vector
     variances = (variance, variance, variance)
-    return _correct_by_moments(x, P, mag[1:], variances, model.gates.vector, workspace)
+    cross, S = transform.cross, transform.covariance
+    return _correct_by_moments(x, P, cross, S, variances, gate, workspace)
 
 
-@kernel
+@borrowing_kernel
+def _apply_hard_iron(rows: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Write the hard iron of rows of the length of a state, shape (k, 18), as columns."""
+    for k in range(len(rows)):
+        for a in range(3):
+            out[a, k] = rows[k, HARD_IRON_X + a]
+
+
+@borrowing_kernel
 def correct_gnss(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -257,7 +251,7 @@ def correct_gnss(
         model: Parameters of the filter.
         workspace: Buffers of the filter.
     """
-    cross, S, expected = workspace.cross, workspace.S, workspace.expected
+    cross, S = workspace.cross, workspace.S
     # With H the sum of position and error: cross = P H', S = H P H'.
     for i in range(STATES):
         cross[0, i] = P[X, i] + P[GNSS_EAST, i]
@@ -267,14 +261,16 @@ def correct_gnss(
         S[0, j] = cross[j, X] + cross[j, GNSS_EAST]
         S[1, j] = cross[j, Y] + cross[j, GNSS_NORTH]
         S[2, j] = cross[j, Z]
-    expected[0], expected[1] = x[X] + x[GNSS_EAST], x[Y] + x[GNSS_NORTH]
-    expected[2] = x[Z]
+    innovation = workspace.innovation
+    innovation[0] = fix[1] - (x[X] + x[GNSS_EAST])
+    innovation[1] = fix[2] - (x[Y] + x[GNSS_NORTH])
+    innovation[2] = fix[3] - x[Z]
     horizontal, vertical = fix[HORIZONTAL_SIGMA] ** 2, fix[VERTICAL_SIGMA] ** 2
     variances = (horizontal, horizontal, vertical)
-    return _correct_by_moments(x, P, fix[1:4], variances, model.gates.gnss, workspace)
+    return _correct_by_moments(x, P, cross, S, variances, model.gates.gnss, workspace)
 
 
-@kernel
+@borrowing_kernel
 def correct_zero_rate(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -296,7 +292,7 @@ def correct_zero_rate(
             workspace.cross[a, i] = P[GYRO_BIAS_X + a, i]
         for b in range(3):
             workspace.S[a, b] = P[GYRO_BIAS_X + a, GYRO_BIAS_X + b]
-        workspace.expected[a] = x[GYRO_BIAS_X + a]
-    variance = model.noise.zero_rate**2
+        workspace.innovation[a] = imu[GYRO + a] - x[GYRO_BIAS_X + a]
+    variance, gate = model.noise.zero_rate**2, model.gates.vector
     variances = (variance, variance, variance)
-    return _correct_by_moments(x, P, imu[GYRO:FORCE], variances, model.gates.vector, workspace)
+    return _correct_by_moments(x, P, workspace.cross, workspace.S, variances, gate, workspace)

@@ -8,7 +8,7 @@ error, random walks for all biases and the forward speed.
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.filter_parameters import FilterModel, NoiseModel
+from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
 from andabata.localization.filter_state import (
     ACCEL_BIAS_X,
     GNSS_EAST,
@@ -32,20 +32,28 @@ from andabata.localization.sigma_points import (
     COS_PITCH,
     COS_ROLL,
     COS_YAW,
-    ROWS,
     SIN_PITCH,
     SIN_ROLL,
     SIN_YAW,
     Workspace,
     draw_points,
-    find_rest,
-    lateral_speed,
+    sliding_speed,
 )
-from andabata.localization.ukf import unscented_transform
-from terrain.kernel import kernel
+from andabata.localization.ukf import (
+    add_remainder_to_covariance,
+    add_remainder_to_cross,
+    is_rest_positive,
+    wrap_angle,
+)
+from terrain.kernel import borrowing_kernel, inlined_kernel
+
+_MOVED = np.array([ROLL, PITCH, YAW, X, Y, Z])
+"""States that the process moves; all others it keeps, or lets decay."""
+
+Vector = tuple[float, float, float]
 
 
-@kernel
+@borrowing_kernel
 def predict(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -67,96 +75,130 @@ def predict(
     Returns:
         True if the covariance is positive definite; if not, nothing was changed.
     """
-    body, noise, weights = model.body, model.noise, model.weights
-    points, trig = workspace.points, workspace.trig
-    if not draw_points(x, P, ROWS, model, workspace):
+    noise, transform, trig = model.noise, workspace.process, workspace.trig
+    if not draw_points(x, P, 3, model, transform, trig):
         return False
-    for i in range(ROWS, STATES):
-        if not find_rest(P, i, ROWS, workspace) > 0.0:
-            return False
+    if not is_rest_positive(P, transform.U):
+        return False
+    # The linear part: attitude and position as they are, and the way by the speeds at the mean's
+    # attitude. Points that are not drawn have that attitude.
+    forward, lateral = _ways(0, dt, trig)
+    _fill_remainder(imu, dt, forward, lateral, model.body, workspace)
+    _apply_linear_part(P, forward, lateral, transform.cross)
+    _apply_linear_part(transform.U, forward, lateral, transform.linear)
+    add_remainder_to_cross(model.weights, transform)
+    _apply_linear_part(transform.cross, forward, lateral, transform.covariance)
+    add_remainder_to_covariance(model.weights, transform)
+    cross, covariance = transform.cross, transform.covariance
+    for a in range(3):
+        x[X + a] += forward[a] * x[SPEED] + lateral[a] * x[LATERAL_SPEED]
+    for a in range(6):
+        i = _MOVED[a]
+        x[i] += transform.remainder[0, a] + transform.mean[a]
+        for j in range(STATES):
+            P[i, j] = P[j, i] = cross[a, j]
+    for a in range(6):
+        for b in range(6):
+            P[_MOVED[a], _MOVED[b]] = covariance[a, b]
+    for i in (ROLL, PITCH, YAW):
+        x[i] = wrap_angle(x[i])
     # Decay of the two Gauss-Markov processes.
     lateral_decay = np.exp(-dt / noise.lateral_speed_time)
     gnss_decay = np.exp(-dt / noise.gnss_error_time)
-    wx, wy, wz = imu[GYRO], imu[GYRO + 1], imu[GYRO + 2]
-    for k in range(points.shape[0]):
-        sr, cr = trig[k, SIN_ROLL], trig[k, COS_ROLL]
-        sp, cp = trig[k, SIN_PITCH], trig[k, COS_PITCH]
-        sy, cy = trig[k, SIN_YAW], trig[k, COS_YAW]
-        # Body rates p, q, r: the gyro's reading less its bias.
-        p = wx - points[k, GYRO_BIAS_X]
-        q = wy - points[k, GYRO_BIAS_Y]
-        r = wz - points[k, GYRO_BIAS_Z]
-        # Position: the velocity in the base, rotated into the map.
-        forward, lateral = points[k, SPEED], lateral_speed(k, r, body, workspace)
-        level = cp * forward + sp * sr * lateral
-        points[k, X] += dt * (cy * level - sy * cr * lateral)
-        points[k, Y] += dt * (sy * level + cy * cr * lateral)
-        points[k, Z] += dt * (-sp * forward + cp * sr * lateral)
-        # Attitude: rates of the z-y-x angles from body rates (Euler's kinematic equations).
-        horizontal_rate = sr * q + cr * r
-        points[k, ROLL] += dt * (p + horizontal_rate * sp / cp)
-        points[k, PITCH] += dt * (cr * q - sr * r)
-        points[k, YAW] += dt * horizontal_rate / cp
-        points[k, LATERAL_SPEED] *= lateral_decay
-        points[k, GNSS_EAST] *= gnss_decay
-        points[k, GNSS_NORTH] *= gnss_decay
-    unscented_transform(points, weights, workspace.angular, x, workspace.deviations, P)
-    _add_rest(P, dt, lateral_decay, gnss_decay, workspace)
+    _decay(x, P, LATERAL_SPEED, lateral_decay)
+    _decay(x, P, GNSS_EAST, gnss_decay)
+    _decay(x, P, GNSS_NORTH, gnss_decay)
     _add_process_noise(P, dt, lateral_decay, gnss_decay, noise)
     return True
 
 
-@kernel
-def _add_rest(
-    P: NDArray[np.float64],
-    dt: float,
-    lateral_decay: float,
-    gnss_decay: float,
-    workspace: Workspace,
-) -> None:
-    """Add the covariance of the points that are not drawn to a predicted one, in place.
-
-    They have the attitude and the yaw rate of the mean: the process is affine in their speeds.
+@inlined_kernel
+def _ways(k: int, dt: float, trig: NDArray[np.float64]) -> tuple[Vector, Vector]:
+    """Return the way in the map per m/s forward, and per m/s to the left, of a point [s].
 
     Args:
-        P: Covariance of the points that are drawn, after the step, shape (18, 18).
+        k: Index of the point.
         dt: Length of the step [s].
-        lateral_decay: Decay of the lateral speed.
-        gnss_decay: Decay of the satellite error.
-        workspace: Buffers of the filter; ``rest`` is propagated.
+        trig: Table of the points' attitude.
     """
-    rest, trig = workspace.rest, workspace.trig
-    sr, cr, sp, cp = (
-        trig[0, SIN_ROLL],
-        trig[0, COS_ROLL],
-        trig[0, SIN_PITCH],
-        trig[0, COS_PITCH],
+    sr, cr, sp, cp = trig[k, SIN_ROLL], trig[k, COS_ROLL], trig[k, SIN_PITCH], trig[k, COS_PITCH]
+    sy, cy = trig[k, SIN_YAW], trig[k, COS_YAW]
+    return (
+        (dt * cy * cp, dt * sy * cp, -dt * sp),
+        (dt * (cy * sp * sr - sy * cr), dt * (sy * sp * sr + cy * cr), dt * cp * sr),
     )
-    sy, cy = trig[0, SIN_YAW], trig[0, COS_YAW]
-    # Metres along x, y and z per metre a second forward and to the left; see ``predict``.
-    forward = (dt * cy * cp, dt * sy * cp, -dt * sp)
-    lateral = (dt * (cy * sp * sr - sy * cr), dt * (sy * sp * sr + cy * cr), dt * cp * sr)
-    n = len(rest)
-    for a in range(3):
-        for j in range(ROWS, n):
-            rest[X + a, j] += forward[a] * rest[SPEED, j] + lateral[a] * rest[LATERAL_SPEED, j]
-    for a in range(3):
-        for i in range(ROWS, n):
-            rest[i, X + a] += forward[a] * rest[i, SPEED] + lateral[a] * rest[i, LATERAL_SPEED]
-    for j in range(ROWS, n):
-        rest[LATERAL_SPEED, j] *= lateral_decay
-        rest[GNSS_EAST, j] *= gnss_decay
-        rest[GNSS_NORTH, j] *= gnss_decay
-    for i in range(ROWS, n):
-        rest[i, LATERAL_SPEED] *= lateral_decay
-        rest[i, GNSS_EAST] *= gnss_decay
-        rest[i, GNSS_NORTH] *= gnss_decay
-        for j in range(ROWS, i + 1):
-            P[i, j] += rest[i, j]
-            P[j, i] = P[i, j]
 
 
-@kernel
+@borrowing_kernel
+def _fill_remainder(
+    imu: NDArray[np.float64],
+    dt: float,
+    forward: Vector,
+    lateral: Vector,
+    body: BodyParameters,
+    workspace: Workspace,
+) -> None:
+    """Fill how each point's attitude and position change beyond the linear part.
+
+    Args:
+        imu: Inertial row.
+        dt: Length of the step [s].
+        forward: Way per m/s forward in the linear part [s].
+        lateral: Way per m/s to the left in the linear part [s].
+        body: Parameters of the robot.
+        workspace: Buffers of the filter; the remainder of ``process`` is filled.
+    """
+    points, remainder, trig = workspace.process.points, workspace.process.remainder, workspace.trig
+    for k in range(len(points)):
+        sr, cr = trig[k, SIN_ROLL], trig[k, COS_ROLL]
+        sp, cp = trig[k, SIN_PITCH], trig[k, COS_PITCH]
+        # Body rates p, q, r: the gyro's reading less its bias.
+        p = imu[GYRO] - points[k, GYRO_BIAS_X]
+        q = imu[GYRO + 1] - points[k, GYRO_BIAS_Y]
+        r = imu[GYRO + 2] - points[k, GYRO_BIAS_Z]
+        # Attitude: rates of the z-y-x angles from body rates (Euler's kinematic equations).
+        horizontal_rate = sr * q + cr * r
+        remainder[k, 0] = dt * (p + horizontal_rate * sp / cp)
+        remainder[k, 1] = dt * (cr * q - sr * r)
+        remainder[k, 2] = dt * horizontal_rate / cp
+        # Position: the velocity in the base, rotated into the map, less the linear part.
+        ahead, aside = _ways(k, dt, trig)
+        speed, lateral_speed = points[k, SPEED], points[k, LATERAL_SPEED]
+        slid = sliding_speed(k, r, body, trig)
+        for a in range(3):
+            turned = (ahead[a] - forward[a]) * speed + (aside[a] - lateral[a]) * lateral_speed
+            remainder[k, 3 + a] = turned - aside[a] * slid
+
+
+@borrowing_kernel
+def _apply_linear_part(
+    rows: NDArray[np.float64], forward: Vector, lateral: Vector, out: NDArray[np.float64]
+) -> None:
+    """Apply the linear part to rows of the length of a state, and write them as columns.
+
+    Args:
+        rows: Rows, shape (k, 18).
+        forward: Way per m/s forward [s].
+        lateral: Way per m/s to the left [s].
+        out: Buffer, shape (6, k).
+    """
+    for k in range(len(rows)):
+        for a in range(3):
+            out[a, k] = rows[k, ROLL + a]
+            way = forward[a] * rows[k, SPEED] + lateral[a] * rows[k, LATERAL_SPEED]
+            out[3 + a, k] = rows[k, X + a] + way
+
+
+@inlined_kernel
+def _decay(x: NDArray[np.float64], P: NDArray[np.float64], i: int, factor: float) -> None:
+    """Multiply a state by a factor, in place, with its row and column of the covariance."""
+    x[i] *= factor
+    for j in range(STATES):
+        P[i, j] *= factor
+        P[j, i] *= factor
+
+
+@borrowing_kernel
 def _add_process_noise(
     P: NDArray[np.float64], dt: float, lateral_decay: float, gnss_decay: float, noise: NoiseModel
 ) -> None:

@@ -1,7 +1,7 @@
-"""Sigma points of the robot's filter, and the covariance of those that are not drawn.
+"""Sigma points of the robot's filter with the sines of their attitude, and the filter's buffers.
 
 Process and measurements call these functions; which points are drawn, and why, is told in ``ukf``
-and ``filter_state``. Points share buffers that are allocated once.
+and ``filter_state``.
 """
 
 from typing import NamedTuple
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from andabata.localization.filter_parameters import BodyParameters, FilterModel
 from andabata.localization.filter_state import ANGULAR, LATERAL_SPEED, ROLL, STATES
-from andabata.localization.ukf import draw_sigma_points
-from terrain.kernel import inlined_kernel, kernel
+from andabata.localization.ukf import Transform, allocate_transform, draw_sigma_points
+from terrain.kernel import borrowing_kernel, inlined_kernel
 
 ROWS = 6
 """Number of rows of the Cholesky factor that points are drawn along: the first ones, which change
@@ -21,7 +21,7 @@ attitude and gyro bias."""
 ATTITUDE_ROWS = 3
 """Number of those rows that change the attitude, on which the magnetic field depends."""
 
-SIN_ROLL, COS_ROLL, SIN_PITCH, COS_PITCH, SIN_YAW, COS_YAW, _CREEP, _TRIG_COLUMNS = range(8)
+SIN_ROLL, COS_ROLL, SIN_PITCH, COS_PITCH, SIN_YAW, COS_YAW, CREEP, _TRIG_COLUMNS = range(8)
 """Columns of the table of a point's attitude, and their number."""
 
 
@@ -29,134 +29,100 @@ class Workspace(NamedTuple):
     """Buffers of the filter, allocated once.
 
     Attributes:
-        points: Sigma points, shape (13, 18).
-        deviations: Deviations of the points from the first, shape (13, 18).
-        factor: First rows of the covariance's Cholesky factor, shape (6, 18).
-        rest: Covariance of the points that are not drawn, shape (18, 18).
-        rest_cross: Covariance of these points and their expected measurement, shape (3, 18).
-        predicted: Expected measurement of each point, shape (13, 3).
-        expected: Expected measurement, shape (3,).
-        innovation: Measurement less expectation, shape (3,).
-        S: Covariance of the innovation, shape (3, 3).
-        cross: Covariance of state and expected measurement, shape (3, 18).
-        gain: Kalman gain, shape (3, 18).
+        process: Transform of what the process moves: attitude and position.
+        gravity: Transform of the specific force.
+        compass: Transform of the magnetic field.
         trig: Sine and cosine of roll, pitch and yaw of each point, and its share of the creep,
             shape (13, 7).
+        cross: Covariance of a linear measurement and the state, shape (3, 18).
+        S: Covariance of a linear measurement, shape (3, 3).
+        innovation: Measurement less expectation, shape (3,).
+        gain: Gain of one number, shape (18,).
+        kept_state: State before a correction, shape (18,).
+        kept_covariance: Covariance before a correction, shape (18, 18).
         angular: ``ANGULAR``, as compiled code takes it.
     """
 
-    points: NDArray[np.float64]
-    deviations: NDArray[np.float64]
-    factor: NDArray[np.float64]
-    rest: NDArray[np.float64]
-    rest_cross: NDArray[np.float64]
-    predicted: NDArray[np.float64]
-    expected: NDArray[np.float64]
-    innovation: NDArray[np.float64]
-    S: NDArray[np.float64]
-    cross: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    process: Transform
+    gravity: Transform
+    compass: Transform
     trig: NDArray[np.float64]
+    cross: NDArray[np.float64]
+    S: NDArray[np.float64]
+    innovation: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    kept_state: NDArray[np.float64]
+    kept_covariance: NDArray[np.float64]
     angular: NDArray[np.bool_]
 
     @classmethod
     def allocate(cls) -> "Workspace":
         """Return new buffers."""
-        n, p = STATES, 2 * ROWS + 1
+        n, seen = STATES, LATERAL_SPEED + 1
         return cls(
-            points=np.zeros((p, n)),
-            deviations=np.zeros((p, n)),
-            factor=np.zeros((ROWS, n)),
-            rest=np.zeros((n, n)),
-            rest_cross=np.zeros((3, n)),
-            predicted=np.zeros((p, 3)),
-            expected=np.zeros(3),
-            innovation=np.zeros(3),
-            S=np.zeros((3, 3)),
+            process=allocate_transform(n, 6, ROWS, seen),
+            gravity=allocate_transform(n, 3, ROWS, seen),
+            compass=allocate_transform(n, 3, ATTITUDE_ROWS, ATTITUDE_ROWS),
+            trig=np.zeros((2 * ROWS + 1, _TRIG_COLUMNS)),
             cross=np.zeros((3, n)),
-            gain=np.zeros((3, n)),
-            trig=np.zeros((p, _TRIG_COLUMNS)),
+            S=np.zeros((3, 3)),
+            innovation=np.zeros(3),
+            gain=np.zeros(n),
+            kept_state=np.zeros(n),
+            kept_covariance=np.zeros((n, n)),
             angular=ANGULAR.copy(),
         )
 
 
-@kernel
-def _fill_trigonometry(rows: int, body: BodyParameters, workspace: Workspace) -> None:
-    """Fill the sines and cosines of each point's attitude, and its share of the creep.
+@borrowing_kernel
+def draw_points(
+    x: NDArray[np.float64],
+    P: NDArray[np.float64],
+    angles: int,
+    model: FilterModel,
+    transform: Transform,
+    trig: NDArray[np.float64],
+) -> bool:
+    """Draw the sigma points of a transform, and fill the sines of their attitude.
 
     Args:
-        rows: Number of rows of the Cholesky factor that points were drawn along.
-        body: Parameters of the robot.
-        workspace: Buffers of the filter.
+        x: State, shape (18,).
+        P: Covariance, shape (18, 18).
+        angles: Number of angles whose sines are filled: 2 without that of the yaw.
+        model: Parameters of the filter.
+        transform: Buffers of the transform.
+        trig: Table of the points' attitude, filled, shape (13, 7).
+
+    Returns:
+        True if the covariance is positive definite, as far as it is factorised.
     """
-    points, trig = workspace.points, workspace.trig
+    points = transform.points
+    if not draw_sigma_points(x, P, model.weights.reach, transform.U, points):
+        return False
+    rows = len(transform.U)
     for k in range(2 * rows + 1):
         # Points along a row of the Cholesky factor have the angles before it of the mean.
         same = (k - 1) % rows if k > 0 else 0
-        for a in range(3):
+        for a in range(angles):
             if a < same:
                 trig[k, 2 * a], trig[k, 2 * a + 1] = trig[0, 2 * a], trig[0, 2 * a + 1]
             else:
                 trig[k, 2 * a] = np.sin(points[k, a])
                 trig[k, 2 * a + 1] = np.cos(points[k, a])
         if same > ROLL:
-            trig[k, _CREEP] = trig[0, _CREEP]
+            trig[k, CREEP] = trig[0, CREEP]
         else:
-            trig[k, _CREEP] = np.tanh(trig[k, SIN_ROLL] / body.creep_slope)
-
-
-@inlined_kernel
-def lateral_speed(k: int, yaw_rate: float, body: BodyParameters, workspace: Workspace) -> float:
-    """Return the lateral speed of a point [m/s] that turns at a yaw rate [rad/s].
-
-    A turning body creeps down a cross slope and turns about a point uphill of its middle, as the
-    kinematic plant does.
-    """
-    trig = workspace.trig
-    sliding = (
-        abs(yaw_rate) * body.creep * trig[k, _CREEP] + yaw_rate * body.pivot * trig[k, SIN_PITCH]
-    )
-    return workspace.points[k, LATERAL_SPEED] - sliding
-
-
-@kernel
-def draw_points(
-    x: NDArray[np.float64],
-    P: NDArray[np.float64],
-    rows: int,
-    model: FilterModel,
-    workspace: Workspace,
-) -> bool:
-    """Draw the sigma points along the first rows of the Cholesky factor, with their sines.
-
-    Returns:
-        True if the covariance is positive definite, as far as it is factorised.
-    """
-    factor, points = workspace.factor[:rows], workspace.points[: 2 * rows + 1]
-    if not draw_sigma_points(x, P, model.weights.reach, factor, points):
-        return False
-    _fill_trigonometry(rows, model.body, workspace)
+            trig[k, CREEP] = np.tanh(trig[k, SIN_ROLL] / model.body.creep_slope)
     return True
 
 
 @inlined_kernel
-def find_rest(P: NDArray[np.float64], i: int, rows: int, workspace: Workspace) -> float:
-    """Fill a row of the covariance of the points that are not drawn, ``P - U' U``.
+def sliding_speed(
+    k: int, yaw_rate: float, body: BodyParameters, trig: NDArray[np.float64]
+) -> float:
+    """Return the speed to the right of a point [m/s] that turns at a yaw rate [rad/s].
 
-    Args:
-        P: Covariance, shape (18, 18).
-        i: State whose row of ``rest`` is filled, ``rows`` or more.
-        rows: Number of rows of the Cholesky factor ``U`` that points were drawn along.
-        workspace: Buffers of the filter.
-
-    Returns:
-        Variance of the state in these points.
+    A turning body creeps down a cross slope and turns about a point uphill of its middle, as the
+    kinematic plant does.
     """
-    factor, rest = workspace.factor, workspace.rest
-    for j in range(STATES):
-        rest[i, j] = P[i, j]
-    for k in range(rows):
-        share = factor[k, i]
-        for j in range(STATES):
-            rest[i, j] -= share * factor[k, j]
-    return float(rest[i, i])
+    return abs(yaw_rate) * body.creep * trig[k, CREEP] + yaw_rate * body.pivot * trig[k, SIN_PITCH]

@@ -142,8 +142,9 @@ def check_filter() -> Finding:
     from scipy.spatial.transform import Rotation
 
     from andabata.bench.filter import BODY, MODEL, initial_belief
-    from andabata.localization import process_model as model
-    from andabata.localization.process_model import STATES, Workspace
+    from andabata.localization import measurement_models as model
+    from andabata.localization.filter_state import STATES
+    from andabata.localization.sigma_points import Workspace
 
     flux = np.array([BODY.flux_east, BODY.flux_north, BODY.flux_up])
 

@@ -12,17 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
-from andabata.localization import process_model as model
-from andabata.localization.process_model import (
-    STATES,
-    BodyParameters,
-    FilterModel,
-    Gates,
-    NoiseModel,
-    Workspace,
-)
+from andabata.localization import measurement_models
+from andabata.localization.filter_parameters import BodyParameters, FilterModel, Gates, NoiseModel
+from andabata.localization.filter_state import STATES
+from andabata.localization.process_model import predict
+from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel
 
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 """Geometry of a robot and magnetic flux [uT] that the filter is timed with."""
@@ -47,7 +43,7 @@ def initial_belief() -> Belief:
     return np.zeros(STATES), np.diag(np.linspace(0.01, 0.1, STATES) ** 2)
 
 
-@kernel
+@borrowing_kernel
 def repeat_part(
     part: int,
     calls: int,
@@ -63,18 +59,18 @@ def repeat_part(
     # The loop is compiled, so that the call from Python does not count.
     for _ in range(calls):
         if part == 0:
-            model.predict(x, P, imu, 0.01, parameters, workspace)
+            predict(x, P, imu, 0.01, parameters, workspace)
         elif part == 1:
-            model.correct_wheels(x, P, 0.3, parameters, workspace)
+            measurement_models.correct_wheels(x, P, 0.3, parameters, workspace)
         elif part == 2:
-            model.correct_gravity(x, P, imu, parameters, workspace)
+            measurement_models.correct_gravity(x, P, imu, parameters, workspace)
         elif part == 3:
-            model.correct_mag(x, P, flux, parameters, workspace)
+            measurement_models.correct_mag(x, P, flux, parameters, workspace)
         else:
-            model.correct_gnss(x, P, fix, parameters, workspace)
+            measurement_models.correct_gnss(x, P, fix, parameters, workspace)
 
 
-@kernel
+@borrowing_kernel
 def predict_and_correct(
     steps: int,
     x: NDArray[np.float64],
@@ -85,8 +81,8 @@ def predict_and_correct(
 ) -> None:
     """Predict and correct by gravity, many times."""
     for _ in range(steps):
-        model.predict(x, P, imu, 0.01, parameters, workspace)
-        model.correct_gravity(x, P, imu, parameters, workspace)
+        predict(x, P, imu, 0.01, parameters, workspace)
+        measurement_models.correct_gravity(x, P, imu, parameters, workspace)
 
 
 def best_of_seven(call: Callable[[int], object], calls: int) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.perception_peers import quiet
-from andabata.localization.process_model import STATES
+from andabata.localization.filter_state import STATES
 from terrain.classes import SemanticClass
 from traversability.forest import Forest
 from worlds.bodies import build_bodies

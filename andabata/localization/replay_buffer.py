@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.process_model import Measurements, NoiseModel
+from andabata.localization.filter_parameters import NoiseModel
+from andabata.localization.measurements import STAMP_TOLERANCE, Measurements
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,9 @@ class ReplayBuffer:
     def rewind(self, stamp: float) -> list[FilterPeriod]:
         """Remove and return the periods from the one that contains a stamp on.
 
+        A stamp between two periods belongs to the later one, which begins at that instant: less has
+        to be filtered again.
+
         Args:
             stamp: Time of a late measurement [s].
 
@@ -79,7 +83,9 @@ class ReplayBuffer:
             Periods, oldest first; none if the stamp is older than the buffer, which then stays as
             it is.
         """
-        begun = [k for k, period in enumerate(self._periods) if period.now < stamp]
+        begun = [
+            k for k, period in enumerate(self._periods) if period.now <= stamp + STAMP_TOLERANCE
+        ]
         if not begun:
             return []
         periods = list(self._periods)[begun[-1] :]

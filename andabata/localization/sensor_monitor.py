@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.localization.filter_state import YAW, X, Y
 from andabata.localization.localizer import Health
-from andabata.localization.process_model import YAW, X, Y
 from andabata.localization.ukf_config import UkfConfig
 
 _MEDIAN_OF = 5

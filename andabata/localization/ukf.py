@@ -1,20 +1,24 @@
 """Unscented Kalman filter (Julier and Uhlmann 1997; Merwe and Wan 2000), compiled, for any model.
 
 Symbols follow the literature: state ``x`` with covariance ``P``, measurement ``z`` with covariance
-of the innovation ``S``, Kalman gain ``K``. The functions work on arrays that the caller keeps. A
-caller draws sigma points, propagates them through its own model and hands them back. Before each
-correction the points are drawn again: several sensors correct between two predictions, and points
-from before an earlier correction would no longer represent the state.
+of the innovation ``S``, Kalman gain ``K``. The functions work on arrays that the caller keeps.
+Before each correction the sigma points are drawn again: several sensors correct between two
+predictions, and points from before an earlier correction would no longer represent the state.
 
-The covariance's Cholesky factor is kept as its transpose ``U``, ``P = U' U``, and what belongs to a
-number of the measurement as a row: loops along rows take vector instructions.
+A model, of the process or of a measurement, is written as ``z = A x + e(x)``: a linear part, whose
+matrix the caller applies, and a remainder, which alone is evaluated at the sigma points. With the
+covariance's Cholesky factor ``P = U' U``, points at ``x +- reach U[k]`` and a remainder that
+changes along row ``k`` by the slope ``c[k]`` and bends by ``s[k]``, the moments of the unscented
+transform of the whole model are, exactly:
 
-Points along a row of ``U`` need not be drawn where the model is
-affine in what they change: such a pair has the mean of its centre, and adds to the covariance what
-a Kalman filter would add. The states come first that the model is not affine in; the points along
-their rows are drawn, and the covariance that the others would show is what is left of ``P``, in
-closed form and exactly (Morelande and Moran 2007, "An unscented transformation for conditionally
-linear models").
+* covariance of model and state: ``A P + sum(c[k] U[k])``,
+* covariance of the model: ``A (A P + sum(c[k] U[k]))' + sum((A U[k] + c[k]) c[k]')``, and what the
+  ``s[k]`` add.
+
+Rows along which the remainder does not change add nothing, and their points need not be drawn
+(Morelande and Moran 2007, "An unscented transformation for conditionally linear models"). The
+states come first that it depends on, or that change ``A``: row ``k`` is zero before column ``k``.
+What belongs to a number of the model is a row: loops along rows take vector instructions.
 """
 
 from typing import NamedTuple
@@ -22,22 +26,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel, kernel
 
 
 class SigmaWeights(NamedTuple):
     """Positions and weights of the sigma points.
 
     Attributes:
-        reach: Distance of the points from the mean, in columns of the covariance's Cholesky factor:
+        reach: Distance of the points from the mean, in rows of the covariance's Cholesky factor:
             ``sqrt(n + lambda)``.
-        mean: Weights of the mean, float64, shape (2 n + 1,).
-        covariance: Weights of the covariance, float64, shape (2 n + 1,).
+        weight: Weight of each point but the mean's, in mean and covariance.
+        about: Sum of all weights of the covariance, less 2: the covariance is
+            ``sum(w e e') + about d d'`` for deviations ``e`` from the mean's point, whose mean is
+            ``d``.
     """
 
     reach: float
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    weight: float
+    about: float
 
     @classmethod
     def merwe(
@@ -57,10 +63,59 @@ class SigmaWeights(NamedTuple):
 
         points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
         reach = float(np.sqrt(alpha**2 * (n + kappa)))
-        return cls(reach, np.array(points.Wm, dtype=float), np.array(points.Wc, dtype=float))
+        return cls(reach, float(points.Wc[1]), float(points.Wc.sum()) - 2.0)
+
+
+class Transform(NamedTuple):
+    """Buffers of the unscented transform of a model of m numbers, with points along c rows.
+
+    Attributes:
+        U: First rows of the covariance's Cholesky factor, shape (c, n).
+        points: Sigma points, as far as the remainder depends on them, shape (2 c + 1, k).
+        remainder: Remainder ``e`` at each point, shape (2 c + 1, m).
+        linear: Change of the linear part along each row, ``A U'``, shape (m, c).
+        slopes: Change of the remainder along each row, shape (m, c).
+        bends: Second difference of the remainder along each row, shape (m, c).
+        mean: Mean of the remainder less its value at the mean's point, shape (m,).
+        cross: Covariance of model and state, shape (m, n).
+        covariance: Covariance of the model, shape (m, m).
+    """
+
+    U: NDArray[np.float64]
+    points: NDArray[np.float64]
+    remainder: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+    bends: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    cross: NDArray[np.float64]
+    covariance: NDArray[np.float64]
 
 
 @kernel
+def allocate_transform(n: int, m: int, c: int, k: int) -> Transform:
+    """Return new buffers.
+
+    Args:
+        n: Number of states.
+        m: Number of numbers of the model.
+        c: Number of rows of the Cholesky factor that points are drawn along.
+        k: Number of states that the remainder depends on, the first ones.
+    """
+    return Transform(
+        np.zeros((c, n)),
+        np.zeros((2 * c + 1, k)),
+        np.zeros((2 * c + 1, m)),
+        np.zeros((m, c)),
+        np.zeros((m, c)),
+        np.zeros((m, c)),
+        np.zeros(m),
+        np.zeros((m, n)),
+        np.zeros((m, m)),
+    )
+
+
+@borrowing_kernel
 def wrap_angle(angle: float) -> float:
     """Return an angle [rad] wrapped to (-pi, pi]."""
     if -np.pi < angle <= np.pi:
@@ -68,7 +123,7 @@ def wrap_angle(angle: float) -> float:
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 
-@kernel
+@borrowing_kernel
 def draw_sigma_points(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -87,7 +142,7 @@ def draw_sigma_points(
         P: Covariance, shape (n, n).
         reach: ``SigmaWeights.reach``.
         U: Buffer of the first rows of the Cholesky factor, shape (c, n).
-        points: Buffer of the points, shape (2 c + 1, n).
+        points: Buffer of the points' first k states, shape (2 c + 1, k).
 
     Returns:
         True if the covariance is positive definite as far as it is factorised; if not, the points
@@ -95,121 +150,114 @@ def draw_sigma_points(
     """
     rows, n = U.shape
     for j in range(rows):
-        for i in range(j, n):
+        # Whole rows: loops of one length take vector instructions, shorter ones hardly.
+        for i in range(n):
             U[j, i] = P[j, i]
         for k in range(j):
             share = U[k, j]
-            for i in range(j, n):
+            for i in range(n):
                 U[j, i] -= share * U[k, i]
         if not U[j, j] > 0.0:
             return False
-        pivot = np.sqrt(U[j, j])
-        for i in range(j, n):
-            U[j, i] /= pivot
+        scale = 1.0 / np.sqrt(U[j, j])
+        for i in range(n):
+            U[j, i] *= scale
+        for i in range(j):
+            U[j, i] = 0.0
     # Pairs of points: x +- reach * U[j].
-    for i in range(n):
+    states = points.shape[1]
+    for i in range(states):
         points[0, i] = x[i]
     for j in range(rows):
-        for i in range(j):
-            points[1 + j, i] = points[1 + rows + j, i] = x[i]
-        for i in range(j, n):
+        for i in range(states):
             shift = reach * U[j, i]
             points[1 + j, i] = x[i] + shift
             points[1 + rows + j, i] = x[i] - shift
     return True
 
 
-@kernel
-def unscented_transform(
-    points: NDArray[np.float64],
-    weights: SigmaWeights,
-    angular: NDArray[np.bool_],
-    mean: NDArray[np.float64],
-    deviations: NDArray[np.float64],
-    P: NDArray[np.float64],
-) -> None:
-    """Compute mean and covariance of sigma points.
-
-    Angles are averaged as differences from point 0, so that the mean of angles near pi is near pi.
-    Pairs that are not among the points are taken to lie at point 0: the caller adds the covariance
-    that they show, and their mean is none.
+@borrowing_kernel
+def is_rest_positive(P: NDArray[np.float64], U: NDArray[np.float64]) -> bool:
+    """Return true if what the first rows of the Cholesky factor leave of all variances is positive.
 
     Args:
-        points: The first p sigma points, in pairs that all have the same weight, shape (p, m).
-        weights: Weights of all points.
-        angular: True for states that are angles, bool, shape (m,).
-        mean: Buffer of the mean, shape (m,).
-        deviations: Buffer of the points' deviations from point 0, shape (p, m).
-        P: Buffer of the covariance, shape (m, m).
+        P: Covariance, shape (n, n).
+        U: First rows of the factor, shape (c, n).
     """
-    p, m = points.shape
-    weight = weights.covariance[1]
-    # Differences from point 0.
-    for k in range(p):
-        for i in range(m):
-            deviations[k, i] = points[k, i] - points[0, i]
-    # Angles in a loop of their own: a branch in the loop above would prevent vector instructions.
-    for i in range(m):
-        if angular[i]:
-            for k in range(p):
-                deviations[k, i] = wrap_angle(deviations[k, i])
-    # Weighted mean of the differences, of which that of point 0 is none.
-    for i in range(m):
-        mean[i] = 0.0
-    for k in range(1, p):
-        for i in range(m):
-            mean[i] += weight * deviations[k, i]
-    # Covariance about the mean d: sum(w e e') - d d' - d d' + sum(w) d d' over all points, of which
-    # those at point 0 have no deviation e.
-    about = weights.covariance.sum() - 2.0
-    for i in range(m):
-        for j in range(i + 1):
-            P[i, j] = about * mean[i] * mean[j]
-    for k in range(1, p):
-        for i in range(m):
-            weighted = weight * deviations[k, i]
-            for j in range(i + 1):
-                P[i, j] += weighted * deviations[k, j]
-    # Back from differences to states; the covariance is made exactly symmetric.
-    for i in range(m):
-        mean[i] += points[0, i]
-        if angular[i]:
-            mean[i] = wrap_angle(mean[i])
-        for j in range(i):
-            P[j, i] = P[i, j]
+    rows, n = U.shape
+    for i in range(rows, n):
+        rest = P[i, i]
+        for k in range(rows):
+            rest -= U[k, i] * U[k, i]
+        if not rest > 0.0:
+            return False
+    return True
 
 
-@kernel
-def cross_covariance(
-    U: NDArray[np.float64],
-    weights: SigmaWeights,
-    expected: NDArray[np.float64],
-    cross: NDArray[np.float64],
-) -> None:
-    """Compute the covariance of state and expected measurement.
-
-    Points lie in pairs on both sides of the mean and have the same weight: the sum over all points
-    reduces to the differences within the pairs, and point 0 does not count.
+@borrowing_kernel
+def add_remainder_to_cross(weights: SigmaWeights, transform: Transform) -> None:
+    """Fill slopes, bends and mean of the remainder, and add what it shows to ``cross``.
 
     Args:
-        U: Rows of the Cholesky factor that the points were drawn along, shape (c, n).
         weights: Weights of the points.
-        expected: Expected measurement of each point, shape (2 c + 1, m).
-        cross: Buffer of the covariance, shape (m, n).
+        transform: Buffers; ``U`` and ``remainder`` are filled, and ``cross`` with ``A P``.
     """
+    U, remainder, slopes, bends, mean, cross = (
+        transform.U,
+        transform.remainder,
+        transform.slopes,
+        transform.bends,
+        transform.mean,
+        transform.cross,
+    )
     m, n = cross.shape
     rows = len(U)
-    weight = weights.covariance[1]
-    for j in range(m):
-        for i in range(n):
-            cross[j, i] = 0.0
-        for c in range(rows):
-            share = weight * weights.reach * (expected[1 + c, j] - expected[1 + rows + c, j])
-            for i in range(c, n):  # The factor is zero before its diagonal.
-                cross[j, i] += U[c, i] * share
+    half = 0.5 / weights.reach
+    for a in range(m):
+        centre, total = remainder[0, a], 0.0
+        for k in range(rows):
+            up, down = remainder[1 + k, a] - centre, remainder[1 + rows + k, a] - centre
+            slopes[a, k] = half * (up - down)
+            bends[a, k] = up + down
+            total += bends[a, k]
+        mean[a] = weights.weight * total
+        # Three rows at once, so that cross is read and written less often.
+        for k in range(0, rows, 3):
+            u, v, w = slopes[a, k], slopes[a, k + 1], slopes[a, k + 2]
+            for i in range(n):
+                cross[a, i] += u * U[k, i] + v * U[k + 1, i] + w * U[k + 2, i]
 
 
-@kernel
+@borrowing_kernel
+def add_remainder_to_covariance(weights: SigmaWeights, transform: Transform) -> None:
+    """Add what the remainder shows to ``covariance``, which becomes exactly symmetric.
+
+    Args:
+        weights: Weights of the points.
+        transform: Buffers after ``add_remainder_to_cross``; ``linear`` is filled, and
+            ``covariance`` with ``A cross'``.
+    """
+    linear, slopes, bends, mean = (
+        transform.linear,
+        transform.slopes,
+        transform.bends,
+        transform.mean,
+    )
+    covariance = transform.covariance
+    m, rows = slopes.shape
+    # A pair adds w (e e' + e e') = c c' + w / 2 s s', as its weights are 2 w reach^2 = 1.
+    half = weights.weight / 2
+    for a in range(m):
+        for b in range(a + 1):
+            total = weights.about * mean[a] * mean[b]
+            for k in range(rows):
+                total += slopes[a, k] * (linear[b, k] + slopes[b, k])
+                total += half * bends[a, k] * bends[b, k]
+            covariance[a, b] += total
+            covariance[b, a] = covariance[a, b]
+
+
+@borrowing_kernel
 def _factorise(S: NDArray[np.float64]) -> bool:
     """Replace a covariance by its lower Cholesky factor; return false if it has none."""
     m = len(S)
@@ -226,7 +274,7 @@ def _factorise(S: NDArray[np.float64]) -> bool:
     return True
 
 
-@kernel
+@borrowing_kernel
 def _whiten(F: NDArray[np.float64], innovation: NDArray[np.float64]) -> float:
     """Replace an innovation y by ``F^-1 y`` and return its square, the NIS ``y' S^-1 y``."""
     nis = 0.0
@@ -238,7 +286,7 @@ def _whiten(F: NDArray[np.float64], innovation: NDArray[np.float64]) -> float:
     return nis
 
 
-@kernel
+@borrowing_kernel
 def correct(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -247,7 +295,6 @@ def correct(
     S: NDArray[np.float64],
     innovation: NDArray[np.float64],
     gate: float,
-    gain: NDArray[np.float64],
 ) -> float:
     """Correct mean and covariance in place, unless the measurement lies beyond the gate.
 
@@ -258,12 +305,11 @@ def correct(
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
         angular: True for states that are angles, bool, shape (n,).
-        cross: Covariance of state and expected measurement, shape (m, n).
-        S: Covariance of the innovation, measurement noise included, shape (m, m); overwritten by
+        cross: Covariance of expected measurement and state, shape (3, n); overwritten.
+        S: Covariance of the innovation, measurement noise included, shape (3, 3); overwritten by
             its Cholesky factor.
-        innovation: Measurement less expectation, angles wrapped, shape (m,); overwritten.
+        innovation: Measurement less expectation, angles wrapped, shape (3,); overwritten.
         gate: Largest NIS that is accepted.
-        gain: Buffer of the gain, shape (m, n).
 
     Returns:
         The NIS; if it is larger than the gate, or NaN, nothing was changed.
@@ -274,29 +320,27 @@ def correct(
     nis = _whiten(S, innovation)
     if not nis <= gate:
         return nis
-    # With S = F F' the gain K = cross S^-1 is G F^-1 with G = cross F'^-1: then x moves by
-    # G F^-1 y, and K S K' = G G' is subtracted from P, which keeps P symmetric.
+    # With S = F F' the gain K = cross' S^-1 is G' F^-1 with G = F^-1 cross: then x moves by
+    # G' F^-1 y, and K S K' = G' G is subtracted from P, which keeps P symmetric.
     for j in range(m):
-        for i in range(n):
-            gain[j, i] = cross[j, i]
         for k in range(j):
             for i in range(n):
-                gain[j, i] -= gain[k, i] * S[j, k]
+                cross[j, i] -= cross[k, i] * S[j, k]
+        scale = 1.0 / S[j, j]
         for i in range(n):
-            gain[j, i] /= S[j, j]
-        for i in range(n):
-            x[i] += gain[j, i] * innovation[j]
+            cross[j, i] *= scale
+            x[i] += cross[j, i] * innovation[j]
     for i in range(n):
         if angular[i]:
             x[i] = wrap_angle(x[i])
-        for k in range(m):
-            share = gain[k, i]
-            for j in range(n):
-                P[i, j] -= share * gain[k, j]
+        # All three numbers at once, so that P is read and written only once.
+        a, b, c = cross[0, i], cross[1, i], cross[2, i]
+        for j in range(n):
+            P[i, j] -= a * cross[0, j] + b * cross[1, j] + c * cross[2, j]
     return nis
 
 
-@kernel
+@borrowing_kernel
 def correct_state(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -319,7 +363,7 @@ def correct_state(
         z: Measurement.
         variance: Variance of the measurement.
         gate: Largest NIS that is accepted.
-        gain: Buffer of the gain, shape (m, n).
+        gain: Buffer, shape (n,).
 
     Returns:
         The NIS; if it is larger than the gate, or NaN, nothing was changed.
@@ -331,14 +375,14 @@ def correct_state(
     nis = innovation * innovation / s
     if not nis <= gate:
         return nis
-    root = np.sqrt(s)
+    scale = 1.0 / np.sqrt(s)
     for i in range(n):
-        gain[0, i] = P[index, i] / root
+        gain[i] = P[index, i] * scale
+        x[i] += gain[i] * innovation * scale
     for i in range(n):
-        x[i] += gain[0, i] * innovation / root
         if angular[i]:
             x[i] = wrap_angle(x[i])
-        share = gain[0, i]
+        share = gain[i]
         for j in range(n):
-            P[i, j] -= share * gain[0, j]
+            P[i, j] -= share * gain[j]
     return nis

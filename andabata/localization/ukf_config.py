@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.localization.process_model import Gates, NoiseModel
+from andabata.localization.filter_parameters import Gates, NoiseModel
 from andabata.machine.clock import CONTROL_PERIOD
 
 

@@ -1,7 +1,8 @@
 """Localizer of the robot: inertial unit, wheels, compass and satellites, fused to a pose.
 
-The parts: ``process_model`` (state, prediction, corrections), ``fix_conversion`` (fixes to the
-map), ``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
+The parts: ``filter_period`` (predictions by ``process_model`` and corrections by
+``measurement_models``, in the order of their stamps), ``fix_conversion`` (fixes to the map),
+``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
 """
 
 from collections import Counter
@@ -11,41 +12,41 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.antenna import remove_lever_arm
-from andabata.localization.fix_conversion import FixConverter
-from andabata.localization.localizer import Health
-from andabata.localization.process_model import (
-    ACCEL_BIAS,
+from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
+from andabata.localization.filter_period import (
     ACCEPTED,
-    ATTITUDE,
     COMPASS,
     GNSS,
+    IMU,
+    REJECTED,
+    SENSORS,
+    WHEELS,
+    run_period,
+)
+from andabata.localization.filter_state import (
+    ACCEL_BIAS,
+    ATTITUDE,
     GNSS_ERROR,
     GYRO_BIAS,
     HARD_IRON,
     HORIZONTAL,
-    IMU,
     LATERAL_SPEED,
     PITCH,
     POSITION,
-    REJECTED,
     ROLL,
-    SENSORS,
     SPEED,
     STATES,
-    WHEELS,
     YAW,
-    BodyParameters,
-    FilterModel,
-    Measurements,
-    NoiseModel,
-    Workspace,
     X,
     Y,
     Z,
-    run_period,
 )
+from andabata.localization.fix_conversion import FixConverter
+from andabata.localization.localizer import Health
+from andabata.localization.measurements import STAMP_TOLERANCE, Measurements
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
 from andabata.localization.sensor_monitor import SensorMonitor, health_of
+from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
 from andabata.localization.ukf_config import UkfConfig
 from andabata.machine.clock import TICK
@@ -74,9 +75,6 @@ _TO_MICROTESLA = np.array([1.0, 1 / MICROTESLA, 1 / MICROTESLA, 1 / MICROTESLA])
 _FAR = 10_000.0
 """Distance from the map's origin from which ``odom`` begins at its own [m]: clouds in ``odom`` are
 float32, with a resolution of a millimetre there and of half a metre at a thousand kilometres."""
-
-_STAMP_TOLERANCE = 1e-9
-"""Largest difference of two stamps that count as the same instant [s]."""
 
 _MIN_GNSS_ERROR = 1e-3
 """Least initial standard deviation of the correlated satellite error [m]: the covariance has to be
@@ -192,7 +190,7 @@ class UkfLocalizer:
         fixes = self._fixes_in_map(readings)
         punctual = fixes
         if len(fixes):
-            late = fixes[:, 0] <= self._now
+            late = fixes[:, 0] < self._now - STAMP_TOLERANCE
             for fix in fixes[late]:
                 self._replay_with(fix)
             punctual = fixes[~late]
@@ -258,7 +256,7 @@ class UkfLocalizer:
             rows, waiting = arrived[k], self._ahead[k]
             if len(waiting):
                 rows = np.concatenate([waiting, rows])
-            ahead = rows[:, 0] > last + _STAMP_TOLERANCE
+            ahead = rows[:, 0] > last + STAMP_TOLERANCE
             if not len(rows) or not ahead.any():
                 now.append(rows)
                 later.append(_NO_MEASUREMENTS[k])

@@ -6,12 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 from terrain import kernel as kernel_module
-from terrain.kernel import source_digest
+from terrain.kernel import borrowing_kernel, source_digest
 
 CALLER = """
 from terrain.kernel import kernel
@@ -204,3 +206,28 @@ def test_numbas_setting_is_left_as_it_was(monkeypatch):
 
     assert before == kernel_module._settings.CACHE_DIR
     assert reciprocal(0.0) == np.inf
+
+
+def test_a_borrowing_kernel_counts_no_references_and_creates_no_array():
+    """Its machine code knows no counter, views work, and an allocation is an error."""
+
+    class Pair(NamedTuple):
+        first: np.ndarray
+        second: np.ndarray
+
+    @borrowing_kernel
+    def product(pair):
+        total = 0.0
+        for a, b in zip(pair.first[1:], pair.second[1:]):  # noqa: B905 - numba knows no strict.
+            total += a * b
+        return total
+
+    @borrowing_kernel
+    def doubled(array):
+        return (2.0 * array).sum()
+
+    assert product(Pair(np.arange(4.0), np.arange(4.0))) == 14.0
+    (code,) = product.inspect_llvm().values()
+    assert "NRT_incref" not in code
+    with pytest.raises(NumbaError, match="NRT required"):
+        doubled(np.zeros(3))

@@ -58,9 +58,9 @@ def test_wrong_ranges_are_found(monkeypatch):
 
 def test_a_filter_that_is_not_filterpys_is_found(monkeypatch):
     """A fix that is not taken in makes a difference."""
-    from andabata.localization import process_model
+    from andabata.localization import measurement_models
 
-    monkeypatch.setattr(process_model, "correct_gnss", lambda *given: 0.0)
+    monkeypatch.setattr(measurement_models, "correct_gnss", lambda *given: 0.0)
     assert not self_test.check_filter().passed
 
 

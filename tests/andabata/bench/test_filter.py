@@ -4,7 +4,7 @@ import numpy as np
 
 from andabata.bench import filter as bench
 from andabata.bench.filter import PARTS, best_of_seven, initial_belief
-from andabata.localization.process_model import Workspace
+from andabata.localization.sigma_points import Workspace
 
 
 def changed_by(part):

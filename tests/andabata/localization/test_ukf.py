@@ -1,19 +1,22 @@
-"""Unscented Kalman filter: exact on linear problems, angles across the seam, gating."""
+"""Unscented Kalman filter: the transform of a whole model, linear problems, angles, gating."""
 
 import numpy as np
 import pytest
+from filterpy.kalman import MerweScaledSigmaPoints
 
 from andabata.localization.ukf import (
     SigmaWeights,
+    add_remainder_to_covariance,
+    add_remainder_to_cross,
+    allocate_transform,
     correct,
     correct_state,
-    cross_covariance,
     draw_sigma_points,
-    unscented_transform,
+    is_rest_positive,
     wrap_angle,
 )
 
-N = 5
+N = 6
 LINEAR = np.zeros(N, dtype=np.bool_)
 WEIGHTS = SigmaWeights.merwe(N)
 
@@ -25,87 +28,93 @@ def state(seed=0):
     return rng.normal(size=N), A @ A.T + np.eye(N)
 
 
-def points_of(x, P):
-    """Return Cholesky factor and sigma points."""
-    U, points = np.zeros((N, N)), np.zeros((2 * N + 1, N))
+def points_of(x, P, rows=N):
+    """Return the first rows of the Cholesky factor and the sigma points along them."""
+    U, points = np.zeros((rows, N)), np.zeros((2 * rows + 1, N))
     assert draw_sigma_points(x, P, WEIGHTS.reach, U, points)
     return U, points
 
 
-def transformed(points, angular):
-    """Return mean and covariance of points."""
-    m = points.shape[1]
-    mean, deviations, P = np.zeros(m), np.zeros_like(points), np.zeros((m, m))
-    unscented_transform(points, WEIGHTS, angular, mean, deviations, P)
-    return mean, P
+def transformed(x, P, A, remainder):
+    """Return mean, covariance and cross covariance of ``A x + remainder``, from half the rows."""
+    transform = allocate_transform(N, 3, 3, N)
+    assert draw_sigma_points(x, P, WEIGHTS.reach, transform.U, transform.points)
+    for point, row in zip(transform.points, transform.remainder, strict=True):
+        row[:] = remainder(point)
+    transform.cross[:], transform.linear[:] = A @ P, A @ transform.U.T
+    add_remainder_to_cross(WEIGHTS, transform)
+    transform.covariance[:] = A @ transform.cross.T
+    add_remainder_to_covariance(WEIGHTS, transform)
+    mean = A @ x + transform.remainder[0] + transform.mean
+    return mean, transform.covariance, transform.cross
 
 
-def test_the_weights_sum_to_one_and_none_is_negative():
-    """Weights of the mean sum to one; with the defaults none is negative."""
-    weights = SigmaWeights.merwe(18)
-    assert weights.mean.sum() == pytest.approx(1.0)
-    assert weights.mean.min() >= 0
-    assert weights.covariance.min() >= 0
-    assert weights.reach == pytest.approx(np.sqrt(18))
+def test_weights_are_those_of_merwes_points():
+    """Position and weights follow from filterpy's; the defaults have no negative weight."""
+    for n, alpha, beta, kappa in ((18, 1.0, 2.0, 0.0), (5, 0.5, 1.0, 1.0)):
+        weights, points = (
+            SigmaWeights.merwe(n, alpha, beta, kappa),
+            MerweScaledSigmaPoints(n, alpha, beta, kappa),
+        )
+        assert weights.reach**2 == pytest.approx(alpha**2 * (n + kappa))
+        np.testing.assert_allclose(points.Wm[1:], weights.weight)
+        assert points.Wc[0] == pytest.approx(weights.about + 2 - 2 * n * weights.weight)
+        assert 2 * weights.weight * weights.reach**2 == pytest.approx(1.0)
+    assert MerweScaledSigmaPoints(18, 1.0, 2.0, 0.0).Wc.min() >= 0
 
 
-def test_sigma_points_carry_mean_and_covariance():
-    """The transform of unchanged points is the mean and covariance that they were drawn from."""
+def test_sigma_points_lie_along_the_rows_of_the_factor():
+    """Pairs lie at the reach on both sides of the mean, and the factor is the covariance's."""
     x, P = state()
     U, points = points_of(x, P)
-    np.testing.assert_allclose(np.triu(U).T @ np.triu(U), P, atol=1e-12)
-    np.testing.assert_allclose(points[1] - x, WEIGHTS.reach * U[0])
-    np.testing.assert_allclose(points[1 + N] - x, -WEIGHTS.reach * U[0])
-    mean, covariance = transformed(points, LINEAR)
-    np.testing.assert_allclose(mean, x, atol=1e-12)
-    np.testing.assert_allclose(covariance, P, atol=1e-10)
+    np.testing.assert_allclose(U.T @ U, P, atol=1e-12)
+    np.testing.assert_array_equal(U, np.triu(U))
+    np.testing.assert_array_equal(points[0], x)
+    np.testing.assert_allclose(points[1 : N + 1] - x, WEIGHTS.reach * U, atol=1e-12)
+    np.testing.assert_allclose(points[N + 1 :] - x, -WEIGHTS.reach * U, atol=1e-12)
 
 
 def test_the_first_rows_leave_the_rest_of_the_covariance():
-    """Points along some rows carry the mean, and ``U' U``: all that concerns the first states."""
+    """They are the first of the whole factor; what they leave is positive, or reported."""
     x, P = state(7)
-    U, points = np.zeros((2, N)), np.zeros((5, N))
-    assert draw_sigma_points(x, P, WEIGHTS.reach, U, points)
-    mean, covariance = transformed(points, LINEAR)
-    np.testing.assert_allclose(mean, x, atol=1e-12)
-    np.testing.assert_allclose(covariance, U.T @ U, atol=1e-10)
-    np.testing.assert_allclose(covariance[:2], P[:2], atol=1e-10)
-    np.testing.assert_array_equal(U, points_of(x, P)[0][:2])
-    assert np.linalg.eigvalsh((P - U.T @ U)[2:, 2:]).min() > 0
+    U, _ = points_of(x, P, 3)
+    np.testing.assert_array_equal(U, points_of(x, P)[0][:3])
+    assert is_rest_positive(P, U)
+    for i in range(3, N):
+        wrong = P.copy()
+        wrong[i, i] = 0.99 * (U.T @ U)[i, i]
+        assert not is_rest_positive(wrong, U)
 
 
-def test_pairs_that_are_not_drawn_count_in_the_spread_about_the_mean():
-    """The transform of a square is the same with and without the points that it does not move."""
+def test_moments_are_those_of_the_whole_model_at_all_points():
+    """Points along three rows of six, and a linear part, give what all 13 points give."""
     x, P = state(8)
-    whole = points_of(x, P)[1]
-    some = np.concatenate([whole[:3], whole[1 + N : 3 + N]])
-    square = [np.stack([p[:, 0] ** 2, p[:, 0] * p[:, 1]], axis=1) for p in (whole, some)]
-    for full, part in zip(*(transformed(p, LINEAR[:2]) for p in square), strict=True):
-        np.testing.assert_allclose(part, full, atol=1e-9)
+    A = np.random.default_rng(2).normal(size=(3, N))
+
+    def remainder(s):
+        return np.array([np.sin(s[0]), s[1] * s[2], np.cos(s[2]) * s[0]])
+
+    mean, covariance, cross = transformed(x, P, A, remainder)
+    points, weights = points_of(x, P)[1], MerweScaledSigmaPoints(N, 1.0, 2.0, 0.0)
+    seen = np.array([A @ s + remainder(s) for s in points])
+    expected = weights.Wm @ seen
+    off = seen - expected
+    np.testing.assert_allclose(mean, expected, atol=1e-12)
+    np.testing.assert_allclose(covariance, off.T @ (weights.Wc[:, None] * off), atol=1e-10)
+    np.testing.assert_allclose(cross, off.T @ (weights.Wc[:, None] * (points - x)), atol=1e-10)
+    np.testing.assert_array_equal(covariance, covariance.T)
 
 
-def test_a_linear_map_is_transformed_exactly():
-    """Mean, covariance and cross covariance of a linear measurement are H x, H P H', P H'."""
+def test_a_linear_remainder_is_transformed_exactly():
+    """What is not told as the linear part is found as slopes: H x, H P H', H P."""
     x, P = state(1)
-    H = np.random.default_rng(2).normal(size=(3, N))
-    U, points = points_of(x, P)
-    seen = points @ H.T
-    mean, S = transformed(seen, np.zeros(3, dtype=np.bool_))
-    cross = np.zeros((3, N))
-    cross_covariance(U, WEIGHTS, seen, cross)
+    A, B = np.random.default_rng(2).normal(size=(2, 3, N))
+    B[:, 3:] = 0.0
+    mean, S, cross = transformed(x, P, A, lambda s: B @ s)
+    H = A + B
     np.testing.assert_allclose(mean, H @ x, atol=1e-10)
     np.testing.assert_allclose(S, H @ P @ H.T, atol=1e-9)
     np.testing.assert_allclose(cross, H @ P, atol=1e-9)
-
-
-def test_angles_are_averaged_across_the_seam():
-    """The mean of angles on both sides of pi is near pi, with a small covariance."""
-    x, P = np.full(N, np.pi - 0.01), np.diag(np.full(N, 0.1**2))
-    _, points = points_of(x, P)
-    points = np.array([[wrap_angle(a) for a in row] for row in points])
-    mean, covariance = transformed(points, np.ones(N, dtype=np.bool_))
-    np.testing.assert_allclose(mean, x, atol=1e-9)
-    np.testing.assert_allclose(covariance, P, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -131,8 +140,7 @@ def test_a_correction_is_the_kalman_filters():
     rng = np.random.default_rng(4)
     H, R, z = rng.normal(size=(3, N)), np.diag([0.5, 1.0, 2.0]), rng.normal(size=3)
     expected = kalman(x, P, H, R, z)
-    S, gain = H @ P @ H.T + R, np.zeros((3, N))
-    nis = correct(x, P, LINEAR, H @ P, S, z - H @ x, 1e9, gain)
+    nis = correct(x, P, LINEAR, H @ P, H @ P @ H.T + R, z - H @ x, 1e9)
     assert nis == pytest.approx(expected[2])
     np.testing.assert_allclose(x, expected[0], atol=1e-10)
     np.testing.assert_allclose(P, expected[1], atol=1e-10)
@@ -143,7 +151,7 @@ def test_a_state_is_corrected_as_a_linear_measurement_of_it():
     x, P = state(5)
     H = np.eye(N)[2:3]
     expected = kalman(x, P, H, np.array([[0.3]]), np.array([0.7]))
-    nis = correct_state(x, P, LINEAR, 2, 0.7, 0.3, 1e9, np.zeros((3, N)))
+    nis = correct_state(x, P, LINEAR, 2, 0.7, 0.3, 1e9, np.zeros(N))
     assert nis == pytest.approx(expected[2])
     np.testing.assert_allclose(x, expected[0], atol=1e-12)
     np.testing.assert_allclose(P, expected[1], atol=1e-12)
@@ -157,11 +165,10 @@ def test_the_gate_compares_the_squared_innovation(share):
         x, P = np.zeros(N), np.eye(N)
         y = share * np.sqrt(gate * (1 + variance))
         if single:
-            nis = correct_state(x, P, LINEAR, 2, y, variance, gate, np.zeros((1, N)))
+            nis = correct_state(x, P, LINEAR, 2, y, variance, gate, np.zeros(N))
         else:
-            S, cross = np.array([[1 + variance]]), np.eye(N)[2:3]
-            gain = np.zeros((1, N))
-            nis = correct(x, P, LINEAR, cross, S, np.array([y]), gate, gain)
+            S, cross = (1 + variance) * np.eye(3), np.eye(N)[2:5]
+            nis = correct(x, P, LINEAR, cross, S, np.array([y, 0.0, 0.0]), gate)
         assert nis == pytest.approx(share**2 * gate)
         assert (x[2] != 0.0) == (share < 1)
         assert (P[2, 2] < 1.0) == (share < 1)
@@ -173,7 +180,6 @@ def test_a_covariance_that_is_not_positive_definite_has_no_points_and_no_correct
     P[1, 1] = -5.0
     assert not draw_sigma_points(x, P, 1.0, np.zeros((N, N)), np.zeros((2 * N + 1, N)))
     before = x.copy()
-    S = -np.eye(1)
-    nis = correct(x, P, LINEAR, np.ones((1, N)), S, np.ones(1), 1e9, np.zeros((1, N)))
+    nis = correct(x, P, LINEAR, np.ones((3, N)), -np.eye(3), np.ones(3), 1e9)
     assert np.isnan(nis)
     np.testing.assert_array_equal(x, before)

@@ -1,0 +1,43 @@
+"""State of the robot's filter: what each number is, by index.
+
+The constants below name each element:
+
+====== ============================================================================
+0-2    roll, pitch, yaw of ``base_footprint`` in the map [rad], intrinsic z-y-x
+3-5    bias of the gyro [rad/s]
+6-8    position of ``base_footprint`` in the map [m]
+9-10   forward speed, and lateral speed beyond what turning on a slope explains [m/s]
+11-13  hard iron: magnetic field of the robot itself, in the base frame [uT]
+14-15  time-correlated error of the satellite fixes, east and north [m]
+16-17  bias of the accelerometer, forward and lateral [m/s2]
+====== ============================================================================
+
+Attitude and gyro bias come first: a sigma point differs from the mean in them only if it lies along
+one of the first six rows of the covariance's Cholesky factor. Process and measurements are
+affine in all other states, so that the points along the other rows need not be drawn; see
+``ukf``. Of the 13 that are left, seven have sines of their own.
+"""
+
+import numpy as np
+
+ROLL, PITCH, YAW = 0, 1, 2
+GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z = 3, 4, 5
+X, Y, Z = 6, 7, 8
+SPEED, LATERAL_SPEED = 9, 10
+HARD_IRON_X, HARD_IRON_Y, HARD_IRON_Z = 11, 12, 13
+GNSS_EAST, GNSS_NORTH = 14, 15
+ACCEL_BIAS_X, ACCEL_BIAS_Y = 16, 17
+
+STATES = 18
+"""Number of states."""
+
+ATTITUDE = slice(ROLL, YAW + 1)
+GYRO_BIAS = slice(GYRO_BIAS_X, GYRO_BIAS_Z + 1)
+POSITION = slice(X, Z + 1)
+HORIZONTAL = slice(X, Y + 1)
+HARD_IRON = slice(HARD_IRON_X, HARD_IRON_Z + 1)
+GNSS_ERROR = slice(GNSS_EAST, GNSS_NORTH + 1)
+ACCEL_BIAS = slice(ACCEL_BIAS_X, ACCEL_BIAS_Y + 1)
+
+ANGULAR = np.arange(STATES) <= YAW
+"""True for states that are angles, shape (18,)."""

@@ -112,6 +112,19 @@ class Quarters(NamedTuple):
     sums: NDArray[np.float64]
 
 
+@lru_cache(maxsize=16)
+def cells_of_quarters(grid: PolarGrid) -> NDArray[np.int64]:
+    """Return the cell of each quarter, ``sector * n_rings + ring``, shape (4 n_cells,).
+
+    Args:
+        grid: Polar grid whose cells are cut into quarters.
+    """
+    sectors, rings = np.divmod(np.arange(4 * grid.n_sectors * grid.n_rings), 2 * grid.n_rings)
+    cells = sectors // 2 * grid.n_rings + rings // 2
+    cells.setflags(write=False)
+    return cells
+
+
 def make_quarters(grid: PolarGrid, capacity: int = 0) -> Quarters:
     """Return memory for clouds of up to ``capacity`` points.
 

@@ -4,12 +4,12 @@ The one-line baseline that the classifiers have to beat, and that data set cards
 """
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from traversability.binning import fill_quarters
+from terrain.kernel import kernel
+from traversability.binning import cells_of_quarters, fill_quarters
 from traversability.grid import PolarGrid
 
 Points = NDArray[np.float32]
@@ -37,22 +37,77 @@ def quantile_rule(
     Returns:
         Function from points, float32, shape (n, 3), to which are obstacles, bool, shape (n,).
     """
-    n_cells = grid.n_sectors * grid.n_rings
 
     def obstacles(points: Points) -> NDArray[np.bool_]:
         """Return which points are obstacles."""
         bins = fill_quarters(points, grid).bins[: len(points)]
-        sector, ring = np.divmod(bins, 2 * grid.n_rings)
-        cell = np.where(bins >= 0, sector // 2 * grid.n_rings + ring // 2, -1)
-        # Sorted by cell, each is a run; a small type is sorted by its digits, in linear time.
-        small = cell.astype(np.min_scalar_type(-n_cells))
-        order = np.argsort(small, kind="stable")
-        heights, ends = points[order, 2], np.cumsum(np.bincount(cell + 1, minlength=n_cells + 1))
-        level = np.zeros(n_cells, dtype=np.float32)
-        for k, (begin, end) in enumerate(pairwise(ends.tolist())):
-            if end > begin:
-                place = int(quantile * (end - begin - 1))
-                level[k] = np.partition(heights[begin:end], place)[place]
-        return np.asarray((cell >= 0) & (points[:, 2] > level[np.maximum(cell, 0)] + height))
+        return rule_obstacles(points, bins, height, quantile, grid)
 
     return obstacles
+
+
+def rule_obstacles(
+    points: Points, bins: NDArray[np.int32], height: float, quantile: float, grid: PolarGrid
+) -> NDArray[np.bool_]:
+    """Return which points of a cloud in quarters are obstacles by ``quantile_rule``, shape (n,).
+
+    Args:
+        points: Points in ``base_footprint`` [m], shape (n, 3).
+        bins: Quarter of each point, or -1; see ``Quarters``; shape (n,).
+        height: Height over the quantile above which a point is an obstacle [m].
+        quantile: Quantile of the heights of a cell's points, 0 to 1.
+        grid: Polar grid of cells.
+    """
+    cells = cells_of_quarters(grid)
+    # A NumPy sum keeps the limits float32, as the heights are.
+    limits = _levels(points, bins, cells, quantile) + height
+    found = np.empty(len(points), dtype=np.bool_)
+    _find_obstacles(points, bins, cells, limits, found)
+    return found
+
+
+@kernel
+def _levels(
+    points: NDArray[np.float32], bins: NDArray[np.int32], cells: NDArray[np.int64], quantile: float
+) -> NDArray[np.float32]:
+    """Return the quantile of each cell's heights [m], 0 without any, float32, shape (n_cells,).
+
+    Args:
+        points: Points [m], shape (n, 3).
+        bins: Quarter of each point, or -1, shape (n,).
+        cells: Cell of each quarter; the last one has the highest number.
+        quantile: Quantile of the heights.
+    """
+    n_cells = cells[-1] + 1
+    ends = np.zeros(n_cells + 1, dtype=np.int64)
+    for k in range(len(points)):
+        if bins[k] >= 0:
+            ends[cells[bins[k]] + 1] += 1
+    ends = np.cumsum(ends)
+    # Heights cell by cell: a counting sort.
+    heights, place = np.empty(ends[-1], dtype=np.float32), ends[:-1].copy()
+    for k in range(len(points)):
+        if bins[k] >= 0:
+            cell = cells[bins[k]]
+            heights[place[cell]] = points[k, 2]
+            place[cell] += 1
+    levels = np.zeros(n_cells, dtype=np.float32)
+    for cell in range(n_cells):
+        own = heights[ends[cell] : ends[cell + 1]]
+        if len(own) > 0:
+            rank = int(quantile * (len(own) - 1))
+            levels[cell] = np.partition(own, rank)[rank]
+    return levels
+
+
+@kernel
+def _find_obstacles(
+    points: NDArray[np.float32],
+    bins: NDArray[np.int32],
+    cells: NDArray[np.int64],
+    limits: NDArray[np.float32],
+    found: NDArray[np.bool_],
+) -> None:
+    """Write which points lie above the limit of their cell [m]."""
+    for k in range(len(points)):
+        found[k] = bins[k] >= 0 and points[k, 2] > limits[cells[bins[k]]]

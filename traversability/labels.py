@@ -52,6 +52,7 @@ def label_cells(
     grid: PolarGrid,
     min_share: float = MIN_SHARE,
     objects: NDArray[np.bool_] | None = None,
+    bins: NDArray[np.int32] | None = None,
 ) -> NDArray[np.uint8]:
     """Return the true state of each cell.
 
@@ -62,6 +63,7 @@ def label_cells(
         min_share: Share of non-traversable points from which on a cell is non-traversable.
         objects: True for points of objects rather than of the ground, shape (n,): a few of them are
             enough in near cells. None applies the paper's share everywhere.
+        bins: Quarter of each point, as in ``Quarters``, shape (n,); None finds them.
 
     Returns:
         ``CellState`` of each cell, uint8, shape (n_sectors, n_rings).
@@ -72,13 +74,13 @@ def label_cells(
     if nontraversable.shape != (len(points),):
         expected = (len(points),)
         raise ValueError(f"nontraversable: expected shape {expected}, got {nontraversable.shape}")
-    quarters = fill_quarters(points, grid)
-    counts = np.zeros((2, grid.n_sectors, grid.n_rings), dtype=np.int64)
-    _count(quarters.bins[: len(points)], nontraversable, counts)
+    if bins is None:
+        bins = fill_quarters(points, grid).bins[: len(points)]
+    counts = _counts(bins, nontraversable, grid)
     total = counts.sum(axis=0)
     blocked = counts[1] >= min_share * total
     if objects is not None:
-        _count(quarters.bins[: len(points)], objects, counts)
+        counts = _counts(bins, objects, grid)
         blocked |= (counts[1] >= MIN_OBJECT_POINTS) & (grid.ring_edges[:-1] < OBJECT_RANGE)
     states = np.where(blocked, CellState.NON_TRAVERSABLE, CellState.TRAVERSABLE)
     states[total < grid.min_points] = CellState.EMPTY
@@ -115,19 +117,26 @@ def beyond_doubt(cloud: PointCloud, grid: PolarGrid) -> NDArray[np.bool_]:
     return (surely == CellState.NON_TRAVERSABLE) | (maybe == CellState.TRAVERSABLE)
 
 
+def _counts(
+    bins: NDArray[np.int32], marked: NDArray[np.bool_], grid: PolarGrid
+) -> NDArray[np.int64]:
+    """Return the numbers of unmarked and of marked points, shape (2, n_sectors, n_rings)."""
+    quarters = np.zeros((2, 4 * grid.n_sectors * grid.n_rings), dtype=np.int64)
+    _count(bins, marked, quarters)
+    # A quarter is half a sector by half a ring.
+    parts = quarters.reshape(2, grid.n_sectors, 2, grid.n_rings, 2)
+    return np.asarray(parts.sum(axis=(2, 4)))
+
+
 @kernel
 def _count(bins: NDArray[np.int32], marked: NDArray[np.bool_], counts: NDArray[np.int64]) -> None:
-    """Write the numbers of unmarked and of marked points of each cell.
+    """Add the points of each quarter to its numbers of unmarked and of marked points.
 
     Args:
         bins: Quarter of each point, or -1; see ``Quarters``.
         marked: True for marked points, shape (n,).
-        counts: Output, unmarked points first, shape (2, n_sectors, n_rings).
+        counts: Numbers, unmarked points first, shape (2, 4 n_cells).
     """
-    counts[:] = 0
-    rings = counts.shape[2]
     for k in range(len(bins)):
         if bins[k] >= 0:
-            # A quarter is half a sector by half a ring.
-            sector, ring = divmod(bins[k], 2 * rings)
-            counts[int(marked[k]), sector // 2, ring // 2] += 1
+            counts[np.uint64(marked[k]), np.uint64(bins[k])] += 1

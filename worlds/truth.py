@@ -148,6 +148,16 @@ class TraversabilityMap:
         _fill_severity(points, (self.x_min, self.y_min, self.cell), self.severity, severity)
         return severity
 
+    def forbidden_under(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Return which points lie at forbidden places, as ``forbidden_at`` does, and faster.
+
+        Args:
+            points: Points in the map frame [m], shape (n, 3).
+        """
+        found = np.empty(len(points), dtype=np.bool_)
+        _fill_forbidden(points, (self.x_min, self.y_min, self.cell), self.reason, found)
+        return found
+
     def shortest_path(
         self, start: Floats, goal: Floats, clearance: float
     ) -> NDArray[np.float64] | None:
@@ -226,6 +236,31 @@ def _fill_severity(
         u, v = u - i, v - j
         near = known[i, j] * (1 - u) * (1 - v) + known[i, j + 1] * (1 - u) * v
         severity[k] = near + known[i + 1, j] * u * (1 - v) + known[i + 1, j + 1] * u * v
+
+
+@kernel
+def _fill_forbidden(
+    points: NDArray[np.floating],
+    frame: tuple[float, float, float],
+    reason: NDArray[np.uint8],
+    found: NDArray[np.bool_],
+) -> None:
+    """Write which points lie in cells with a reason to be forbidden.
+
+    Args:
+        points: Points in the map frame [m], shape (k, 3).
+        frame: Least map x and y, and edge of a cell [m].
+        reason: ``Reason`` of the map's cells, shape (n, m).
+        found: Output, shape (k,).
+    """
+    x_min, y_min, cell = frame
+    n, m = reason.shape
+    free = np.uint8(Reason.FREE)
+    for k in range(len(points)):
+        # Beyond the border, that of the border.
+        i = np.uint64(min(max(0.0, (points[k, 0] - x_min) / cell), n - 1.0))
+        j = np.uint64(min(max(0.0, (points[k, 1] - y_min) / cell), m - 1.0))
+        found[k] = reason[i, j] != free
 
 
 def build_truth(

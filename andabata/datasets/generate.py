@@ -17,6 +17,7 @@ from andabata.machine.pose import Pose
 from andabata.records import atomic_io
 from andabata.records.journal import Journal
 from andabata.records.runs import commit, describe, make_folder, write_json
+from traversability.binning import fill_quarters
 from traversability.dataset import (
     MANIFEST,
     CloudEntry,
@@ -27,7 +28,7 @@ from traversability.dataset import (
 )
 from traversability.files import cloud_to_bytes
 from traversability.grid import PolarGrid
-from traversability.height_rule import RULE_HEIGHT, RULE_QUANTILE, quantile_rule
+from traversability.height_rule import RULE_HEIGHT, RULE_QUANTILE, rule_obstacles
 from traversability.labels import label_cells, nontraversable
 from traversability.scores import CellScores
 from worlds.splits import dataset_world
@@ -242,7 +243,6 @@ def make_clouds(config: CloudsConfig, seed: int, kitti: bool, batch: CloudBatch)
     """Return the clouds of one world."""
     scene = cloud_scene(config, *world_of(config, seed, batch.world))
     grid = PolarGrid()
-    rule = quantile_rule(RULE_HEIGHT, RULE_QUANTILE, grid)
     clouds = []
     for number in batch.clouds:
         cloud, pose = take_cloud(scene, config, np.random.default_rng([seed, number]))
@@ -252,8 +252,10 @@ def make_clouds(config: CloudsConfig, seed: int, kitti: bool, batch: CloudBatch)
             scan = scan_files(number - batch.first, cloud, config.robot.lidar_height)
             sequence = f"kitti/{_SEQUENCES[batch.split]}"
             files |= {f"{sequence}/{name}": content for name, content in scan.items()}
-        states = label_cells(cloud.points, nontraversable(cloud), grid)
-        scores = CellScores.of(states, label_cells(cloud.points, rule(cloud.points), grid))
+        bins = fill_quarters(cloud.points, grid).bins[: len(cloud)]
+        states = label_cells(cloud.points, nontraversable(cloud), grid, bins=bins)
+        called = rule_obstacles(cloud.points, bins, RULE_HEIGHT, RULE_QUANTILE, grid)
+        scores = CellScores.of(states, label_cells(cloud.points, called, grid, bins=bins))
         colours = np.bincount(states.ravel(), minlength=3).tolist()
         cells = [*colours, scores.tp, scores.fp, scores.fn]
         digest = hashlib.sha256(data).hexdigest()

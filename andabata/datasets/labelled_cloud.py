@@ -208,9 +208,9 @@ def take_cloud(
     surveyed = assemblers[1].cloud
     if surveyed is None or surveyed.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
-    truth, (x, y) = scene.world.truth, surveyed.points[:, :2].T.astype(np.float64)
+    truth = scene.world.truth
     severity = truth.severity_of(surveyed.points, surveyed.classes)
-    forbidden = truth.forbidden_at(x, y)
+    forbidden = truth.forbidden_under(surveyed.points)
     pose = localizers[0].pose
     cloud = assemblers[0].relative(pose)
     cloud = replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)

@@ -207,15 +207,41 @@ def contact_map(truth: TraversabilityMap, outline: NDArray[np.float64]) -> NDArr
         solid, 3 where it is so low that only wheels strike it; uint8, shape (n, m).
     """
     radius = float(np.hypot(outline[:, _X], outline[:, _Y]).max()) + 2 * truth.cell
-    states = np.where(truth.clearance > radius, _CLEAR, _NEAR).astype(np.uint8)
     # Near the border the body may leave the map, which counts as contact.
     border = math.ceil(radius / truth.cell)
-    inside = np.zeros(states.shape, dtype=np.bool_)
-    inside[border:-border, border:-border] = True
-    states[~inside] = _NEAR
-    states[truth.reason == Reason.SOLID] = _SOLID
-    states[truth.reason == Reason.LOW] = _LOW
+    states = np.empty(truth.reason.shape, dtype=np.uint8)
+    _fill_contact_map(truth.clearance, truth.reason, np.float32(radius), border, states)
     return states
+
+
+@kernel
+def _fill_contact_map(
+    clearance: NDArray[np.float32],
+    reason: NDArray[np.uint8],
+    radius: np.float32,
+    border: int,
+    states: NDArray[np.uint8],
+) -> None:
+    """Write the states of ``contact_map``.
+
+    Args:
+        clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
+        reason: ``Reason`` of each cell, shape (n, m).
+        radius: Clearance up to which a body might touch something [m].
+        border: Width of the strip along the border that counts as near [cells].
+        states: Output, shape (n, m).
+    """
+    n, m = states.shape
+    solid, low = np.uint8(Reason.SOLID), np.uint8(Reason.LOW)
+    for i in range(n):
+        is_inside = border <= i < n - border
+        for j in range(m):
+            is_clear = is_inside and border <= j < m - border and clearance[i, j] > radius
+            states[i, j] = _CLEAR if is_clear else _NEAR
+            if reason[i, j] == solid:
+                states[i, j] = _SOLID
+            if reason[i, j] == low:
+                states[i, j] = _LOW
 
 
 class PlantParameters(NamedTuple):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from traversability.binning import fill_quarters
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from traversability.labels import (
@@ -84,3 +85,14 @@ def test_clouds_without_labels_are_refused():
         nontraversable(PointCloud(points))
     with pytest.raises(ValueError, match=r"nontraversable: expected shape \(10,\), got \(9,\)"):
         label_cells(points, np.zeros(9, bool), GRID)
+
+
+def test_quarters_that_are_known_give_the_same_labels():
+    """The quarters of a cloud are found once for several labels of it."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-8, 8, (4000, 3)).astype(np.float32) * np.float32([1, 1, 0.1])
+    flags = rng.random(4000) < 0.2
+    bins = fill_quarters(points, GRID).bins[:4000]
+    found = label_cells(points, flags, GRID, bins=bins)
+    np.testing.assert_array_equal(found, label_cells(points, flags, GRID))
+    assert len(np.unique(found)) == 3

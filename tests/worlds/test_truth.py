@@ -238,3 +238,14 @@ def test_one_place_alone_is_as_many_places_together():
         [clearance for _, clearance in found], truth.clearance_at(*places.T)
     )
     assert 0 < np.mean([bad for bad, _ in found]) < 1
+
+
+def test_points_lie_at_forbidden_places_whatever_their_height():
+    """As by ``forbidden_at``, beyond the border, too."""
+    heights = np.zeros((41, 41))
+    heights[20:] = 0.3
+    truth = truth_of(heights)
+    points = np.random.default_rng(3).uniform(-6, 6, (500, 3)).astype(np.float32)
+    expected = truth.forbidden_at(*points[:, :2].T.astype(np.float64))
+    np.testing.assert_array_equal(truth.forbidden_under(points), expected)
+    assert 0 < expected.sum() < 500

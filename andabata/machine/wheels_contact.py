@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.vectors import Axes, Vector, cross
-from terrain.kernel import inlined_kernel, kernel
+from terrain.kernel import inlined_kernel
 from worlds.walking import Ground
 
 DEEPEST = 0.05
@@ -90,7 +90,7 @@ def touch_ground(motion: Motion, arm: Vector, ground: Ground) -> Touch:
     return Touch(depth * rise, (-slope_x * rise, -slope_y * rise, rise), arm)
 
 
-@kernel
+@inlined_kernel
 def add_force(loads: NDArray[np.float64], force: Vector, arm: Vector) -> None:
     """Add a force [N] that acts at an arm from the centre of mass [m] to force and torque."""
     torque = cross(arm, force)

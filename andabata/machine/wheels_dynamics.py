@@ -121,6 +121,8 @@ def drive_ticks(
     """
     near, loads = np.empty(_MOST_NEAR, dtype=np.int64), np.empty(10)
     reach = body.hull.reach + 2 * body.tyres.radius
+    # Few drives meet walkers, and a call that finds none takes half as long as the hull's ground.
+    alone = not (around.walkers.movers.radii > 0.0).any()
     for tick in range(len(rows)):
         motion = motion_of(state, body)
         count = find_near(motion.place, reach, around.solids, near)
@@ -144,7 +146,8 @@ def drive_ticks(
                     loads,
                 )
                 solid |= strike_hull(motion, body, around.solids, near[:count], loads)
-            walker |= meet_walkers(motion, body, around.walkers, tick, loads)
+            if not alone:
+                walker |= meet_walkers(motion, body, around.walkers, tick, loads)
             _turn_wheels(state, motion.axes, targets, body, loads)
             _integrate(state, body, loads)
         contacts[tick, 0], contacts[tick, 1] = solid, walker

@@ -3,6 +3,10 @@
 The search is A* from the goal to the robot with a bucket queue (Dial 1969). It knows no unit: with
 costs of a metre it answers in metres, with costs of a second in seconds. It can go on later, for
 single cells that somebody asks for.
+
+All ways over unknown ground that turn off sooner or later cost the same, and so do their bounds. A
+bucket is therefore emptied in the order in which it was filled, step by step from the goal: then a
+cell is taken after all those before it, and seldom twice.
 """
 
 import math
@@ -11,14 +15,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import inlined_kernel, kernel
+from andabata.navigation.planning.cost_bound import SIDES, bound_of, least_cost, surround
+from terrain.kernel import kernel
 
 _NOW, _USED, _WAITING = 0, 1, 2
 """Places of a queue's numbers."""
 
 
+_ROWS, _COLUMNS = (-1, -1, -1, 0, 0, 1, 1, 1), (-1, 0, 1, -1, 1, -1, 0, 1)
+"""Rows and columns of a cell's neighbours, counted from the cell."""
+
+_HALF_STEPS = tuple(
+    np.float32(0.5 * math.hypot(row, column)) for row, column in zip(_ROWS, _COLUMNS, strict=True)
+)
+"""Half of the length of the steps to them: a step costs the mean of both cells."""
+
+
 class Queue(NamedTuple):
-    """Bucket queue of cells: a ring of linked lists of entries, a cell's length of cost each.
+    """Bucket queue of cells: a ring of linked lists of entries, one for each unit of cost.
 
     A cell that gets cheaper while it waits gets another entry; the one before stays and is passed
     over. Entries are used one after the other, so that neighbours in time are neighbours in memory:
@@ -26,6 +40,7 @@ class Queue(NamedTuple):
 
     Attributes:
         heads: First entry of each bucket, -1 for none, int32, shape (a power of 2,).
+        tails: Last entry of each bucket that has one, int32, as many.
         cells: Cell of each entry, int32, shape (m,).
         after: Entry after each entry in its bucket, -1 for none, int32, shape (m,).
         is_waiting: True for cells that wait to be taken, bool, shape (n * n,).
@@ -34,6 +49,7 @@ class Queue(NamedTuple):
     """
 
     heads: NDArray[np.int32]
+    tails: NDArray[np.int32]
     cells: NDArray[np.int32]
     after: NDArray[np.int32]
     is_waiting: NDArray[np.bool_]
@@ -50,12 +66,13 @@ def queue_for(cells: int, highest: float, unknown: float) -> Queue:
     """
     # A cell waits at most the dearest step behind the one that is taken, one of the square's edge
     # at most as far as the way along the edge and back to the robot.
-    step = math.sqrt(2.0) * max(highest + 1.0, (1.0 + unknown) * cells)
+    step = math.sqrt(2.0) * max(highest + unknown, 2.0 * unknown * cells)
     count = 1 << math.ceil(math.log2(step + 2.0))
     # Twice as many as cells are hardly ever used up; then those that are passed over go.
     entries = 2 * cells * cells
     return Queue(
         heads=np.zeros(count, dtype=np.int32),
+        tails=np.zeros(count, dtype=np.int32),
         cells=np.zeros(entries, dtype=np.int32),
         after=np.zeros(entries, dtype=np.int32),
         is_waiting=np.zeros(cells * cells, dtype=np.bool_),
@@ -72,44 +89,54 @@ class Search(NamedTuple):
             shape (n, n).
         queue: Queue for such a square.
         first: Cell of the robot, int64, shape (2,).
+        octagon: Octagon around what costs less than unknown ground, int64, shape (8,).
+        unknown: Cost of a cell's length on unknown ground and beyond the square.
     """
 
     costs: NDArray[np.float32]
     cost_to_go: NDArray[np.float32]
     queue: Queue
     first: NDArray[np.int64]
+    octagon: NDArray[np.int64]
+    unknown: float
+
+
+def search_for(
+    costs: NDArray[np.float32], cost_to_go: NDArray[np.float32], highest: float, unknown: float
+) -> Search:
+    """Return a search over some costs, before its begin.
+
+    Args:
+        costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
+        cost_to_go: Memory of the result, float32, shape (n, n).
+        highest: Highest cost of a cell's length.
+        unknown: Cost of a cell's length on unknown ground and beyond the square.
+    """
+    queue = queue_for(len(costs), highest, unknown)
+    first, octagon = np.zeros(2, dtype=np.int64), np.zeros(SIDES, dtype=np.int64)
+    return Search(costs, cost_to_go, queue, first, octagon, unknown)
 
 
 @kernel
-def search(around: Search, last: NDArray[np.int64], unknown: float, margin: float) -> None:
+def search(around: Search, last: NDArray[np.int64], margin: float) -> None:
     """Write the cost of the way to the last cell into those between it and the first, and around.
 
     Args:
         around: Search, whose costs to go are written.
         last: Cell of the goal, shape (2,).
-        unknown: Cost of a cell's length beyond the square.
         margin: Cost beyond the robot's up to which the costs are known.
     """
-    _begin(around, last, unknown)
+    surround(around.costs, around.unknown, around.first, around.octagon)
+    _begin(around, last)
     _go_on(around, around.first[0], around.first[1], margin, np.inf)
 
 
 @kernel
-def is_settled(
-    numbers: NDArray[np.int64],
-    cost_to_go: NDArray[np.float32],
-    first: NDArray[np.int64],
-    cell: tuple[int, int],
-    limit: float,
-    margin: float,
-) -> bool:
-    """Return True if ``settle`` has nothing to do for a cell.
-
-    Most cells that are asked for are known already. A call with all arrays of a search takes longer
-    than this look, which takes three of them.
-    """
+def is_settled(around: Search, cell: tuple[int, int], limit: float, margin: float) -> bool:
+    """Return True if ``settle`` has nothing to do for a cell."""
+    numbers, first, cost_to_go = around.queue.numbers, around.first, around.cost_to_go
     i, j = cell
-    rest = _straight(i - first[0], j - first[1])
+    rest = least_cost(bound_of(first, around.octagon, around.unknown), i, j)
     most = min(limit + rest, cost_to_go[first[0], first[1]] + margin)
     return numbers[_WAITING] == 0 or numbers[_NOW] > min(cost_to_go[i, j] + rest, most)
 
@@ -125,17 +152,18 @@ def settle(around: Search, cell: tuple[int, int], limit: float, margin: float) -
         margin: Cost beyond the robot's above which it need not be exact either.
     """
     (i, j), first = cell, around.first
-    most = limit + _straight(i - first[0], j - first[1])
+    most = limit + least_cost(bound_of(first, around.octagon, around.unknown), i, j)
     _go_on(around, i, j, 0.0, min(most, around.cost_to_go[first[0], first[1]] + margin))
 
 
 @kernel
-def _begin(around: Search, last: NDArray[np.int64], unknown: float) -> None:
+def _begin(around: Search, last: NDArray[np.int64]) -> None:
     """Let the last cell wait, or, if it is beyond the square, all cells of the edge.
 
     Each of these costs the straight way to the last one over unknown ground.
     """
-    _, cost_to_go, queue, first = around
+    cost_to_go, queue, unknown = around.cost_to_go, around.queue, around.unknown
+    bound = bound_of(around.first, around.octagon, unknown)
     n = len(cost_to_go)
     cost_to_go[:] = np.inf
     queue.heads[:] = -1
@@ -146,7 +174,7 @@ def _begin(around: Search, last: NDArray[np.int64], unknown: float) -> None:
     for k in range(count):
         i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
         cost_to_go[i, j] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
-        bucket = int(cost_to_go[i, j] + _straight(i - first[0], j - first[1]))
+        bucket = int(cost_to_go[i, j] + least_cost(bound, i, j))
         _put(queue, k, i * n + j, bucket)
         now = min(now, bucket)
     queue.numbers[_NOW], queue.numbers[_USED], queue.numbers[_WAITING] = now, count, count
@@ -165,12 +193,11 @@ def _go_on(around: Search, row: int, column: int, margin: float, most: float) ->
         margin: Cost beyond that of the way from the goal over the cell to the robot.
         most: Cost of such a way at which to stop in any case.
     """
-    costs, cost_to_go, queue, first = around
+    costs, cost_to_go, queue = around.costs, around.cost_to_go, around.queue
+    bound = bound_of(around.first, around.octagon, around.unknown)
     n, ring = len(costs), len(queue.heads) - 1
     flat, price = cost_to_go.ravel(), costs.ravel()
-    a0, a1 = first
-    target, beyond = row * n + column, np.float32(_straight(row - a0, column - a1) + margin)
-    half_steps = (np.float32(0.5), np.float32(0.5 * np.sqrt(2.0)))
+    target, beyond = row * n + column, np.float32(least_cost(bound, row, column) + margin)
     now, used, waiting = queue.numbers
     while waiting:
         while queue.heads[now & ring] < 0:
@@ -189,31 +216,35 @@ def _go_on(around: Search, row: int, column: int, margin: float, most: float) ->
             used = waiting = _fill_again(around, now)
         i, j = cell // n, cell % n
         here, own = flat[cell], price[cell]
-        for p in range(max(i - 1, 0), min(i + 2, n)):
-            for q in range(max(j - 1, 0), min(j + 2, n)):
-                other = p * n + q
-                length = here + half_steps[int(p != i and q != j)] * (own + price[other])
-                if length < flat[other]:
-                    flat[other] = length
-                    # A*: the straight line to the robot, at the least cost of a cell, never
-                    # overestimates.
-                    bucket = int(length + _straight(p - a0, q - a1))
-                    _put(queue, used, other, max(now, bucket))
-                    used += 1
-                    waiting += 1
+        inside = 0 < i < n - 1 and 0 < j < n - 1
+        before = used
+        for k in range(8):
+            p, q = i + _ROWS[k], j + _COLUMNS[k]
+            # Only few cells are at the edge of the square: for the others one test is enough.
+            if not inside and not (0 <= p < n and 0 <= q < n):
+                continue
+            other = cell + _ROWS[k] * n + _COLUMNS[k]
+            length = here + _HALF_STEPS[k] * (own + price[other])
+            if length < flat[other]:
+                flat[other] = length
+                # A*: the bound of the rest never exceeds its cost.
+                _put(queue, used, other, max(now, int(length + least_cost(bound, p, q))))
+                used += 1
+        waiting += used - before
     queue.numbers[_NOW], queue.numbers[_USED], queue.numbers[_WAITING] = now, used, waiting
 
 
 @kernel
 def _fill_again(around: Search, now: int) -> int:
     """Drop the entries that are passed over, and return the number of those that stay."""
-    _, cost_to_go, queue, first = around
+    cost_to_go, queue = around.cost_to_go, around.queue
+    bound = bound_of(around.first, around.octagon, around.unknown)
     n, used = len(cost_to_go), 0
     queue.heads[:] = -1
     for i in range(n):
         for j in range(n):
             if queue.is_waiting[i * n + j]:
-                bucket = int(cost_to_go[i, j] + _straight(i - first[0], j - first[1]))
+                bucket = int(cost_to_go[i, j] + least_cost(bound, i, j))
                 _put(queue, used, i * n + j, max(now, bucket))
                 used += 1
     return used
@@ -221,17 +252,15 @@ def _fill_again(around: Search, now: int) -> int:
 
 @kernel
 def _put(queue: Queue, entry: int, cell: int, bucket: int) -> None:
-    """Put a cell into a bucket with an entry that is not in use."""
+    """Put a cell at the end of a bucket with an entry that is not in use."""
     slot = bucket & (len(queue.heads) - 1)
-    queue.cells[entry], queue.after[entry] = cell, queue.heads[slot]
-    queue.heads[slot] = entry
+    queue.cells[entry], queue.after[entry] = cell, -1
+    if queue.heads[slot] < 0:
+        queue.heads[slot] = entry
+    else:
+        queue.after[queue.tails[slot]] = entry
+    queue.tails[slot] = entry
     queue.is_waiting[cell] = True
-
-
-@inlined_kernel
-def _straight(rows: int, columns: int) -> float:
-    """Return the length of the straight way over a number of rows and columns [cells]."""
-    return np.sqrt(np.float32(rows * rows + columns * columns))
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.navigation.planning.cost_map import CostMap, CostWeights, Passage
-from andabata.navigation.planning.cost_to_go import Search, queue_for, search
+from andabata.navigation.planning.cost_to_go import search, search_for
 from andabata.navigation.planning.geofence_bounds import GeofenceBounds
 from terrain.kernel import kernel
 
@@ -64,9 +64,8 @@ class GridPlanner:
         self.traversed_clearance = self._map.traversed_clearance
         self.costs = self._map.costs
         self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
-        queue = queue_for(cells, weights.highest, 1.0 + weights.unknown_cost)
-        first = np.zeros(2, dtype=np.int64)
-        self.search = Search(self.costs, self.cost_to_go, queue, first)
+        unknown = 1.0 + weights.unknown_cost
+        self.search = search_for(self.costs, self.cost_to_go, weights.highest, unknown)
         self.reset()
 
     def reset(self) -> None:
@@ -105,8 +104,7 @@ class GridPlanner:
         first = self.search.first
         first[:] = [int(min(max(value, 0.0), n - 1.0)) for value in start.tolist()]
         last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
-        unknown = 1.0 + self.weights.unknown_cost
-        search(self.search, last, unknown, self._margin)
+        search(self.search, last, self._margin)
         # The farthest place of that way that is as good to head for in a straight line.
         place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell

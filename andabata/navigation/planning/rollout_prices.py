@@ -286,7 +286,7 @@ def _cheapest_follower(
     """
     cell, points = ground.cell, followers.shape[1]
     search, margin = ground.search, _MARGIN / cell
-    cost_to_go, numbers, first = search.cost_to_go, search.queue.numbers, search.first
+    cost_to_go = search.cost_to_go
     length = motion.stride * points
     # What a way costs at the least, but for the rest; less where it may end at the goal.
     least = price + length - _ROUNDING
@@ -304,7 +304,7 @@ def _cheapest_follower(
         x, y = place.x + c * a - s * b, place.y + s * a + c * b
         end, limit = _cell_of(x, y, len(cost_to_go)), (cheapest - least) / cell
         # The search goes on only where its answer could matter.
-        if not is_settled(numbers, cost_to_go, first, end, limit, margin):
+        if not is_settled(search, end, limit, margin):
             settle(search, end, limit, margin)
         rest = _rest(cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
         if least + rest >= cheapest:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.navigation.planning.cost_to_go import Search, queue_for, search
+from andabata.navigation.planning.cost_to_go import search, search_for
 from andabata.navigation.planning.nearest_hits import NearestHits
 from terrain.kernel import kernel
 
@@ -123,8 +123,7 @@ class TimeToGo:
         times = np.full((n, n), np.inf, dtype=np.float32)
         self.field = TimeField(times, np.zeros(2), edge, edge / limits.max_speed, np.zeros(1))
         highest = limits.max_speed * (1.0 / limits.min_speed + limits.toll)
-        first = np.zeros(2, dtype=np.int64)
-        self._search = Search(self.costs, times, queue_for(n, highest, 1.0), first)
+        self._search = search_for(self.costs, times, highest, 1.0)
 
     def update(
         self, hits: NearestHits, position: NDArray[np.float64], goal: NDArray[np.float64]
@@ -143,7 +142,7 @@ class TimeToGo:
         first[:] = np.clip((position - field.corner) / field.cell, 0, n - 1)
         last = np.floor((goal - field.corner) / field.cell + _GOAL_SHIFT).astype(np.int64)
         margin = self._margin / field.unit
-        search(self._search, last, 1.0, margin)
+        search(self._search, last, margin)
         # What the search has not reached costs more than the robot's way and the margin.
         field.unknown[0] = (float(field.times[tuple(first)]) + margin) * field.unit
 

@@ -6,17 +6,23 @@ Random grids against a plain search are among the tests of the grid planner.
 import numpy as np
 import pytest
 
-from andabata.navigation.planning.cost_to_go import Search, queue_for, search, settle
+from andabata.navigation.planning.cost_to_go import search, search_for, settle
 
 CELLS = 32
 
 
 def searched(costs, first, last, unknown=1.0, margin=1e6):
     """Return the cost to go over some costs."""
-    found = np.empty_like(costs)
-    queue = queue_for(len(costs), float(costs.max()), unknown)
-    search(Search(costs, found, queue, np.array(first)), np.array(last), unknown, margin)
-    return found
+    around = search_from(first, costs, unknown)
+    search(around, np.array(last), margin)
+    return around.cost_to_go
+
+
+def search_from(first, costs, unknown=1.0):
+    """Return a search for a robot in a cell."""
+    around = search_for(costs, np.empty_like(costs), float(costs.max()), unknown)
+    around.first[:] = first
+    return around
 
 
 def octile(last):
@@ -52,15 +58,15 @@ def test_the_search_ends_a_margin_behind_the_robot():
 def test_a_queue_whose_entries_are_used_up_goes_on():
     """With hardly more entries than cells those that are passed over make space."""
     costs = np.random.default_rng(2).uniform(1.0, 30.0, (CELLS, CELLS)).astype(np.float32)
-    queue = queue_for(CELLS, 30.0, 1.0)
-    first, last = np.array([3, 4]), np.array([60, 12])  # Beyond: all cells of the edge wait first.
+    last = np.array([60, 12])  # Beyond: all cells of the edge wait first.
     found, used = [], []
     for count in (CELLS**2 + 8, 8 * CELLS**2):
         entries = {name: np.zeros(count, dtype=np.int32) for name in ("cells", "after")}
-        found.append(np.empty_like(costs))
-        one = queue._replace(**entries)
-        search(Search(costs, found[-1], one, first), last, 1.0, 1e6)
-        used.append(one.numbers[1])
+        around = search_from((3, 4), costs)
+        around = around._replace(queue=around.queue._replace(**entries))
+        search(around, last, 1e6)
+        found.append(around.cost_to_go)
+        used.append(around.queue.numbers[1])
     assert used[1] > CELLS**2 + 8
     np.testing.assert_array_equal(*found)
 
@@ -72,8 +78,8 @@ def test_a_search_goes_on_for_single_cells_up_to_a_limit(seed):
     costs = rng.uniform(1.0, 5.0, (CELLS, CELLS)).astype(np.float32)
     first, last = np.array([16, 16]), np.array([2, 20])
     exact = searched(costs, first, last)
-    around = Search(costs, np.empty_like(costs), queue_for(CELLS, 5.0, 1.0), first)
-    search(around, last, 1.0, 0.0)
+    around = search_from(first, costs)
+    search(around, last, 0.0)
     limit = 1.3 * exact[16, 16]
     for i, j in rng.integers(0, CELLS, (200, 2)):
         settle(around, (i, j), limit, 1e6)
@@ -85,9 +91,8 @@ def test_a_search_goes_on_for_single_cells_up_to_a_limit(seed):
 def test_no_search_goes_on_beyond_the_margin():
     """What costs more than the robot's way and the margin stays unknown."""
     costs = np.ones((CELLS, CELLS), dtype=np.float32)
-    queue, first = queue_for(CELLS, 1.0, 1.0), np.array([4, 16])
-    around = Search(costs, np.empty_like(costs), queue, first)
-    search(around, np.array([1, 16]), 1.0, 0.0)
+    around = search_from((4, 16), costs)
+    search(around, np.array([1, 16]), 0.0)
     assert np.isinf(around.cost_to_go[8, 16])
     settle(around, (8, 16), np.inf, 10.0)
     assert around.cost_to_go[8, 16] == pytest.approx(7.0)

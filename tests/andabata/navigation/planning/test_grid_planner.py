@@ -5,6 +5,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 import pytest
 
+from andabata.navigation.planning.cost_bound import bound_of, least_cost
 from andabata.navigation.planning.cost_map import CostWeights, Passage
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.grid_planner import GridPlanner
@@ -94,8 +95,8 @@ def test_the_cost_to_go_is_that_of_a_plain_search(seed):
     plan, first, last = a_plan(seed)
     true = dijkstra(plan.costs.astype(float), last)
     assert plan.cost_to_go[first] == pytest.approx(true[first], rel=1e-5)
-    n = np.arange(CELLS)
-    apart = np.hypot(n[:, None] - first[0], n[None, :] - first[1])
+    bound = bound_of(plan.search.first, plan.search.octagon, plan.search.unknown)
+    apart = np.array([[least_cost(bound, i, j) for j in range(CELLS)] for i in range(CELLS)])
     known = true + apart <= true[first] + 4.0 / CELL - 1.0
     assert known.sum() > 100
     np.testing.assert_allclose(plan.cost_to_go[known], true[known], rtol=1e-5)

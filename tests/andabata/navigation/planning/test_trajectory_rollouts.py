@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights
-from andabata.navigation.planning.cost_to_go import Search, queue_for
+from andabata.navigation.planning.cost_to_go import search_for
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.planning.rollout_prices import Place
@@ -70,7 +70,7 @@ def synthetic(goal=AHEAD, clearance=3.0, cost=1.0, rest=None):
     straight = rest if rest is not None else lambda x, y: np.hypot(x - goal[0], y - goal[1])
     costs, cost_to_go = field(cost), field(straight, CELL)
     # Its queue is empty: the search has been everywhere.
-    search = Search(costs, cost_to_go, queue_for(n, 1.0, 1.0), np.zeros(2, dtype=np.int64))
+    search = search_for(costs, cost_to_go, 1.0, 1.0)
     return SimpleNamespace(
         costs=costs,
         clearance=field(clearance, CELL),

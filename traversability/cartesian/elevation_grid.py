@@ -61,15 +61,16 @@ class ElevationGrid:
         self.ages = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self._bases = np.zeros((cells, cells), dtype=np.float32)
-        # One place more than cells, for the last point's, whether new or not.
-        self._hit = np.zeros((cells**2 + 1, 2), dtype=np.int32)
+        # One place more than cells, for the last point's, whether new or not. Unsigned: kernels do
+        # not ask whether to count from the end.
+        self._hit = np.zeros((cells**2 + 1, 2), dtype=np.uint32)
         self._hit[:-1] = np.indices((cells, cells)).reshape(2, -1).T
         self._n_hit = cells**2
         _empty(self.table, self.ages, self.hit)
 
     @property
-    def hit(self) -> NDArray[np.int32]:
-        """Rows and columns of the cells that points fell into, crowns too, int32, shape (k, 2)."""
+    def hit(self) -> NDArray[np.uint32]:
+        """Rows and columns of the cells that points fell into, crowns too, uint32, shape (k, 2)."""
         return self._hit[: self._n_hit]
 
     def describe(
@@ -97,7 +98,7 @@ class ElevationGrid:
 
 
 @kernel
-def _empty(table: NDArray[np.float32], ages: NDArray[np.float32], hit: NDArray[np.int32]) -> None:
+def _empty(table: NDArray[np.float32], ages: NDArray[np.float32], hit: NDArray[np.uint32]) -> None:
     """Write that some cells have no points.
 
     Args:
@@ -119,7 +120,7 @@ def _find_lowest(
     cell: float,
     places: NDArray[np.int32],
     table: NDArray[np.float32],
-    hit: NDArray[np.int32],
+    hit: NDArray[np.uint32],
 ) -> int:
     """Write each point's cell, the cells that are hit and their lowest z; return their number.
 
@@ -155,7 +156,7 @@ def _find_lowest(
 
 @kernel
 def _find_bases(
-    table: NDArray[np.float32], hit: NDArray[np.int32], bases: NDArray[np.float32]
+    table: NDArray[np.float32], hit: NDArray[np.uint32], bases: NDArray[np.float32]
 ) -> None:
     """Write the height from which each cell that was hit counts: its lowest z.
 
@@ -180,7 +181,7 @@ def _find_bases(
         lowest = table[i, j, LOWEST]
         is_crown = lowest > around[a, b] + deep
         if is_crown and not lowest > blocks[a, b] + deep:
-            is_crown = _is_over_ground(table, i, j)
+            is_crown = _is_over_ground(table, int(i), int(j))
         bases[i, j] = -np.inf if is_crown else lowest
 
 

@@ -86,7 +86,7 @@ class _Ground(NamedTuple):
 
     table: NDArray[np.float32]
     ages: NDArray[np.float32]
-    hit: NDArray[np.int32]
+    hit: NDArray[np.uint32]
     flat: FlatCells
     first: NDArray[np.int64]
     cell: float

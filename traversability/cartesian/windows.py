@@ -199,7 +199,9 @@ def fit_planes(
         moments, sums = work.moments, work.sums[k]
         for q in range(_N_MOMENTS):
             moments[q] = 0.0
-        for b in range((column - reach) * _N_MOMENTS, (column + reach + 1) * _N_MOMENTS, _N_MOMENTS):
+        for b in range(
+            (column - reach) * _N_MOMENTS, (column + reach + 1) * _N_MOMENTS, _N_MOMENTS
+        ):
             for q in range(_N_MOMENTS):
                 moments[q] += sums[b + q]
         found[first + _FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, polar_tables
-from traversability.cell_shape import (
+from traversability.cell_columns import (
     HEIGHT_DIFFERENCE,
     MIN_DESCRIBED,
     ORIENTATION,
@@ -23,9 +23,9 @@ from traversability.cell_shape import (
     STEP_MAX,
     STEP_MEAN,
     TILT,
-    describe_cells,
     make_workspace,
 )
+from traversability.cell_shape import describe_cells
 from traversability.grid import PolarGrid
 
 PAPER_FEATURES = ("roughness", "orientation", "planarity", "min_height", "height_difference")
@@ -93,7 +93,7 @@ CONTEXT = (
 and in the next ones to both sides; of two cells, the lower and the higher value of a feature."""
 
 OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES
-"""Names of a cell's own features, in the order of the columns of ``cell_shape``."""
+"""Names of a cell's own features, in the order of the columns of ``cell_columns``."""
 
 ALL_FEATURES = OWN_FEATURES + tuple(
     f"{place}:{OWN_FEATURES[number]}" for place in CONTEXT for number in SHARED

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from terrain.kernel import kernel
 from traversability.binning import LOWEST, fill_quarters
-from traversability.cell_shape import Covariance, eigenvalues, normal_z_squared
+from traversability.covariance import Covariance, eigenvalues, normal_z_squared
 from traversability.grid import PolarGrid
 from traversability.tree_fitting import flatten_random
 from traversability.trees import Trees, add_leaves

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, make_quarters, polar_tables
-from traversability.cell_shape import CellWorkspace, describe_cells, make_workspace
+from traversability.cell_columns import CellWorkspace, make_workspace
+from traversability.cell_shape import describe_cells
 from traversability.features import ALL_FEATURES, gather_neighbours
 from traversability.forest import Exit, Forest
 from traversability.grid import PolarGrid

@@ -1,65 +1,23 @@
-"""Principal axes against numpy, and the own features of cells: known answers."""
+"""Own features of cells: known answers."""
 
 import numpy as np
 import pytest
 
 from tests.traversability.made_ground import flat, rough_ground
-from traversability import cell_shape
+from traversability import cell_columns
 from traversability.binning import fill_quarters, polar_tables
-from traversability.cell_shape import (
-    MIN_DESCRIBED,
-    Covariance,
-    describe_cells,
-    eigenvalues,
-    make_workspace,
-    normal_z_squared,
-)
+from traversability.cell_columns import MIN_DESCRIBED, make_workspace
+from traversability.cell_shape import describe_cells
 from traversability.features import OWN_FEATURES
 from traversability.grid import PolarGrid
 
 GRID = PolarGrid()
 
 
-def covariance_of(matrix):
-    """Return a symmetric 3 x 3 matrix as the kernels take it."""
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix.tolist()
-    return Covariance(xx, yy, zz, xy, xz, yz)
-
-
 def test_columns_are_those_of_the_names():
     """Each constant is the place of its feature in ``OWN_FEATURES``."""
     for place, name in enumerate(OWN_FEATURES):
-        assert getattr(cell_shape, name.upper()) == place
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_eigenvalues_and_normal_are_numpys(seed):
-    """The largest comes first, and the normal is the eigenvector of the smallest."""
-    points = np.random.default_rng(seed).normal(size=(9, 3)) * [3.0, 1.0, 0.2]
-    turn, _ = np.linalg.qr(np.random.default_rng(seed + 100).normal(size=(3, 3)))
-    matrix = np.cov((points @ turn).T, bias=True)
-    values, vectors = np.linalg.eigh(matrix)
-    found = eigenvalues(covariance_of(matrix))
-    np.testing.assert_allclose(found, values[::-1], rtol=1e-7)
-    expected = vectors[2, 0] ** 2
-    assert normal_z_squared(covariance_of(matrix), found) == pytest.approx(expected, abs=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("diagonal", "normal"),
-    [
-        ((4.0, 1.0, 0.0), 1.0),
-        ((0.0, 1.0, 4.0), 0.0),
-        ((4.0, 0.0, 0.0), 0.0),
-        ((2.0, 2.0, 2.0), 0.0),
-    ],
-)
-def test_planes_lines_and_balls_have_known_axes(diagonal, normal):
-    """Level ground has a vertical normal, a wall a level one, a line and a ball none."""
-    covariance = covariance_of(np.diag(diagonal))
-    found = eigenvalues(covariance)
-    np.testing.assert_allclose(found, sorted(diagonal, reverse=True), atol=1e-12)
-    assert normal_z_squared(covariance, found) == pytest.approx(normal, abs=1e-12)
+        assert getattr(cell_columns, name.upper()) == place
 
 
 def described(points, cells=None):
@@ -79,10 +37,10 @@ def test_cells_of_three_points_are_described_and_others_are_left_alone():
     _, known = described(np.concatenate([triangle, pair]).astype(np.float32), cells)
     assert (known.sum(), cells.counts.sum()) == (1, 5)
     assert (cells.values[~known] == 7.0).all()
-    assert cells.values[known][0, cell_shape.HEIGHT_DIFFERENCE] == pytest.approx(0.01)
+    assert cells.values[known][0, cell_columns.HEIGHT_DIFFERENCE] == pytest.approx(0.01)
     ring = np.argwhere(known)[0, 1]
     middle = (GRID.ring_edges[ring] + GRID.ring_edges[ring + 1]) / 2
-    assert cells.values[known][0, cell_shape.DISTANCE] == pytest.approx(middle)
+    assert cells.values[known][0, cell_columns.DISTANCE] == pytest.approx(middle)
 
 
 def test_a_workspace_that_was_used_before_gives_what_a_new_one_gives():
@@ -104,11 +62,11 @@ def test_a_slope_is_a_plane_around_every_quarter():
     near[:, 3:8] = known[:, 3:8]  # The outer rings have too few points, the inner ones are small.
     values = cells.values[near]
     steepness = np.hypot(0.2, 0.1)
-    for column in (cell_shape.TILT, cell_shape.SLOPE_MAX, cell_shape.SLOPE_MEAN):
+    for column in (cell_columns.TILT, cell_columns.SLOPE_MAX, cell_columns.SLOPE_MEAN):
         np.testing.assert_allclose(values[:, column], steepness, rtol=0.05)
-    assert np.quantile(values[:, cell_shape.STEP_MAX], 0.95) < 0.01
-    assert cells.values[known][:, cell_shape.BUMP].max() < 0.03
-    assert not cells.values[known][:, cell_shape.BUMP_POINTS].any()
+    assert np.quantile(values[:, cell_columns.STEP_MAX], 0.95) < 0.01
+    assert cells.values[known][:, cell_columns.BUMP].max() < 0.03
+    assert not cells.values[known][:, cell_columns.BUMP_POINTS].any()
 
 
 @pytest.mark.parametrize(("run", "expected"), [(0.03, 0.01 / 0.03), (0.01, 0.01 / 0.02)])
@@ -125,6 +83,6 @@ def test_a_rise_is_height_over_the_distance_of_mean_points_from_2_cm_on(run, exp
     cells, known = described(points.astype(np.float32))
     assert np.argwhere(known)[:, 1].tolist() == [5, 6]
     before, after = cells.values[known]
-    assert before[cell_shape.RISE_AFTER] == pytest.approx(expected, rel=0.01)
-    assert after[cell_shape.RISE_BEFORE] == pytest.approx(expected, rel=0.01)
-    assert before[cell_shape.RISE_BEFORE] == after[cell_shape.RISE_AFTER] == 0.0
+    assert before[cell_columns.RISE_AFTER] == pytest.approx(expected, rel=0.01)
+    assert after[cell_columns.RISE_BEFORE] == pytest.approx(expected, rel=0.01)
+    assert before[cell_columns.RISE_BEFORE] == after[cell_columns.RISE_AFTER] == 0.0

@@ -28,7 +28,7 @@ _MAX_ABS_Z = 1e4
 """Largest magnitude of a height that is a measurement [m]."""
 
 _OUTSIDE = -1
-"""Row of points beyond the window."""
+"""Place of points beyond the window."""
 
 _CROWN_REACH = 8
 """Cells on either side in which ground is sought below the lowest point of a cell: where it lies
@@ -61,15 +61,16 @@ class ElevationGrid:
         self.ages = np.zeros((cells, cells), dtype=np.float32)
         self.centre = np.zeros(2, dtype=np.int64)
         self._bases = np.zeros((cells, cells), dtype=np.float32)
-        # One place more than cells, for the last point's, whether new or not.
-        self._hit = np.zeros((cells**2 + 1, 2), dtype=np.int32)
+        # One place more than cells, for the last point's, whether new or not. Unsigned: kernels do
+        # not ask whether to count from the end.
+        self._hit = np.zeros((cells**2 + 1, 2), dtype=np.uint32)
         self._hit[:-1] = np.indices((cells, cells)).reshape(2, -1).T
         self._n_hit = cells**2
         _empty(self.table, self.ages, self.hit)
 
     @property
-    def hit(self) -> NDArray[np.int32]:
-        """Rows and columns of the cells that points fell into, crowns too, int32, shape (k, 2)."""
+    def hit(self) -> NDArray[np.uint32]:
+        """Rows and columns of the cells that points fell into, crowns too, uint32, shape (k, 2)."""
         return self._hit[: self._n_hit]
 
     def describe(
@@ -90,14 +91,14 @@ class ElevationGrid:
         times = np.zeros(len(points), dtype=np.float32) if ages is None else ages
         # A few thousand of all cells.
         _empty(self.table, self.ages, self.hit)
-        places = np.empty((len(points), 2), dtype=np.int16)
+        places = np.empty(len(points), dtype=np.int32)
         self._n_hit = _find_lowest(points, self.centre, self.cell, places, self.table, self._hit)
         _find_bases(self.table, self.hit, self._bases)
         _add_points(points, times, places, self._bases, self.table, self.ages)
 
 
 @kernel
-def _empty(table: NDArray[np.float32], ages: NDArray[np.float32], hit: NDArray[np.int32]) -> None:
+def _empty(table: NDArray[np.float32], ages: NDArray[np.float32], hit: NDArray[np.uint32]) -> None:
     """Write that some cells have no points.
 
     Args:
@@ -117,9 +118,9 @@ def _find_lowest(
     points: NDArray[np.float32],
     centre: NDArray[np.int64],
     cell: float,
-    places: NDArray[np.int16],
+    places: NDArray[np.int32],
     table: NDArray[np.float32],
-    hit: NDArray[np.int32],
+    hit: NDArray[np.uint32],
 ) -> int:
     """Write each point's cell, the cells that are hit and their lowest z; return their number.
 
@@ -127,21 +128,26 @@ def _find_lowest(
         points: Points [m], shape (m, 3).
         centre: Cell of the robot.
         cell: Edge of a cell [m].
-        places: Output, row and column of each point's cell, ``_OUTSIDE`` for none, shape (m, 2).
+        places: Output, cell of each point, rows one after the other, ``_OUTSIDE`` for none, shape
+            (m,).
         table: Cells, empty, changed in place, shape (n, n, 4).
         hit: Output in the first rows, shape (n * n + 1, 2).
     """
     n = len(table)
     half, count = n // 2 - 1, 0
+    cells = table.reshape(n * n, 4)
+    # Divisions take longer than all the rest. For cells of a decimetre products with 10 are exact.
+    per_metre = 1.0 / cell
     for k in range(len(points)):
-        x, y, z = points[k, 0] / cell, points[k, 1] / cell, points[k, 2]
-        places[k, 0] = _OUTSIDE
+        x, y, z = points[k, 0] * per_metre, points[k, 1] * per_metre, points[k, 2]
+        places[k] = _OUTSIDE
         # NaN fails every comparison, so that it is left out, too.
         if abs(x - centre[0]) < half and abs(y - centre[1]) < half and abs(z) < _MAX_ABS_Z:
             i, j = int(np.floor(x)) & (n - 1), int(np.floor(y)) & (n - 1)
-            lowest = table[i, j, LOWEST]
-            table[i, j, LOWEST] = min(lowest, z)
-            places[k, 0], places[k, 1] = i, j
+            place = i * n + j
+            lowest = cells[place, LOWEST]
+            cells[place, LOWEST] = min(lowest, z)
+            places[k] = place
             # Written whether new or not: a branch on it would be guessed wrong too often.
             hit[count, 0], hit[count, 1] = i, j
             count += int(lowest == np.inf)
@@ -150,7 +156,7 @@ def _find_lowest(
 
 @kernel
 def _find_bases(
-    table: NDArray[np.float32], hit: NDArray[np.int32], bases: NDArray[np.float32]
+    table: NDArray[np.float32], hit: NDArray[np.uint32], bases: NDArray[np.float32]
 ) -> None:
     """Write the height from which each cell that was hit counts: its lowest z.
 
@@ -175,7 +181,7 @@ def _find_bases(
         lowest = table[i, j, LOWEST]
         is_crown = lowest > around[a, b] + deep
         if is_crown and not lowest > blocks[a, b] + deep:
-            is_crown = _is_over_ground(table, i, j)
+            is_crown = _is_over_ground(table, int(i), int(j))
         bases[i, j] = -np.inf if is_crown else lowest
 
 
@@ -207,7 +213,7 @@ def _is_over_ground(table: NDArray[np.float32], i: int, j: int) -> bool:
 def _add_points(
     points: NDArray[np.float32],
     times: NDArray[np.float32],
-    places: NDArray[np.int16],
+    places: NDArray[np.int32],
     bases: NDArray[np.float32],
     table: NDArray[np.float32],
     ages: NDArray[np.float32],
@@ -217,20 +223,22 @@ def _add_points(
     Args:
         points: Points [m], shape (m, 3).
         times: Their ages [s], shape (m,).
-        places: Row and column of each point's cell, ``_OUTSIDE`` for none, shape (m, 2).
+        places: Cell of each point, rows one after the other, ``_OUTSIDE`` for none, shape (m,).
         bases: Height from which each cell counts; see ``_find_bases``.
         table: Cells, changed in place, shape (n, n, 4).
         ages: Ages of the cells, changed in place, shape (n, n).
     """
+    cells, newest, lowest = table.reshape(-1, 4), ages.ravel(), bases.ravel()
     for k in range(len(points)):
-        i, j = places[k, 0], places[k, 1]
-        if i == _OUTSIDE:
+        if places[k] == _OUTSIDE:
             continue
-        z, base = points[k, 2], bases[i, j]
+        # Unsigned: no look whether to count from the end.
+        place = np.uint64(places[k])
+        z, base = points[k, 2], lowest[place]
         # Running mean: as exact as a sum, without a second pass to divide.
         if z < base + np.float32(GROUND_LAYER):
-            count, mean = table[i, j, POINTS] + np.float32(1.0), table[i, j, MEAN]
-            table[i, j, POINTS], table[i, j, MEAN] = count, mean + (z - mean) / count
+            count, mean = cells[place, POINTS] + np.float32(1.0), cells[place, MEAN]
+            cells[place, POINTS], cells[place, MEAN] = count, mean + (z - mean) / count
         if z < base + np.float32(MAX_HEIGHT):
-            table[i, j, HIGHEST] = max(table[i, j, HIGHEST], z)
-            ages[i, j] = min(ages[i, j], times[k])
+            cells[place, HIGHEST] = max(cells[place, HIGHEST], z)
+            newest[place] = min(newest[place], times[k])

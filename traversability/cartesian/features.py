@@ -86,7 +86,7 @@ class _Ground(NamedTuple):
 
     table: NDArray[np.float32]
     ages: NDArray[np.float32]
-    hit: NDArray[np.int32]
+    hit: NDArray[np.uint32]
     flat: FlatCells
     first: NDArray[np.int64]
     cell: float
@@ -321,9 +321,14 @@ def _find_due(
     due, wanted = np.zeros((m, m), dtype=np.bool_), np.zeros((m, m), dtype=np.bool_)
     for a in range(1, m - 1):
         for b in range(1, m - 1):
-            if span[0] <= newest[a, b] < span[1]:
-                due[a, b] = True
-                wanted[a - 1 : a + 2, b - 1 : b + 2] = True
+            due[a, b] = (newest[a, b] >= span[0]) & (newest[a, b] < span[1])
+    # Without branches, so that many cells are looked at at once: three rows, then three columns.
+    beside = np.zeros(m, dtype=np.bool_)
+    for a in range(1, m - 1):
+        for b in range(m):
+            beside[b] = due[a - 1, b] | due[a, b] | due[a + 1, b]
+        for b in range(1, m - 1):
+            wanted[a, b] = beside[b - 1] | beside[b] | beside[b + 1]
     return due, wanted
 
 

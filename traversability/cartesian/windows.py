@@ -196,11 +196,14 @@ def fit_planes(
     found[:] = _UNKNOWN
     for k in range(len(WINDOWS)):
         reach, first = WINDOWS[k], len(WINDOW_FEATURES) * k
+        moments, sums = work.moments, work.sums[k]
         for q in range(_N_MOMENTS):
-            total = 0.0
-            for b in range(column - reach, column + reach + 1):
-                total += work.sums[k, b * _N_MOMENTS + q]
-            work.moments[q] = total
+            moments[q] = 0.0
+        for b in range(
+            (column - reach) * _N_MOMENTS, (column + reach + 1) * _N_MOMENTS, _N_MOMENTS
+        ):
+            for q in range(_N_MOMENTS):
+                moments[q] += sums[b + q]
         found[first + _FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2
         is_plane, plane, variance = _fit_plane(work.moments, cell)
         if is_plane:

@@ -147,8 +147,8 @@ class LowObstacleLayer:
 
 @kernel
 def _find_due(
-    hit: NDArray[np.int32], ages: NDArray[np.float32], span: tuple[np.float32, np.float32]
-) -> NDArray[np.int32]:
+    hit: NDArray[np.uint32], ages: NDArray[np.float32], span: tuple[np.float32, np.float32]
+) -> NDArray[np.uint32]:
     """Return rows and columns of the cells that count, shape (k, 2).
 
     Args:
@@ -167,7 +167,7 @@ def _find_due(
 @kernel
 def _accumulate(
     table: NDArray[np.float32],
-    due: NDArray[np.int32],
+    due: NDArray[np.uint32],
     sums: NDArray[np.float32],
     centre: NDArray[np.int64],
     position: NDArray[np.float64],
@@ -229,7 +229,7 @@ def _median(values: NDArray[np.float64]) -> float:
 @kernel
 def _detect(
     sums: NDArray[np.float32],
-    due: NDArray[np.int32],
+    due: NDArray[np.uint32],
     threshold: Threshold,
     heights: NDArray[np.float32],
 ) -> None:
@@ -237,7 +237,7 @@ def _detect(
     n, around = len(sums), 2 * _BESIDE
     least = threshold.min_height
     for q in range(len(due)):
-        i, j = due[q, 0], due[q, 1]
+        i, j = int(due[q, 0]), int(due[q, 1])  # Signed: places around begin below 0.
         points, total = sums[i, j, _COUNT], sums[i, j, _SUM]
         # What was an obstacle fades where the new cloud shows none.
         kept = np.float32(threshold.decay) * heights[i, j]

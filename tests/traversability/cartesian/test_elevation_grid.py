@@ -96,6 +96,17 @@ def test_cells_that_were_hit_are_listed_once_crowns_too():
     assert described(np.empty((0, 3))).hit.tolist() == []
 
 
+def test_points_fall_into_the_cell_that_division_says():
+    """On the edges of cells and beside them, too."""
+    edges = (np.arange(-120, 120) * 0.1).astype(np.float32)
+    beside = [np.nextafter(edges, np.float32(side * np.inf)) for side in (-1, 1)]
+    elevation = ElevationGrid()
+    for x in np.concatenate([edges, *beside]):
+        elevation.describe(np.array([[x, -x, 0.0]], dtype=np.float32), HERE)
+        expected = np.floor(np.array([x, -x], dtype=np.float64) / elevation.cell).astype(int) % 256
+        np.testing.assert_array_equal(elevation.hit, [expected])
+
+
 @pytest.mark.parametrize("here", [[0.0, 0.0], [-7.3, 12.9]])
 def test_crowns_are_those_of_a_plain_search(here):
     """A cell is one if a cell within eight, whose lowest point counts, lies 1.2 m below its own."""

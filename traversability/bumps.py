@@ -1,0 +1,86 @@
+"""Bumps: points of near cells that rise over the plane of the ground around."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from terrain.kernel import kernel
+from traversability.binning import HIGHEST, LOWEST, Quarters
+from traversability.cell_columns import BUMP, BUMP_POINTS, BUMP_THIRD, MIN_DESCRIBED, CellWorkspace
+from traversability.quarter_planes import GRADIENT_X, GRADIENT_Y, LEVEL
+
+BUMP_RANGE = 3.2
+"""Cells whose middle is nearer than this are searched for bumps [m]."""
+
+_MIN_RELIEF = 0.03
+"""Height difference below which a quarter holds no bump [m]."""
+
+_BUMP_HEIGHT = 0.04
+"""Height over the ground around from which on a point stops a wheel, or nearly [m]."""
+
+# Columns of a quarter's highest points.
+_FIRST, _SECOND, _THIRD, _N_ABOVE = range(4)
+
+
+@kernel
+def find_bumps(
+    points: NDArray[np.float32],
+    quarters: Quarters,
+    middles: NDArray[np.float64],
+    cells: CellWorkspace,
+) -> None:
+    """Write how far near cells rise over the plane of the ground around, and by how many points.
+
+    A rock that stops a wheel is low beside what a slope rises in a cell, and has few points beside
+    the cell's own: moments do not show it. One point over the plane is noise; the third highest of
+    a quarter is not.
+
+    Args:
+        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
+        quarters: Quarter of each point and sums over the quarters.
+        middles: Middle of each ring [m], shape (n_rings,).
+        cells: Counts and planes of the cells; bumps are written to their features.
+    """
+    bins, sums, counts = quarters.bins, quarters.sums, cells.counts
+    rings = 0
+    while rings < counts.shape[1] and middles[rings] < BUMP_RANGE:
+        rings += 1
+    # Most quarters are too flat to hold a bump: their points are skipped.
+    columns = sums.shape[1]
+    has_relief = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
+    for i in range(sums.shape[0]):
+        for j in range(2 * rings):
+            has_relief[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _MIN_RELIEF
+    # The three highest points of each quarter over its plane, and how many rise like a bump.
+    slopes = cells.planes.reshape(len(has_relief), 3)
+    tops = np.zeros((len(has_relief), 4))
+    for k in range(len(points)):
+        if bins[k] < 0 or not has_relief[np.uint64(bins[k])]:
+            continue
+        place = np.uint64(bins[k])
+        rise = (
+            points[k, 2]
+            - slopes[place, GRADIENT_X] * points[k, 0]
+            - slopes[place, GRADIENT_Y] * points[k, 1]
+            - slopes[place, LEVEL]
+        )
+        if rise > _BUMP_HEIGHT:
+            tops[place, _N_ABOVE] += 1.0
+        # Few points are among the highest of their quarter: the others change nothing.
+        if rise > tops[place, _THIRD]:
+            first, second = tops[place, _FIRST], tops[place, _SECOND]
+            tops[place, _FIRST] = max(first, rise)
+            tops[place, _SECOND] = max(second, min(first, rise))
+            tops[place, _THIRD] = min(second, rise)
+    # A cell has the highest bump of its quarters, and the points of all.
+    for sector in range(counts.shape[0]):
+        for ring in range(rings):
+            if counts[sector, ring] < MIN_DESCRIBED:
+                continue
+            out = cells.values[sector, ring]
+            out[BUMP] = out[BUMP_THIRD] = out[BUMP_POINTS] = 0.0
+            for a in range(2):
+                for b in range(2):
+                    top = tops[(2 * sector + a) * columns + 2 * ring + b]
+                    out[BUMP] = max(out[BUMP], top[_FIRST])
+                    out[BUMP_THIRD] = max(out[BUMP_THIRD], top[_THIRD])
+                    out[BUMP_POINTS] += top[_N_ABOVE]

@@ -436,7 +436,8 @@ def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
         else:
             robots = OffroadVectorEnv(config, count, workers)
         states, _ = robots.reset(seed=0)
-        policy, steps = shipped_policy(), max(2, 64 // count)
+        # Whole decisions, so that each call holds as many scans.
+        policy, steps = shipped_policy(), every * max(1, 12 // count)
 
         def work() -> float:
             nonlocal states

@@ -28,7 +28,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from andabata.models import shipped_forest, shipped_policy
 from andabata.tasks.maze import MazeVectorEnv
-from andabata.tasks.offroad import stage_config
+from andabata.tasks.offroad import OffroadConfig, stage_config
 from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import steering_actions, steering_observations
@@ -417,6 +417,9 @@ def _training_case(scenes: SceneCache) -> Case:
 def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier.
 
+    They make a virtual scan at every control step, and in the last row once a decision, as in the
+    default training and with the planner.
+
     Args:
         world: World preset.
         seed: Seed of the evaluation's world.
@@ -424,14 +427,17 @@ def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
     """
     stage = stage_config("Natural")
     config = stage.model_copy(update={"preset": world, "seeds": (evaluation_world(seed, 0),)})
+    every = config.simulated_robot.rollouts.action_repeat
+    decimated = config.model_copy(update={"perception_decimation": every})
 
-    def make_robots(count: int, workers: int) -> Work:
+    def make_robots(count: int, workers: int, config: OffroadConfig = config) -> Work:
         if workers == 1:
             robots: VectorEnv[Any, Any, Any] = make_vector("Natural", count, config, 1, scenes)
         else:
             robots = OffroadVectorEnv(config, count, workers)
         states, _ = robots.reset(seed=0)
-        policy, steps = shipped_policy(), max(2, 64 // count)
+        # Whole decisions, so that each call holds as many scans.
+        policy, steps = shipped_policy(), every * max(1, 12 // count)
 
         def work() -> float:
             nonlocal states
@@ -447,12 +453,19 @@ def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
     return Case(
         "robots in one world",
         "robot-seconds/s",
-        tuple(
+        (
+            *(
+                Contender(
+                    f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
+                    count * CONTROL_PERIOD,
+                    partial(make_robots, count, workers),
+                )
+                for count, workers in sizes
+            ),
             Contender(
-                f"{OURS}: {count} in {workers} process{'es' * (workers > 1)}",
-                count * CONTROL_PERIOD,
-                partial(make_robots, count, workers),
-            )
-            for count, workers in sizes
+                f"{OURS}: 16 in 1 process, a scan in {every} steps",
+                16 * CONTROL_PERIOD,
+                partial(make_robots, 16, 1, decimated),
+            ),
         ),
     )

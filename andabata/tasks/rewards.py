@@ -1,5 +1,6 @@
 """Rewards as sums of named terms, over many robots: off-road, and in rooms."""
 
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -72,20 +73,21 @@ def paper_reward(
 def _repulsion(config: RewardConfig, ranges: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return the sum of Kr (max_range - range) over the sectors, shape (n,).
 
-    Sectors are added one after the other: a matrix product would choose its own order, and a robot
-    alone would get another last bit than among others.
+    Sectors are added one after the other, as running sums are: a matrix product would choose its
+    own order, and a robot alone would get another last bit than among others.
     """
-    total = np.zeros(len(ranges))
-    for sector, weight in enumerate(repulsion_weights(config, ranges.shape[1])):
-        total += weight * (config.max_range - ranges[:, sector].astype(np.float64))
-    return total
+    parts = repulsion_weights(config, ranges.shape[1]) * (config.max_range - ranges.astype(float))
+    return np.add.accumulate(parts, axis=1)[:, -1]
 
 
+@lru_cache(maxsize=8)
 def repulsion_weights(config: RewardConfig, sectors: int) -> NDArray[np.float64]:
-    """Return Kr of each sector [1/m], shape (sectors,)."""
+    """Return Kr of each sector [1/m], shape (sectors,), which nobody may write to."""
     bearings = np.abs(-np.pi + 2 * np.pi / sectors * (np.arange(sectors) + 0.5))
     inner = np.where(bearings <= np.pi / 2, config.side, config.rear)
-    return np.where(bearings <= np.pi / 4, config.front, inner)
+    weights = np.where(bearings <= np.pi / 4, config.front, inner)
+    weights.flags.writeable = False
+    return weights
 
 
 class RoomRewardConfig(BaseModel):

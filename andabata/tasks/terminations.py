@@ -112,8 +112,11 @@ class Terminations:
         self.anchor_stamps[moved] = drives.stamps[moved]
         stuck = drives.stamps - self.anchor_stamps > config.stuck_time
         late = drives.times >= config.time_limit
-        return np.select(
-            [drives.tipped, drives.collided, at_goal, stuck, late],
-            [Ending.TIPOVER, Ending.COLLISION, Ending.GOAL, Ending.STUCK, Ending.TIMEOUT],
-            Ending.NONE,
-        ).astype(np.int64)
+        found = np.zeros(len(late), dtype=np.int64)
+        # From the last to the first, which overwrites the others.
+        found[late] = Ending.TIMEOUT
+        found[stuck] = Ending.STUCK
+        found[at_goal] = Ending.GOAL
+        found[drives.collided] = Ending.COLLISION
+        found[drives.tipped] = Ending.TIPOVER
+        return found

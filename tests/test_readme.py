@@ -26,6 +26,8 @@ from andabata.bench.train_models import commands
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig
+from andabata.evaluation.rooms import RoomEvaluationConfig
+from andabata.machine.planar_vehicle import PLANAR_VEHICLES
 from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.documents import (
@@ -326,6 +328,8 @@ def test_settings_in_the_text_exist(document):
         SimulatedRobotConfig(),
         EvaluationConfig(),
         BarnEvaluationConfig(),
+        BarnEvaluationConfig(vehicle=PLANAR_VEHICLES["barn-skid"]),
+        RoomEvaluationConfig(),
         CloudsConfig(),
         ForestConfig(),
         GroundClassifierConfig(),

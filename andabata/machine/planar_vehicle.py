@@ -82,7 +82,7 @@ class PlanarVehicleConfig(BaseModel):
         yaw_rate_noise: Standard deviation of the measured yaw rate [rad/s].
         range_noise: Standard deviation of the laser's ranges [m].
         ranges: Ranges that the dynamics are drawn from for each drive; None takes those above.
-        skid_steer: What a skid-steered base shows beyond delay, acceleration and lag; None for a
+        skid_steer: Traits of a skid-steered base beyond delay, acceleration and lag; None for a
             robot that shows nothing else.
     """
 

@@ -150,7 +150,7 @@ def circles_of(
         ranges: Range of each beam [m], shape (b,).
         bearings: Bearing of each beam from the laser's heading, in their order [rad], shape (b,).
         eye: Pose of the laser.
-        fit: What counts as a circle.
+        fit: Limits of what counts as a circle.
     """
     count = len(ranges)
     points = np.empty((count, 2))
@@ -196,7 +196,7 @@ def _circle(
         end: Beam after the last one; both count on after the last beam of a turn.
         points: Places of the hits [m], shape (b, 2).
         eye: Pose of the laser.
-        fit: What counts as a circle.
+        fit: Limits of what counts as a circle.
     """
     count, n = len(points), end - begin
     mx = my = 0.0

@@ -3,18 +3,15 @@
 Costs follow the layered costmaps of mobile robots (inscribed and inflation radius).
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.navigation.planning.chamfer import inflate
 from andabata.navigation.planning.geofence_bounds import GeofenceBounds, clear_outside
 from terrain.kernel import kernel
-
-_LANES = 16
-"""Number of values that wide instructions work on at once: rows of a stamp are multiples of it."""
 
 
 class CostConfig(BaseModel):
@@ -134,9 +131,6 @@ class CostMap:
         self.traversed_clearance = np.zeros(shape, dtype=np.float32)
         self.costs = np.zeros(shape, dtype=np.float32)
         self._log_odds = np.zeros(shape, dtype=np.float32)
-        self._stamp = _chamfer_stamp(weights.inflation_radius / cell)
-        edge = cells + self._stamp.shape[1]
-        self._padded = np.zeros((edge, edge), dtype=np.float32)
 
     def update(
         self,
@@ -163,7 +157,7 @@ class CostMap:
             _mark(known, weights.lethal_log_odds, self.clearance)
         clear_outside(self.clearance, centre, cell, bounds)
         if hits is None:
-            _inflate(self.clearance, self._stamp, self._padded)
+            inflate(self.clearance, float(far))
         else:
             _inflate_hits(known, hits, centre, weights.lethal_log_odds, float(far), self.clearance)
         _price(known, self.clearance, cell, weights, self.costs)
@@ -171,33 +165,6 @@ class CostMap:
             *(known, weights.max_log_odds, self._passage),
             *(self.clearance, self.traversed_clearance),
         )
-
-
-def _chamfer_stamp(far: float) -> NDArray[np.float32]:
-    """Return the clearances around one obstacle, in cells, by the chamfer transform.
-
-    Two sweeps, each from the neighbours it has passed (Borgefors 1986).
-
-    Args:
-        far: Distance from which on a clearance does not count [cells].
-
-    Returns:
-        float32, shape (2 k + 1, a multiple of ``_LANES``), the obstacle in row and column k.
-    """
-    reach = math.ceil(far) - 1
-    edge = 2 * reach + 1
-    stamp = np.full((edge + 2, edge + 2), far, dtype=np.float32)
-    stamp[reach + 1, reach + 1] = 0.0
-    steps = {(1, 0): 1.0, (0, 1): 1.0, (1, 1): math.sqrt(2.0), (1, -1): math.sqrt(2.0)}
-    for sign in (1, -1):
-        for i in range(1, edge + 1)[::sign]:
-            for j in range(1, edge + 1)[::sign]:
-                for (p, q), length in steps.items():
-                    before = stamp[i - sign * p, j - sign * q]
-                    stamp[i, j] = min(stamp[i, j], before + np.float32(length))
-    found = np.full((edge, -(-edge // _LANES) * _LANES), far, dtype=np.float32)
-    found[:, :edge] = stamp[1:-1, 1:-1]
-    return found
 
 
 @kernel
@@ -226,36 +193,6 @@ def _mark(log_odds: NDArray[np.float32], lethal: float, clearance: NDArray[np.fl
 
 
 @kernel
-def _inflate(
-    clearance: NDArray[np.float32], stamp: NDArray[np.float32], padded: NDArray[np.float32]
-) -> None:
-    """Lower the clearances around obstacles, which have none, by a stamp for each.
-
-    Args:
-        clearance: Clearance [cells], changed in place, float32, shape (n, n).
-        stamp: Clearances around one obstacle, as ``_chamfer_stamp`` gives them.
-        padded: Memory with space for stamps that stick out of the square, which lies in it as far
-            from its corner as the obstacle from the stamp's.
-    """
-    n, half = len(clearance), len(stamp) // 2
-    for i in range(n):
-        for j in range(n):
-            padded[half + i, half + j] = clearance[i, j]
-    for i in range(n):
-        for j in range(n):
-            # Obstacles among obstacles are nearer to nothing than these.
-            if clearance[i, j] > 0 or not _is_edge(clearance, i, j):
-                continue
-            for a in range(stamp.shape[0]):
-                for b in range(stamp.shape[1]):
-                    before, lowered = padded[i + a, j + b], stamp[a, b]
-                    padded[i + a, j + b] = lowered if lowered < before else before
-    for i in range(n):
-        for j in range(n):
-            clearance[i, j] = padded[half + i, half + j]
-
-
-@kernel
 def _is_edge(clearance: NDArray[np.float32], i: int, j: int) -> bool:
     """Return True if one of the four next cells has a clearance."""
     n = len(clearance)
@@ -276,7 +213,7 @@ def _inflate_hits(
     far: float,
     clearance: NDArray[np.float32],
 ) -> None:
-    """Lower clearances like ``_inflate``, from places within cells.
+    """Lower clearances like ``inflate``, from places within cells.
 
     A laser's hits are few: each lowers the clearances around it. The geofence's cells count by
     their middles.

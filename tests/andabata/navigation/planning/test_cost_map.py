@@ -1,4 +1,4 @@
-"""Cost map: clearances and costs of known value, and the chamfer transform of plain sweeps."""
+"""Cost map: clearances and costs of known value."""
 
 import numpy as np
 import pytest
@@ -55,28 +55,6 @@ def test_clearance_is_the_chamfer_distance_up_to_the_inflation_radius():
     i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array([MIDDLE + 3, MIDDLE - 2])[:, None, None])
     chamfer = np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)
     np.testing.assert_allclose(found.clearance, np.minimum(chamfer, 6.5), rtol=1e-5)
-
-
-def swept(obstacles, far):
-    """Return the chamfer transform of obstacles by two sweeps, as float32 rounds them."""
-    found = np.where(np.pad(obstacles, 1), 0.0, far).astype(np.float32)
-    steps = {(1, 0): 1.0, (0, 1): 1.0, (1, 1): np.sqrt(2.0), (1, -1): np.sqrt(2.0)}
-    for sign in (1, -1):
-        for i in range(1, CELLS + 1)[::sign]:
-            for j in range(1, CELLS + 1)[::sign]:
-                for (p, q), length in steps.items():
-                    before = found[i - sign * p, j - sign * q] + np.float32(length)
-                    found[i, j] = min(found[i, j], before)
-    return found[1:-1, 1:-1]
-
-
-@pytest.mark.parametrize("share", [0.02, 0.3])
-def test_clearances_are_those_of_the_chamfer_transform_to_the_last_bit(share):
-    """Stamps around single obstacles, clusters, and at the edges of the square are its sweeps."""
-    obstacles = np.random.default_rng(3).uniform(size=(CELLS, CELLS)) < share
-    log_odds = np.where(obstacles, 2.0, -1.0).astype(np.float32)
-    centre = np.array([MIDDLE, MIDDLE])  # Nothing is wrapped around.
-    np.testing.assert_array_equal(mapped(log_odds, centre=centre).clearance, swept(obstacles, 6.5))
 
 
 def distances_from(places):

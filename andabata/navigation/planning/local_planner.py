@@ -25,7 +25,8 @@ from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
-from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
+from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
+from andabata.navigation.planning.occupancy_grid import OccupancyGrid
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,

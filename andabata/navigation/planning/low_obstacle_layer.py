@@ -108,9 +108,10 @@ class LowObstacleLayer:
             config: Settings.
         """
         self.config = config
-        self._grid = RollingGrid(cell, config.cells, ("points", "sum", "height"))
-        self._sums = self._grid.values[:, :, :2]
-        self.heights = self._grid["height"]
+        self._grid = RollingGrid(cell, config.cells, ("points", "sum"))
+        # Heights are looked through as a whole: they have memory of their own.
+        self._heights = RollingGrid(cell, config.cells, ("height",))
+        self.heights = self._heights["height"]
 
     @property
     def centre(self) -> NDArray[np.int64]:
@@ -120,6 +121,7 @@ class LowObstacleLayer:
     def reset(self) -> None:
         """Forget everything."""
         self._grid.reset()
+        self._heights.reset()
 
     def update(
         self,
@@ -136,13 +138,14 @@ class LowObstacleLayer:
         """
         config, cell = self.config, self._grid.cell
         self._grid.follow(position)
+        self._heights.follow(position)
         due = _find_due(elevation.hit, elevation.ages, (np.float32(ages[0]), np.float32(ages[1])))
         reach = Reach(config.min_range, config.max_range, config.max_height, config.max_points)
-        _accumulate(elevation.table, due, self._sums, self.centre, position, cell, reach)
+        _accumulate(elevation.table, due, self._grid.values, self.centre, position, cell, reach)
         threshold = Threshold(
             config.min_points, config.min_height, config.roughness_factor, config.decay
         )
-        _detect(self._sums, due, threshold, self.heights)
+        _detect(self._grid.values, due, threshold, self.heights)
 
 
 @kernel

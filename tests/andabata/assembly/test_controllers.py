@@ -13,7 +13,7 @@ from andabata.navigation.controller import NoPlanner
 from andabata.navigation.null_controllers import AwayController, RandomController
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
-from andabata.navigation.planning.occupancy_grid import OccupancyGridConfig
+from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController

@@ -14,7 +14,7 @@ from andabata.models import shipped_ground_classifier
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
-from andabata.navigation.planning.occupancy_grid import OccupancyGridConfig
+from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from andabata.navigation.reactive import ReactiveController
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig

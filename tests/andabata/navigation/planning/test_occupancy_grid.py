@@ -7,7 +7,8 @@ import pytest
 
 from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
-from andabata.navigation.planning.occupancy_grid import OccupancyGrid, OccupancyGridConfig
+from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
+from andabata.navigation.planning.occupancy_grid import OccupancyGrid
 from tests.situations import GRID, ORIGIN, between, nothing_seen, odds_of
 from traversability.grid import PolarGrid
 

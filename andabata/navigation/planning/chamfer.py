@@ -20,13 +20,16 @@ _STRAIGHT, _DIAGONAL = np.float32(1.0), np.float32(math.sqrt(2.0))
 
 
 @kernel
-def inflate(clearance: NDArray[np.float32], far: float) -> None:
+def inflate(clearance: NDArray[np.float32], far: float) -> NDArray[np.bool_]:
     """Lower the clearances around obstacles to the distance from the nearest.
 
     Args:
         clearance: Clearance [cells], 0 for obstacles and ``far`` for all else, changed in place,
             float32, shape (n, n).
         far: Distance from which on a clearance does not count [cells].
+
+    Returns:
+        True for the rows near obstacles, shape (n,): only there clearances are lowered.
     """
     n, reach = len(clearance), int(np.ceil(far)) - 1
     is_near = _near_obstacles(clearance, reach)
@@ -51,6 +54,7 @@ def inflate(clearance: NDArray[np.float32], far: float) -> None:
             for j in range(n):
                 clearance[i, j] = row[j + _STRIDE]
             before, row = row, before
+    return is_near
 
 
 @kernel

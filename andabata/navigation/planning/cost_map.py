@@ -150,17 +150,17 @@ class CostMap:
                 places; None takes the middles of cells and the chamfer transform.
         """
         cell, weights, known = self._cell, self.weights, self._log_odds
-        far = np.float32(weights.inflation_radius / cell)
+        far = float(np.float32(weights.inflation_radius / cell))
         _unwrap(log_odds, centre, known)
-        self.clearance.fill(far)
-        if hits is None:
-            _mark(known, weights.lethal_log_odds, self.clearance)
+        lethal = weights.lethal_log_odds
+        _mark(known, lethal if hits is None else np.inf, far, self.clearance)
         clear_outside(self.clearance, centre, cell, bounds)
         if hits is None:
-            inflate(self.clearance, float(far))
+            is_near = inflate(self.clearance, far)
         else:
-            _inflate_hits(known, hits, centre, weights.lethal_log_odds, float(far), self.clearance)
-        _price(known, self.clearance, cell, weights, self.costs)
+            _inflate_hits(known, hits, centre, lethal, far, self.clearance)
+            is_near = np.ones(len(known), dtype=np.bool_)
+        _price(known, self.clearance, is_near, cell, weights, self.costs)
         _widen_where_driven(
             *(known, weights.max_log_odds, self._passage),
             *(self.clearance, self.traversed_clearance),
@@ -184,12 +184,14 @@ def _unwrap(
 
 
 @kernel
-def _mark(log_odds: NDArray[np.float32], lethal: float, clearance: NDArray[np.float32]) -> None:
-    """Write 0 into the clearance of obstacles."""
+def _mark(
+    log_odds: NDArray[np.float32], lethal: float, far: float, clearance: NDArray[np.float32]
+) -> None:
+    """Write 0 into the clearance of obstacles, and the largest into that of all else."""
     for i in range(len(log_odds)):
         for j in range(len(log_odds)):
             # What is no number is no obstacle.
-            clearance[i, j] = 0.0 if log_odds[i, j] > lethal else clearance[i, j]
+            clearance[i, j] = 0.0 if log_odds[i, j] > lethal else far
 
 
 @kernel
@@ -243,22 +245,40 @@ def _lower(clearance: NDArray[np.float32], x: float, y: float, far: float) -> No
 def _price(
     log_odds: NDArray[np.float32],
     clearance: NDArray[np.float32],
+    is_near: NDArray[np.bool_],
     cell: float,
     weights: CostWeights,
     costs: NDArray[np.float32],
 ) -> None:
-    """Write the cost of each cell."""
+    """Write the cost of each cell; rows that are not near any obstacle need fewer divisions."""
     for i in range(len(costs)):
-        for j in range(len(costs)):
-            costs[i, j] = _cost(log_odds[i, j], float(clearance[i, j] * cell), weights)
+        if is_near[i]:
+            for j in range(len(costs)):
+                costs[i, j] = _cost(log_odds[i, j], float(clearance[i, j] * cell), weights)
+        else:
+            for j in range(len(costs)):
+                costs[i, j] = _cost_in_the_open(log_odds[i, j], weights)
 
 
 @kernel
 def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
     """Return the cost of a metre at a clearance [m] with some log odds."""
+    cost = _cost_in_the_open(log_odds, weights)
     # Where the robot has driven it can drive, however narrow it is there.
     if log_odds <= -np.float32(weights.max_log_odds):
-        return 1.0
+        return cost
+    inscribed, inflation = weights.inscribed_radius, weights.inflation_radius
+    if clearance < inscribed:
+        cost += weights.inscribed_cost * (2.0 - clearance / inscribed)
+    if clearance < inflation:
+        falling = (inflation - clearance) / (inflation - inscribed)
+        cost += weights.inflation_cost * min(1.0, falling)
+    return cost
+
+
+@kernel
+def _cost_in_the_open(log_odds: float, weights: CostWeights) -> float:
+    """Return the cost of a metre far from all obstacles."""
     cost = 1.0
     if log_odds == 0.0:
         cost += weights.unknown_cost
@@ -266,12 +286,6 @@ def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
         share = log_odds / weights.lethal_log_odds
         sure = weights.lethal_cost * max(share - 1.0, 0.0)
         cost += weights.uncertain_cost * min(share, 1.0) + sure
-    inscribed, inflation = weights.inscribed_radius, weights.inflation_radius
-    if clearance < inscribed:
-        cost += weights.inscribed_cost * (2.0 - clearance / inscribed)
-    if clearance < inflation:
-        falling = (inflation - clearance) / (inflation - inscribed)
-        cost += weights.inflation_cost * min(1.0, falling)
     return cost
 
 

@@ -38,10 +38,12 @@ def test_clearances_are_those_of_plain_sweeps_to_the_last_bit(share, far):
 
 @pytest.mark.parametrize("place", [(0, 0), (63, 0), (0, 63), (63, 63), (20, 30)])
 def test_a_single_obstacle_has_the_sweeps_clearances_around_it(place):
-    """In the corners, too; beyond its reach nothing is changed."""
+    """In the corners, too; the rows within its reach are named."""
     obstacles = np.zeros((CELLS, CELLS), dtype=bool)
     obstacles[place] = True
-    found = inflated(obstacles, 6.5)
+    found = np.where(obstacles, 0.0, 6.5).astype(np.float32)
+    is_near = inflate(found, 6.5)
+    np.testing.assert_array_equal(is_near, np.abs(np.arange(CELLS) - place[0]) <= 6)
     np.testing.assert_array_equal(found, swept(obstacles, 6.5))
     i, j = np.abs(np.mgrid[:CELLS, :CELLS] - np.array(place)[:, None, None])
     chamfer = np.maximum(i, j) + (np.sqrt(2.0) - 1.0) * np.minimum(i, j)

@@ -107,6 +107,24 @@ def test_log_odds_have_a_known_cost_in_the_open(log_odds, cost):
     np.testing.assert_allclose(found.costs, cost)
 
 
+def test_each_cost_is_that_of_the_cells_own_clearance_and_log_odds():
+    """To the last bit, in rows near obstacles and in those that are far from all."""
+    rng = np.random.default_rng(5)
+    log_odds = rng.uniform(-4.0, 1.0, (CELLS, CELLS)).astype(np.float32)
+    log_odds[rng.uniform(size=log_odds.shape) < 0.3] = 0.0
+    log_odds[:20][rng.uniform(size=(20, CELLS)) < 0.03] = 2.5
+    found = mapped(log_odds, centre=np.array([MIDDLE, MIDDLE]))  # Nothing is wrapped around.
+    known, clearance = log_odds.astype(float), found.clearance.astype(float) * CELL
+    sure = 50.0 * np.maximum(known - 1.0, 0.0)
+    seen = np.where(known > 0.0, 3.0 * np.minimum(known, 1.0) + sure, 0.0)
+    cost = 1.0 + np.where(known == 0.0, 0.5, seen)
+    cost += np.where(clearance < 0.5, 15.0 * (2.0 - clearance / 0.5), 0.0)
+    falling = np.minimum((1.3 - clearance) / (1.3 - 0.5), 1.0)
+    cost += np.where(clearance < 1.3, 2.0 * falling, 0.0)
+    expected = np.where(known <= -3.0, 1.0, cost).astype(np.float32)
+    np.testing.assert_array_equal(found.costs, expected)
+
+
 def test_lethal_is_what_exceeds_the_threshold():
     """Log odds at the threshold are no obstacle, a little more is one."""
     log_odds = free()

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.classes import TRAITS, SemanticClass
-from worlds.ray_walk import NO_CLASS
+from worlds.ray_geometry import NO_CLASS
 from worlds.world import World
 
 

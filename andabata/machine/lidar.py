@@ -15,7 +15,7 @@ from andabata.machine.sensor_readings import Sweeps
 from terrain.classes import TRAITS
 from terrain.kernel import inlined_kernel, kernel
 from traversability.grid import PolarGrid
-from worlds.ray_walk import NO_CLASS
+from worlds.ray_geometry import NO_CLASS
 from worlds.rays import RayScene
 from worlds.walking import Walkers, cover_rays
 

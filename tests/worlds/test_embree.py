@@ -5,7 +5,7 @@ import numpy as np
 from terrain.classes import SemanticClass
 from terrain.objects import box
 from worlds.embree import EmbreeScene
-from worlds.ray_walk import NO_CLASS
+from worlds.ray_geometry import NO_CLASS
 
 
 def test_the_first_hit_has_its_class(make_ground):

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.objects import box
-from worlds.ray_walk import NO_CLASS
+from worlds.ray_geometry import NO_CLASS
 from worlds.rays import RayScene
 
 

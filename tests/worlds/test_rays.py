@@ -10,7 +10,7 @@ from terrain.objects import SceneObject, box
 from worlds.bodies import build_bodies
 from worlds.catalogue import make_world
 from worlds.embree import EmbreeScene
-from worlds.ray_walk import NO_CLASS
+from worlds.ray_geometry import NO_CLASS
 from worlds.rays import RayScene
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World

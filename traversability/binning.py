@@ -1,7 +1,7 @@
 """Sums of the points in polar quarter cells, from which all features are computed.
 
 Each cell is cut into two sectors by two rings, its quarters. Sums and extents of a quarter are all
-that the features need, so the cloud is read twice and never sorted.
+that the features need, so the cloud is never sorted.
 """
 
 from functools import lru_cache
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import borrowing_kernel, kernel
 from traversability.grid import PolarGrid
 
 COUNT, X, Y, Z, XX, YY, ZZ, XY, XZ, YZ, LOWEST, HIGHEST, NEAREST, FURTHEST = range(14)
@@ -26,6 +26,10 @@ _NO_QUARTER = np.int32(-1)
 _MAX_ABS_Z = 1e3
 """Largest magnitude of a height that is a measurement [m]."""
 
+_BLOCK = 512
+"""Number of points at a time: what is known of them stays in the fastest cache from step to step,
+and each step is simple enough for the compiler to pack."""
+
 # The ground may rise by this much from ring to ring, plus this much a metre, and still be the
 # ground: steeper than what is passable, so that banks are seen whole, and lower than a crown.
 _MAX_RISE = 0.3
@@ -40,12 +44,12 @@ class PolarTables(NamedTuple):
 
     Attributes:
         squares: Squared edges of the half rings [m2], shape (2 n_rings + 1,).
-        rings: Half ring of each bin of squared distance, ``-1 - first`` where an edge cuts the bin,
+        rings: Half ring at the begin of each bin of squared distance; at most one edge cuts a bin.
             int16, shape (4097,).
         ring_scale: Bins per unit of squared distance [1/m2].
         cosines: Cosines of the bearings of the half sectors' edges, shape (2 n_sectors + 1,).
         sines: Sines of the same bearings, shape (2 n_sectors + 1,).
-        sectors: Half sector of each bin of pseudo angle, ``-1 - first`` where an edge cuts the bin,
+        sectors: Half sector at the begin of each bin of pseudo angle; at most one edge cuts a bin.
             int16, shape (4097,).
         middles: Middle of each ring [m], shape (n_rings,).
     """
@@ -69,7 +73,7 @@ def polar_tables(grid: PolarGrid) -> PolarTables:
     scale = _N_BINS / squares[-1]
     # A bin begins a little early, so that rounding in the kernel cannot put a point before it.
     begins = np.arange(_N_BINS + 1) / scale * (1 - 1e-12)
-    rings = _unless_cut(np.maximum(np.searchsorted(squares, begins, side="right") - 1, 0))
+    rings = np.maximum(np.searchsorted(squares, begins, side="right") - 1, 0)
     n = 2 * grid.n_sectors
     angles = -np.pi + np.arange(n + 1) * 2 * np.pi / n
     # The inverse of the pseudo angle: a point (x, y) with |x| + |y| = 1 at the begin of each bin.
@@ -79,7 +83,6 @@ def polar_tables(grid: PolarGrid) -> PolarTables:
     bearings = np.arctan2(y, x)
     bearings[0] = -np.pi
     sectors = np.clip(np.floor((bearings + np.pi) / (2 * np.pi / n) - 1e-9), 0, n - 1)
-    sectors = _unless_cut(sectors.astype(np.int64))
     return PolarTables(
         squares=squares,
         rings=rings.astype(np.int16),
@@ -91,22 +94,18 @@ def polar_tables(grid: PolarGrid) -> PolarTables:
     )
 
 
-def _unless_cut(begins: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number at each bin's begin, as ``-1 - number`` where an edge cuts the bin."""
-    ends = np.append(begins[1:], -1)
-    return np.where(begins == ends, begins, -1 - begins)
-
-
 class Quarters(NamedTuple):
     """A cloud in quarters, and reusable memory for it: one instance serves all clouds of a robot.
 
     Attributes:
+        columns: x, y and z of the points in ``base_footprint`` [m], float32, shape (3, n).
         bins: Quarter of each point, ``half_sector * 2 n_rings + half_ring``, or -1 for none; int32,
             as long as the longest cloud so far.
         cuts: Greatest height of each cell's points [m], shape (n_sectors, n_rings).
         sums: Columns ``COUNT`` to ``FURTHEST`` of each quarter, shape (2 n_sectors, 2 n_rings, 14).
     """
 
+    columns: NDArray[np.float32]
     bins: NDArray[np.int32]
     cuts: NDArray[np.float64]
     sums: NDArray[np.float64]
@@ -133,6 +132,7 @@ def make_quarters(grid: PolarGrid, capacity: int = 0) -> Quarters:
         capacity: Number of points of the longest cloud.
     """
     return Quarters(
+        columns=np.empty((3, 0), dtype=np.float32),
         bins=np.empty(capacity, dtype=np.int32),
         cuts=np.empty((grid.n_sectors, grid.n_rings)),
         sums=np.empty((2 * grid.n_sectors, 2 * grid.n_rings, 14)),
@@ -149,7 +149,8 @@ def fill_quarters(
     cell's place: its lowest point, where that is not too high to be ground (assumption).
 
     Args:
-        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
+        points: Points in ``base_footprint`` [m], float32, shape (n, 3). They are copied unless all
+            x lie together in memory, then all y, then all z.
         grid: Polar grid of cells.
         memory: Quarters to write into; new ones are made if None or too short.
 
@@ -163,70 +164,149 @@ def fill_quarters(
     if memory is None or len(memory.bins) < len(points):
         memory = make_quarters(grid, len(points))
     tables = polar_tables(grid)
-    lowest = np.empty_like(memory.cuts)
-    _find_quarters(points, tables, memory.bins, lowest)
+    quarters = memory._replace(columns=np.ascontiguousarray(points.T))
+    _add_points(quarters, tables)
     if grid.cut == "ground":
-        _cut_over_ground(lowest, tables.middles, grid.max_height, memory.cuts)
+        _cut_over_ground(quarters.sums, tables.middles, grid.max_height, quarters.cuts)
     else:
-        memory.cuts.fill(grid.max_height)
-    _add_points(points, memory)
-    return memory
+        quarters.cuts.fill(grid.max_height)
+    _leave_out_high_points(quarters)
+    return quarters
 
 
 @kernel
-def _find_quarters(
-    points: NDArray[np.float32],
-    tables: PolarTables,
-    bins: NDArray[np.int32],
-    lowest: NDArray[np.float64],
-) -> None:
-    """Write the quarter of each point, and the lowest z of each cell.
+def _add_points(quarters: Quarters, tables: PolarTables) -> None:
+    """Find the quarter of each point, whatever its height over the ground, and sum up quarters.
 
     Args:
-        points: Points in ``base_footprint`` [m], shape (n, 3).
+        quarters: Points; ``bins`` and ``sums`` are written.
         tables: Look-up tables of the grid.
-        bins: Output, quarter of each point or -1, shape (n,) or longer.
-        lowest: Output, lowest z of each cell [m], infinite where it has no points, shape
-            (n_sectors, n_rings).
     """
-    squares, cosines, sines = tables.squares, tables.cosines, tables.sines
-    rings, sectors, ring_scale = tables.rings, tables.sectors, tables.ring_scale
-    n_sectors, n_rings = len(cosines) - 1, len(squares) - 1
-    nearest, furthest = squares[0], squares[n_rings]
-    bin_scale = (len(sectors) - 1) / 4
-    lowest[:] = np.inf
-    flat = lowest.ravel()
-    for k in range(len(points)):
-        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), points[k, 2]
+    columns, sums = quarters.columns, quarters.sums
+    for i in range(sums.shape[0]):
+        for j in range(sums.shape[1]):
+            _empty(sums[i, j])
+    rows = sums.reshape(-1, sums.shape[2])
+    rings, sectors = np.empty(_BLOCK, dtype=np.int32), np.empty(_BLOCK, dtype=np.int32)
+    n = columns.shape[1]
+    for first in range(0, n, _BLOCK):
+        last = min(first + _BLOCK, n)
+        # A row at a time: only of those does the compiler know that they are without gaps.
+        x, y, z = columns[0][first:last], columns[1][first:last], columns[2][first:last]
+        bins = quarters.bins[first:last]
+        _find_table_bins(x, y, z, tables, rings, sectors)
+        _look_up_quarters(x, y, tables, rings, sectors, bins)
+        for k in range(last - first):
+            if bins[k] >= 0:
+                _add(rows[np.uint64(bins[k])], x[k], y[k], z[k])
+
+
+@borrowing_kernel
+def _find_table_bins(
+    xs: NDArray[np.float32],
+    ys: NDArray[np.float32],
+    zs: NDArray[np.float32],
+    tables: PolarTables,
+    rings: NDArray[np.int32],
+    sectors: NDArray[np.int32],
+) -> None:
+    """Write the bins of squared distance and of pseudo angle in which points lie.
+
+    Args:
+        xs: x of the points [m], shape (m,).
+        ys: y of the points [m], shape (m,).
+        zs: z of the points [m], shape (m,).
+        tables: Look-up tables of the grid.
+        rings: Output, bin of squared distance, -1 for what is no point of the grid, shape (m,) or
+            longer.
+        sectors: Output, bin of pseudo angle, shape (m,) or longer.
+    """
+    nearest, furthest = tables.squares[0], tables.squares[len(tables.squares) - 1]
+    ring_scale, sector_scale = tables.ring_scale, (len(tables.sectors) - 1) / 4
+    for k in range(len(xs)):
+        x, y = np.float64(xs[k]), np.float64(ys[k])
         square = x * x + y * y
         # Comparisons with NaN are false, so that one test leaves out all that is no measurement.
-        if not (nearest <= square < furthest and -_MAX_ABS_Z < z < _MAX_ABS_Z):
+        inside = (nearest <= square) & (square < furthest) & (abs(zs[k]) < np.float32(_MAX_ABS_Z))
+        rings[k] = np.int32(square * ring_scale if inside else -1.0)
+        share = y / (abs(x) + abs(y))  # Grows with the bearing in each half plane.
+        behind = (2.0 if y >= 0 else -2.0) - share
+        share = behind if x < 0 else share
+        sectors[k] = np.int32((share + 2.0) * sector_scale if inside else 0.0)
+
+
+@borrowing_kernel
+def _look_up_quarters(
+    xs: NDArray[np.float32],
+    ys: NDArray[np.float32],
+    tables: PolarTables,
+    rings: NDArray[np.int32],
+    sectors: NDArray[np.int32],
+    bins: NDArray[np.int32],
+) -> None:
+    """Write the quarters of points whose bins in the tables are known.
+
+    Args:
+        xs: x of the points [m], shape (m,).
+        ys: y of the points [m], shape (m,).
+        tables: Look-up tables of the grid.
+        rings: Bin of squared distance, -1 for what is no point of the grid, shape (m,) or longer.
+        sectors: Bin of pseudo angle, shape (m,) or longer.
+        bins: Output, quarter of each point or -1, shape (m,).
+    """
+    squares, cosines, sines = tables.squares, tables.cosines, tables.sines
+    n_rings, last_sector = len(squares) - 1, np.int64(len(cosines) - 2)
+    for k in range(len(bins)):
+        if rings[k] < 0:
             bins[k] = _NO_QUARTER
             continue
-        # Half ring: from the table, and by comparison in the few bins that an edge cuts.
-        ring = np.int64(rings[np.uint64(square * ring_scale)])
-        if ring < 0:
-            ring = -1 - ring
-            ring += square >= squares[ring + 1]
-        # Half sector, in the same way: a point is past an edge if it lies to the left of its ray.
-        share = y / (abs(x) + abs(y))  # Grows with the bearing in each half plane.
-        if x < 0:
-            share = 2.0 - share if y >= 0 else -2.0 - share
-        sector = np.int64(sectors[np.uint64((share + 2.0) * bin_scale)])
-        if sector < 0:
-            sector = -1 - sector
-            after = sector + 1
-            sector += after < n_sectors and cosines[after] * y - sines[after] * x >= 0
+        x, y = np.float64(xs[k]), np.float64(ys[k])
+        # The table knows the half ring and the half sector at the begin of a bin; a comparison
+        # tells whether the point lies beyond the edge that follows, which few bins have.
+        ring = np.int64(tables.rings[np.uint64(rings[k])])
+        ring += np.int64(x * x + y * y >= squares[np.uint64(ring + 1)])
+        # A point is past the edge of a sector if it lies to the left of its ray.
+        sector = np.int64(tables.sectors[np.uint64(sectors[k])])
+        after = np.uint64(sector + 1)
+        sector += np.int64(cosines[after] * y - sines[after] * x >= 0)
+        # Nothing lies beyond the last edge.
+        sector = sector if sector < last_sector else last_sector
         bins[k] = sector * n_rings + ring
-        # Two half sectors and two half rings make a cell.
-        cell = np.uint64((sector >> 1) * (n_rings >> 1) + (ring >> 1))
-        if z < flat[cell]:
-            flat[cell] = z
+
+
+@borrowing_kernel
+def _empty(row: NDArray[np.float64]) -> None:
+    """Write the sums of no points to the columns of a quarter, shape (14,)."""
+    row[:LOWEST] = 0.0
+    row[LOWEST], row[HIGHEST], row[NEAREST], row[FURTHEST] = np.inf, -np.inf, np.inf, 0.0
+
+
+@borrowing_kernel
+def _add(row: NDArray[np.float64], px: float, py: float, pz: float) -> None:
+    """Add a point [m] to the columns of its quarter, shape (14,)."""
+    x, y, z = np.float64(px), np.float64(py), np.float64(pz)
+    square = x * x + y * y
+    # First and second moments, of which mean and covariance follow.
+    row[COUNT] += 1.0
+    row[X] += x
+    row[Y] += y
+    row[Z] += z
+    row[XX] += x * x
+    row[YY] += y * y
+    row[ZZ] += z * z
+    row[XY] += x * y
+    row[XZ] += x * z
+    row[YZ] += y * z
+    # Extents in height and in distance.
+    row[LOWEST] = min(row[LOWEST], z)
+    row[HIGHEST] = max(row[HIGHEST], z)
+    row[NEAREST] = min(row[NEAREST], square)
+    row[FURTHEST] = max(row[FURTHEST], square)
 
 
 @kernel
 def _cut_over_ground(
-    lowest: NDArray[np.float64],
+    sums: NDArray[np.float64],
     middles: NDArray[np.float64],
     max_height: float,
     cuts: NDArray[np.float64],
@@ -234,15 +314,17 @@ def _cut_over_ground(
     """Follow the ground outwards along each sector and write the cuts above it.
 
     Args:
-        lowest: Lowest z of each cell [m], shape (n_sectors, n_rings).
+        sums: Sums of each quarter over all points; see ``Quarters``.
         middles: Middle of each ring [m], shape (n_rings,).
         max_height: Height of the cut above the ground [m].
         cuts: Output, greatest height of each cell's points [m], shape (n_sectors, n_rings).
     """
-    for sector in range(lowest.shape[0]):
+    for sector in range(cuts.shape[0]):
         ground, last = 0.0, 0.0
-        for ring in range(lowest.shape[1]):
-            here = lowest[sector, ring]
+        for ring in range(cuts.shape[1]):
+            here = np.inf
+            for i in range(2 * sector, 2 * sector + 2):
+                here = min(here, sums[i, 2 * ring, LOWEST], sums[i, 2 * ring + 1, LOWEST])
             # Without a point (infinite) or with a crown alone, the ground known so far goes on.
             if here <= ground + _MAX_RISE + _MAX_RISE_PER_METRE * (middles[ring] - last):
                 ground, last = here, middles[ring]
@@ -250,44 +332,27 @@ def _cut_over_ground(
 
 
 @kernel
-def _add_points(points: NDArray[np.float32], quarters: Quarters) -> None:
-    """Add each point below the cut to the sums of its quarter, and mark the others with -1.
+def _leave_out_high_points(quarters: Quarters) -> None:
+    """Mark points above their cell's cut with -1, and sum up the quarters that have some anew.
 
     Args:
-        points: Points in ``base_footprint`` [m], shape (n, 3).
-        quarters: Quarter of each point and cut of each cell; ``bins`` and ``sums`` are changed.
+        quarters: Quarters with all points, and cuts; ``bins`` and ``sums`` are changed.
     """
     bins, cuts, sums = quarters.bins, quarters.cuts, quarters.sums
-    sums[:, :, :LOWEST] = 0.0
-    sums[:, :, LOWEST], sums[:, :, HIGHEST] = np.inf, -np.inf
-    sums[:, :, NEAREST], sums[:, :, FURTHEST] = np.inf, 0.0
-    # The cut of each cell four times, once per quarter: one look-up per point.
-    rows = np.repeat(cuts, 2).reshape(cuts.shape[0], -1)
-    limits = np.concatenate((rows, rows), axis=1).ravel()
-    flat = sums.reshape(-1, sums.shape[2])
-    for k in range(len(points)):
+    rows = sums.reshape(-1, sums.shape[2])
+    limits = np.full(len(rows), np.inf)
+    for i in range(sums.shape[0]):
+        for j in range(sums.shape[1]):
+            cut = cuts[i // 2, j // 2]
+            if sums[i, j, HIGHEST] > cut:
+                limits[i * sums.shape[1] + j] = cut
+                _empty(sums[i, j])
+    xs, ys, zs = quarters.columns[0], quarters.columns[1], quarters.columns[2]
+    for k in range(len(xs)):
         if bins[k] < 0:
             continue
         place = np.uint64(bins[k])
-        z = np.float64(points[k, 2])
-        if z > limits[place]:
+        if zs[k] > limits[place]:
             bins[k] = _NO_QUARTER
-            continue
-        x, y = np.float64(points[k, 0]), np.float64(points[k, 1])
-        square = x * x + y * y
-        # First and second moments, of which mean and covariance follow.
-        flat[place, COUNT] += 1.0
-        flat[place, X] += x
-        flat[place, Y] += y
-        flat[place, Z] += z
-        flat[place, XX] += x * x
-        flat[place, YY] += y * y
-        flat[place, ZZ] += z * z
-        flat[place, XY] += x * y
-        flat[place, XZ] += x * z
-        flat[place, YZ] += y * z
-        # Extents in height and in distance.
-        flat[place, LOWEST] = min(flat[place, LOWEST], z)
-        flat[place, HIGHEST] = max(flat[place, HIGHEST], z)
-        flat[place, NEAREST] = min(flat[place, NEAREST], square)
-        flat[place, FURTHEST] = max(flat[place, FURTHEST], square)
+        elif limits[place] < np.inf:
+            _add(rows[place], xs[k], ys[k], zs[k])

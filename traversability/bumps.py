@@ -23,7 +23,6 @@ _FIRST, _SECOND, _THIRD, _N_ABOVE = range(4)
 
 @kernel
 def find_bumps(
-    points: NDArray[np.float32],
     quarters: Quarters,
     middles: NDArray[np.float64],
     cells: CellWorkspace,
@@ -35,8 +34,7 @@ def find_bumps(
     a quarter is not.
 
     Args:
-        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
-        quarters: Quarter of each point and sums over the quarters.
+        quarters: Points, quarter of each point and sums over the quarters.
         middles: Middle of each ring [m], shape (n_rings,).
         cells: Counts and planes of the cells; bumps are written to their features.
     """
@@ -51,16 +49,17 @@ def find_bumps(
         for j in range(2 * rings):
             has_relief[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _MIN_RELIEF
     # The three highest points of each quarter over its plane, and how many rise like a bump.
+    xs, ys, zs = quarters.columns[0], quarters.columns[1], quarters.columns[2]
     slopes = cells.planes.reshape(len(has_relief), 3)
     tops = np.zeros((len(has_relief), 4))
-    for k in range(len(points)):
+    for k in range(len(xs)):
         if bins[k] < 0 or not has_relief[np.uint64(bins[k])]:
             continue
         place = np.uint64(bins[k])
         rise = (
-            points[k, 2]
-            - slopes[place, GRADIENT_X] * points[k, 0]
-            - slopes[place, GRADIENT_Y] * points[k, 1]
+            zs[k]
+            - slopes[place, GRADIENT_X] * xs[k]
+            - slopes[place, GRADIENT_Y] * ys[k]
             - slopes[place, LEVEL]
         )
         if rise > _BUMP_HEIGHT:

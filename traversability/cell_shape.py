@@ -34,7 +34,6 @@ _CELL_NOISE = 1e-3
 
 @kernel
 def describe_cells(
-    points: NDArray[np.float32],
     quarters: Quarters,
     middles: NDArray[np.float64],
     cells: CellWorkspace,
@@ -42,8 +41,7 @@ def describe_cells(
     """Write the number of points and the own features of each cell.
 
     Args:
-        points: Points in ``base_footprint`` [m], float32, shape (n, 3).
-        quarters: Quarter of each point and sums over the quarters.
+        quarters: Points, quarter of each point and sums over the quarters.
         middles: Middle of each ring [m], shape (n_rings,).
         cells: Buffers that are filled.
     """
@@ -60,7 +58,7 @@ def describe_cells(
                 profile(sums, counts, sector, ring, middles, out)
     # These compare cells with each other, so all of them have to be described before.
     compare_with_ring(counts, cells.values)
-    find_bumps(points, quarters, middles, cells)
+    find_bumps(quarters, middles, cells)
 
 
 @kernel

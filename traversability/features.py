@@ -142,7 +142,7 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     """
     quarters = fill_quarters(points, grid)
     cells = make_workspace(grid, len(ALL_FEATURES))
-    describe_cells(points, quarters, polar_tables(grid).middles, cells)
+    describe_cells(quarters, polar_tables(grid).middles, cells)
     for sector in range(grid.n_sectors):
         for ring in range(grid.n_rings):
             gather_neighbours(sector, ring, cells.counts, cells.values)

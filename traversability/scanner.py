@@ -125,7 +125,7 @@ class TraversabilityScanner:
         """
         # Cloud -> sums per quarter -> features per cell -> states and ranges.
         self._quarters = fill_quarters(points, self.grid, self._quarters)
-        describe_cells(points, self._quarters, self._middles, self._cells)
+        describe_cells(self._quarters, self._middles, self._cells)
         ranges = np.empty(self.grid.n_sectors, dtype=np.float32)
         found = _Classified(self._states, self._votes, ranges, self._closed)
         edges, min_points = self.grid.ring_edges, self.grid.min_points

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.pose import Pose
@@ -57,7 +56,7 @@ class MountingMonitor:
         """
         heading = Rotation.from_euler("Z", -odometry.yaw)
         tilt = heading * Rotation.from_quat(odometry.quaternion)
-        self._ground.add(np.array(assembler.around(odometry)), tilt)
+        self._ground.add(assembler.around(odometry).copy(), tilt)
         self._ground.verify()
 
     @property

@@ -96,6 +96,33 @@ def test_heights_are_cut_over_the_base_or_over_the_ground(cut, kept):
     assert quarters.sums[..., COUNT].sum() == kept
 
 
+def test_points_above_the_cut_leave_nothing_in_the_sums():
+    """Sums are those of the points below the cut alone, to the last bit."""
+    points = flat(0.1)
+    points[::7, 2] += np.float32(1.5)
+    found = fill_quarters(points, GRID)
+    below = fill_quarters(points[points[:, 2] < 1.3], GRID)
+    np.testing.assert_array_equal(found.sums, below.sums)
+    assert (found.bins[: len(points) : 7] == -1).all()
+
+
+def test_straight_behind_is_in_the_last_sector():
+    """A bearing of pi exactly lies beyond no edge."""
+    points = np.array([[-2, 0, 0], [-2, -1e-3, 0]], dtype=np.float32)
+    assert (fill_quarters(points, GRID).bins[:2] // (2 * GRID.n_rings)).tolist() == [63, 0]
+
+
+@pytest.mark.parametrize("count", [0, 1, 513])
+def test_points_column_by_column_are_not_copied(count):
+    """Any number of them gives what they give row by row."""
+    points = np.random.default_rng(2).uniform(-9, 9, (count, 3)).astype(np.float32)
+    columns = np.ascontiguousarray(points.T)
+    found, expected = fill_quarters(columns.T, GRID), fill_quarters(points, GRID)
+    assert count == 0 or np.shares_memory(found.columns, columns)
+    np.testing.assert_array_equal(found.bins[:count], expected.bins[:count])
+    np.testing.assert_array_equal(found.sums, expected.sums)
+
+
 def test_the_ground_is_followed_along_its_slope():
     """A bank of 20 degrees is ground as far as the last ring."""
     points = flat(0.0)

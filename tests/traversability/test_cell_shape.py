@@ -24,7 +24,7 @@ def described(points, cells=None):
     """Return the workspace after a cloud, and the cells that are described."""
     cells = cells or make_workspace(GRID, len(OWN_FEATURES))
     quarters = fill_quarters(points, GRID)
-    describe_cells(points, quarters, polar_tables(GRID).middles, cells)
+    describe_cells(quarters, polar_tables(GRID).middles, cells)
     return cells, cells.counts >= MIN_DESCRIBED
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -103,6 +104,17 @@ class PointCloud:
         """Return the number of points."""
         return len(self.points)
 
+    @cached_property
+    def newest(self) -> float:
+        """Stamp of the newest point [s].
+
+        Raises:
+            ValueError: If the cloud has no points, or they have no stamps.
+        """
+        if self.stamps is None or not len(self):
+            raise ValueError("stamps: expected points with stamps, got none")
+        return float(self.stamps.max())
+
     def coordinates(self) -> NDArray[np.float64]:
         """Return the points in ``frame`` [m], float64, shape (n, 3)."""
         return self.points.astype(np.float64) + self.origin
@@ -166,11 +178,12 @@ def joined(parts: Sequence[PointCloud]) -> PointCloud:
     Raises:
         ValueError: If their origins differ.
     """
-    if any((part.origin != parts[0].origin).any() for part in parts):
+    origin = parts[0].origin
+    if any(part.origin is not origin and (part.origin != origin).any() for part in parts):
         raise ValueError("origin: expected parts with the same origin, got different ones")
     columns: dict[str, NDArray[Any] | None] = {}
     for name in COLUMNS:
         known = [column for part in parts if (column := getattr(part, name)) is not None]
         columns[name] = np.concatenate(known) if len(known) == len(parts) else None
     points = np.concatenate([part.points for part in parts])
-    return PointCloud(points, parts[0].frame, origin=parts[0].origin, **columns)
+    return PointCloud(points, parts[0].frame, origin=origin, **columns)

@@ -124,7 +124,8 @@ class TraversabilityMap:
         n, m = self.reason.shape
         i = min(max(int((x - self.x_min) / self.cell), 0), n - 1)
         j = min(max(int((y - self.y_min) / self.cell), 0), m - 1)
-        return bool(self.reason[i, j] != Reason.FREE), float(self.clearance[i, j])
+        # Whole numbers: comparing an array's own with a member of an enumeration takes far longer.
+        return int(self.reason[i, j]) != int(Reason.FREE), float(self.clearance[i, j])
 
     def severity_of(
         self, points: NDArray[np.floating], classes: NDArray[np.integer]

@@ -417,8 +417,8 @@ def _training_case(scenes: SceneCache) -> Case:
 def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
     """Return many robots in one world, each with rotating laser, filter and classifier.
 
-    They make a virtual scan at every control step, and in the last row once a decision, as in the
-    default training and with the planner.
+    They make a virtual scan at every control step, and in the last rows once a decision, as in the
+    default training, with the planner and in the whole loop of one robot.
 
     Args:
         world: World preset.
@@ -462,10 +462,13 @@ def _many_robots_case(world: str, seed: int, scenes: SceneCache) -> Case:
                 )
                 for count, workers in sizes
             ),
-            Contender(
-                f"{OURS}: 16 in 1 process, a scan in {every} steps",
-                16 * CONTROL_PERIOD,
-                partial(make_robots, 16, 1, decimated),
+            *(
+                Contender(
+                    f"{OURS}: {count} in 1 process, a scan in {every} steps",
+                    count * CONTROL_PERIOD,
+                    partial(make_robots, count, 1, decimated),
+                )
+                for count in (1, 16)
             ),
         ),
     )

@@ -89,29 +89,18 @@ class SweepWindow:
             Points [m], shape (n, 3), their ages before the newest of them [s], float32, shape (n,),
             and the ages of what has settled, from the first on, less than the second.
         """
-        lag = _newest(self.parts[-1]) - self.settled
+        lag = self.parts[-1].newest - self.settled
         swath: list[PointCloud] = []
         # Parts are in order: those before the first old one are older still.
         for part in reversed(self.parts):
-            if _newest(part) <= stamp - lag:
+            if part.newest <= stamp - lag:
                 break
             swath.insert(0, part)
         stamps = [part.stamps for part in swath if part.stamps is not None]
-        newest = max(float(times.max()) for times in stamps)
+        newest = max(part.newest for part in swath)
         ages = np.concatenate([(newest - times).astype(np.float32) for times in stamps])
         due = (newest - self.settled, newest - stamp)
         return np.concatenate([part.points for part in swath]), ages, due
-
-
-def _newest(part: PointCloud) -> float:
-    """Return the stamp of a part's newest point [s].
-
-    Raises:
-        ValueError: If it has no points, or they have no stamps.
-    """
-    if part.stamps is None or not len(part):
-        raise ValueError("parts: expected points with stamps, got none")
-    return float(part.stamps.max())
 
 
 class CloudAssembler:
@@ -195,8 +184,7 @@ class CloudAssembler:
             self._window.popleft()
         for past, before in reversed(self._window):
             if abs(angle - before) >= self._config.settle:
-                assert past.stamps is not None
-                self._settled = float(past.stamps.max())
+                self._settled = past.newest
                 break
 
     def add_frame(self, frame: PointCloud, track: PoseTrack) -> None:

@@ -1,5 +1,7 @@
 """Cloud assembly: a complete cloud after each turn of the head, and the swath of the last one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -261,8 +263,16 @@ def test_each_place_of_the_window_comes_once_with_its_neighbours():
 def test_a_part_without_points_has_no_newest_stamp():
     """A window of nothing cannot be asked what came since."""
     empty = PointCloud(np.empty((0, 3), np.float32), "odom", np.empty(0))
-    with pytest.raises(ValueError, match="parts: expected points with stamps"):
+    with pytest.raises(ValueError, match="stamps: expected points with stamps"):
         SweepWindow((empty,), 0.0).since(-1.0)
+
+
+def test_the_newest_stamp_is_asked_for_once():
+    """A cloud remembers it; one with other stamps has its own."""
+    cloud = PointCloud(np.zeros((3, 3), np.float32), "odom", np.array([1.0, 3.0, 2.0]))
+    assert cloud.newest == 3.0
+    assert vars(cloud)["newest"] == 3.0
+    assert replace(cloud, stamps=cloud.stamps + 1.0).newest == 4.0
 
 
 def frame(stamp, points, name="base_footprint"):

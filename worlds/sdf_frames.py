@@ -2,7 +2,7 @@
 
 Links, joints, nested models and ``<frame>`` elements name frames. A pose stands in the frame that
 its ``relative_to`` names, else in that of what it is part of. Up to version 1.6 a pose has an
-attribute ``frame`` instead, which never had a meaning: it is read over.
+attribute ``frame`` instead, which never had a meaning and is ignored.
 """
 
 from dataclasses import dataclass, field
@@ -79,7 +79,7 @@ class Scope:
         if pose is None:
             return self.frame(base, self.element)
         if pose.attributes.get("frame"):
-            self.notes.add("the attribute frame of a pose has no meaning and was read over", pose)
+            self.notes.add("the attribute frame of a pose has no meaning and was ignored", pose)
         asked = pose.attributes.get("relative_to") or base
         around, own = self.frame(asked, pose), pose_of(pose)
         return own if around is IDENTITY else around @ own

@@ -1,4 +1,4 @@
-"""Meshes of collisions: read through open3d, checked, and taken apart where parts are convex."""
+"""Meshes of collisions: read, checked, and taken apart where parts are convex."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from worlds.sdf_collada import read_collada
 from worlds.sdf_xml import SdfError
 
-FORMATS = (".stl", ".obj", ".ply", ".off", ".gltf", ".glb")
-"""Ends of the names of files that open3d reads."""
+FORMATS = (".stl", ".dae", ".obj", ".ply", ".off", ".gltf", ".glb")
+"""Ends of the names of files that are read: Collada by ourselves, the others through open3d."""
 
 _MAX_TRIANGLES = 200_000
 """Largest number of triangles of a mesh."""
@@ -46,17 +47,12 @@ def load_mesh(path: Path, where: str) -> Surface:
     Raises:
         SdfError: If it is of a kind that is not read, damaged, empty, or too large.
     """
-    if path.suffix.lower() not in FORMATS:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
         raise SdfError(
             f"{where}: expected a mesh of a kind {', '.join(FORMATS)}, got {path}; convert it"
         )
-    import open3d
-
-    # open3d returns an empty mesh instead of an error, and prints why.
-    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
-        mesh = open3d.io.read_triangle_mesh(path)
-    vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-    triangles = np.asarray(mesh.triangles, dtype=np.int64).reshape(-1, 3)
+    vertices, triangles = _collada(path, where) if suffix == ".dae" else _through_open3d(path)
     if not len(triangles) or not np.isfinite(vertices).all():
         raise SdfError(f"{where}: expected triangles in {path}, got none; is the file damaged?")
     if len(triangles) > _MAX_TRIANGLES:
@@ -108,6 +104,26 @@ def normals(surface: Surface) -> NDArray[np.float64]:
     """Return the outward direction of each triangle, as long as twice its area, shape (m, 3)."""
     a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
+
+
+def _collada(path: Path, where: str) -> Surface:
+    """Return the triangles of a Collada file, each with corners of its own."""
+    try:
+        corners = read_collada(path, _MAX_TRIANGLES)
+    except SdfError as error:
+        raise SdfError(f"{where}: {error}") from None
+    return Surface(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+def _through_open3d(path: Path) -> Surface:
+    """Return the triangles of a file, none if it is damaged."""
+    import open3d
+
+    # open3d returns an empty mesh instead of an error, and prints why.
+    with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+        mesh = open3d.io.read_triangle_mesh(path)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    return Surface(vertices, np.asarray(mesh.triangles, dtype=np.int64).reshape(-1, 3))
 
 
 def _with_area(surface: Surface) -> Surface:

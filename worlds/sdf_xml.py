@@ -33,7 +33,7 @@ class Element:
     """An element of a document.
 
     Attributes:
-        tag: Name of its kind.
+        tag: Name of its kind, without the namespace of the document.
         attributes: Attributes by name.
         source: File of the document.
         line: Line on which it begins.
@@ -120,12 +120,15 @@ class _Builder:
         # The root's parent stands for the document, which errors outside of elements name.
         self._stack = [Element("document", {}, path, 1)]
         self._count = 0
+        self._namespace = ""  # As expat writes it before names: "http://...}".
         self._skipped = 0  # Number of open elements from an opaque one on.
         # DefusedXMLParser installs what refuses entities; its expat parser knows the lines. Its own
         # handlers of elements, which know none, are replaced.
         parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
         self._expat = parser.parser
         self._expat.buffer_text = True
+        # Text that comes in many pieces is copied as often: a mesh has megabytes in one element.
+        self._expat.buffer_size = 2**20
         self._expat.ordered_attributes = False
         self._expat.StartElementHandler = self._start
         self._expat.EndElementHandler = self._end
@@ -164,6 +167,9 @@ class _Builder:
         if self._skipped:
             self._skipped += 1
             return
+        if not self._count:
+            self._namespace = tag[: tag.rfind("}") + 1]
+        tag = tag.removeprefix(self._namespace)
         self._count += 1
         if len(self._stack) > _MAX_DEPTH:
             self._fail(f"expected at most {_MAX_DEPTH} elements inside each other, got more")

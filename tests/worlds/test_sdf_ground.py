@@ -5,7 +5,8 @@ import pytest
 from PIL import Image
 
 from terrain.classes import SemanticClass
-from tests.sdf_meshes import angle_bar, ranges, save, torus
+from tests.collada_files import crate
+from tests.sdf_meshes import angle_bar, block, ranges, save, torus
 from tests.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from worlds.bodies import build_bodies
 from worlds.quiet_pybullet import pybullet
@@ -174,19 +175,16 @@ def test_beams_end_where_they_do_on_the_shape_itself(tmp_path, shape):
     assert alike.mean() > 0.998
 
 
-def test_meshes_are_met_by_bodies(tmp_path):
-    """pybullet's contacts with an angle bar: in its corner there is room, at its sides none."""
-    save(tmp_path / "bar.ply", angle_bar(2.0, 0.3, 1.0))
-    text = "<mesh><uri>bar.ply</uri></mesh>"
-    world = made(tmp_path, FLAT, solid("m", text), bounds=(-5.0, -5.0, 5.0, 5.0)).world
+def touched(world, places):
+    """Return whether a ball of 0.2 m touches a solid of a world at each place, in pybullet."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
         bodies = build_bodies(world, client)
         ball = pybullet.createCollisionShape(
             pybullet.GEOM_SPHERE, radius=0.2, physicsClientId=client
         )
-        touched = []
-        for x, y in ((1.0, 1.0), (1.0, 0.45), (0.45, 1.0), (1.0, 0.15), (-0.15, 1.0), (-0.3, 1.0)):
+        found = []
+        for x, y in places:
             body = pybullet.createMultiBody(
                 0.1, ball, basePosition=[x, y, 0.5], physicsClientId=client
             )
@@ -194,11 +192,40 @@ def test_meshes_are_met_by_bodies(tmp_path):
                 pybullet.getClosestPoints(body, solid_, 0.0, physicsClientId=client)
                 for solid_ in bodies.solids
             ]
-            touched.append(any(near))
+            found.append(any(near))
             pybullet.removeBody(body, physicsClientId=client)
     finally:
         pybullet.disconnect(client)
-    assert touched == [False, True, True, True, True, False]
+    return found
+
+
+def test_meshes_are_met_by_bodies(tmp_path):
+    """pybullet's contacts with an angle bar: in its corner there is room, at its sides none."""
+    save(tmp_path / "bar.ply", angle_bar(2.0, 0.3, 1.0))
+    text = "<mesh><uri>bar.ply</uri></mesh>"
+    world = made(tmp_path, FLAT, solid("m", text), bounds=(-5.0, -5.0, 5.0, 5.0)).world
+    places = [(1.0, 1.0), (1.0, 0.45), (0.45, 1.0), (1.0, 0.15), (-0.15, 1.0), (-0.3, 1.0)]
+    assert touched(world, places) == [False, True, True, True, True, False]
+
+
+def test_a_collada_mesh_is_seen_and_met_as_the_same_stl(tmp_path):
+    """Rays and contacts, whatever the unit of the file and the nodes of its scene."""
+    save(tmp_path / "stl.stl", block(1.0, 2.0, 1.0))
+    crate(tmp_path / "dae.dae", (1.0, 2.0, 1.0))
+    angles = np.linspace(-np.pi, np.pi, 400)
+    rays = np.zeros((400, 6), np.float32)
+    rays[:, 0], rays[:, 2] = -3.0, 0.4
+    rays[:, 3], rays[:, 4] = np.cos(angles), np.sin(angles)
+    places = [(-0.6, 0.0), (-0.8, 0.0), (0.0, 1.1), (0.0, 1.3)]
+    seen = []
+    for kind in ("stl", "dae"):
+        shape = f"<mesh><uri>{kind}.{kind}</uri></mesh>"
+        parts = FLAT, solid("m", shape, pose(0, 0, 0.5))
+        world = made(tmp_path, *parts, bounds=(-5.0, -5.0, 5.0, 5.0)).world
+        seen.append(RayScene(world).cast(rays, np.full(400, np.inf, np.float32))[0])
+        assert touched(world, places) == [True, False, True, False]
+    assert np.isfinite(seen[0]).sum() > 30
+    np.testing.assert_allclose(seen[1], seen[0], atol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.collada_files import document, instance, node, of_surface, write
 from tests.sdf_meshes import angle_bar, block, save, together, torus
 from worlds import sdf_meshes
 from worlds.sdf_meshes import Surface, is_closed, load_mesh, normals, parts, volume
@@ -20,6 +21,18 @@ def test_a_file_holds_the_mesh(tmp_path, kind):
     assert volume(found) == pytest.approx(6.0)
 
 
+def test_a_collada_file_holds_the_mesh(tmp_path):
+    """The same corners and triangles, wherever the parts of its scene share them."""
+    box = block(1.0, 2.0, 3.0)
+    halves = [box._replace(triangles=half) for half in np.split(box.triangles, 2)]
+    geometries = "".join(of_surface(name, half) for name, half in zip("ab", halves, strict=True))
+    nodes = node(instance("a")) + node(instance("b"))
+    found = load_mesh(write(tmp_path / "a.DAE", geometries, nodes), "here")
+    assert found.vertices.shape == (8, 3)
+    assert is_closed(found.triangles)
+    assert volume(found) == pytest.approx(6.0)
+
+
 def test_triangles_without_area_are_left_out(tmp_path):
     """They have no direction."""
     box = block(1.0, 1.0, 1.0)
@@ -30,7 +43,9 @@ def test_triangles_without_area_are_left_out(tmp_path):
 @pytest.mark.parametrize(
     ("name", "data", "wrong"),
     [
-        ("a.dae", b"<COLLADA/>", r"a mesh of a kind \.stl, .*got .*a\.dae; convert it"),
+        ("a.blend", b"BLENDER", r"a mesh of a kind \.stl, .*got .*a\.blend; convert it"),
+        ("a.dae", b"<COLLADA/>", r"a\.dae:1: <COLLADA>: expected <scene> inside, got none"),
+        ("a.dae", document("", node()).encode(), "expected triangles in .*a.dae, got none"),
         ("a.stl", b"", "expected triangles in .*a.stl, got none"),
         ("a.stl", b"solid x\nendsolid x\n", "expected triangles"),
         ("a.stl", bytes(80) + (12).to_bytes(4, "little") + bytes(70), "expected triangles"),

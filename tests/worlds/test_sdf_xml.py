@@ -57,6 +57,12 @@ def test_predefined_and_numbered_characters_are_no_entities(tmp_path):
     assert read(tmp_path, "<a>&lt;&#65;&amp;</a>").text == "<A&"
 
 
+def test_names_are_without_the_namespace_of_the_document(tmp_path):
+    """Names of other namespaces keep theirs."""
+    root = read(tmp_path, '<a xmlns="http://x" xmlns:o="http://y"><b/><o:b/></a>')
+    assert (root.tag, [each.tag for each in root.children]) == ("a", ["b", "http://y}b"])
+
+
 def test_the_contents_of_opaque_elements_are_not_kept(tmp_path):
     """An opaque element stands alone, and what follows it is in its place."""
     root = read(tmp_path, "<a><v>x<w><v/></w></v>\n<c/></a>", opaque=frozenset({"v"}))

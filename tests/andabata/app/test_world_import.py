@@ -12,7 +12,8 @@ from PIL import Image
 from andabata.app.cli import main
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from tests.sdf_meshes import angle_bar, ranges, save
+from tests.collada_files import crate
+from tests.sdf_meshes import angle_bar, block, ranges, save
 from tests.sdf_worlds import (
     CUBE,
     PLANE,
@@ -161,6 +162,28 @@ def test_a_mesh_is_cast_and_collided_with(capsys, here):
         for _ in range(15):
             state = batch.step(np.array([[0.5, 0.0]]), np.ones(1, dtype=bool))
         assert bool(state.contacts[0]) is hits
+
+
+def test_a_collada_mesh_is_that_of_the_same_stl(capsys, here):
+    """The same room, ranges and contacts, with SDF's scale on top of the file's own unit."""
+    save(here / "stl.stl", block(1.0, 0.5, 1.0))
+    crate(here / "dae.dae", (1.0, 0.5, 1.0))
+    lidar = PlanarLidarConfig(fov_deg=360, resolution_deg=0.5, max_range=3.0)
+    seen, met = [], []
+    for kind in ("stl", "dae"):
+        shape = f"<mesh><uri>{kind}.{kind}</uri><scale>1 2 1</scale></mesh>"
+        write(here / f"{kind}.world", document(solid("m", shape, pose(1.2, 0, 0.5, 0, 0, 0.5))))
+        run(capsys, "world", "import", f"{kind}.world", "--bounds", "-4,-4,4,4")
+        batch = RoomBatch(1, [make_room(f"{kind}.toml")], DiscRobotConfig(), lidar)
+        batch.place(0, 0, Start(0.0, 0.1, 0.2))
+        batch.observe(np.ones(1, dtype=bool))
+        seen.append(1 / batch.reciprocals[0])
+        steps = [batch.step(np.array([[0.5, 0.0]]), np.ones(1, dtype=bool)) for _ in range(15)]
+        met.append([bool(each.contacts[0]) for each in steps])
+    assert (seen[0] < 2.9).sum() > 100
+    np.testing.assert_allclose(seen[1], seen[0], atol=1e-6)
+    assert met[0] == met[1]
+    assert met[0][-1]
 
 
 def test_an_uneven_world_becomes_a_world_of_hills(capsys, here):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from worlds.truth import Reason, TraversabilityMap
+from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.world import Start, Task
 
 START_CLEARANCE = 1.3

@@ -13,7 +13,8 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from terrain.plants import boulder, bush, grass, tree
 from worlds.goals import PATH_CLEARANCE, UnsolvableWorldError
-from worlds.truth import TraversabilityMap, TruthConfig, build_truth
+from worlds.traversability_map import TraversabilityMap
+from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, Task, World
 
 

@@ -26,7 +26,8 @@ from worlds.sdf_outlines import Corners, surface_in_slab
 from worlds.sdf_shapes import Capsule, Cylinder, Ellipsoid, Shape, Sphere
 from worlds.sdf_solids import Parts, parts_of
 from worlds.sdf_terrain import Terrain, terrain_of
-from worlds.truth import TraversabilityMap, TruthConfig, build_truth
+from worlds.traversability_map import TraversabilityMap
+from worlds.truth import TruthConfig, build_truth
 from worlds.world import Task, World
 
 _TOLERANCE = 0.01

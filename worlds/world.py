@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from worlds.movers import Mover
-from worlds.truth import TraversabilityMap
+from worlds.traversability_map import TraversabilityMap
 
 Geofence = tuple[float, float, float, float]
 """Rectangle that a robot must not leave: ``x_min, y_min, x_max, y_max`` in the map [m]."""

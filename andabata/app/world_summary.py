@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 from worlds.world import World
 
 

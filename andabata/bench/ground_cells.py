@@ -35,7 +35,7 @@ from traversability.cartesian.classifier import GroundClassifier
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures
 from worlds.scenes import SceneCache
-from worlds.truth import Reason, TraversabilityMap
+from worlds.traversability_map import Reason, TraversabilityMap
 
 BANDS = ((0.7, 1.8), (1.8, 3.2), (3.2, 5.0), (5.0, 10.0))
 """Bands of distance of single measurements [m]."""

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from andabata.machine.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import TRAITS
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 from worlds.world import World
 
 _REACH = 0.9

@@ -19,7 +19,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
 from worlds.mover_motion import Movers
-from worlds.truth import Reason, TraversabilityMap
+from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from worlds.catalogue import UnknownWorldError, make_world, patch, preset_names, presets
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 
 NAMES = (
     "forest",

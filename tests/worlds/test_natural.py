@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from worlds.natural import NaturalConfig, make_natural
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 
 BARE = NaturalConfig(
     family=1,

@@ -13,7 +13,7 @@ from worlds.quiet_pybullet import pybullet
 from worlds.rays import RayScene
 from worlds.sdf import read_sdf
 from worlds.sdf_ground import world_of
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 
 FLAT = solid("ground", PLANE)
 HILL = "<heightmap><uri>h.png</uri><size>16 16 3</size></heightmap>"

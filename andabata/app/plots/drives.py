@@ -18,7 +18,7 @@ from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 from worlds.world import Task, World
 
 _REASON_COLOURS = {

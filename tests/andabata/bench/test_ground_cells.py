@@ -17,7 +17,7 @@ from andabata.bench.ground_cells import (
     true_state,
 )
 from traversability.grid import PolarGrid
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 
 
 def test_rotation_is_counter_clockwise():

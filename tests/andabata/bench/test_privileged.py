@@ -17,7 +17,7 @@ from andabata.models import Models
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import MAX_RANGE, MIN_RANGE
 from worlds.scenes import SceneCache
-from worlds.truth import Reason
+from worlds.traversability_map import Reason
 
 
 def test_goals_are_counted_in_a_row():

@@ -38,22 +38,46 @@ def find_bumps(
         middles: Middle of each ring [m], shape (n_rings,).
         cells: Counts and planes of the cells; bumps are written to their features.
     """
-    bins, sums, counts = quarters.bins, quarters.sums, cells.counts
     rings = 0
-    while rings < counts.shape[1] and middles[rings] < BUMP_RANGE:
+    while rings < cells.counts.shape[1] and middles[rings] < BUMP_RANGE:
         rings += 1
     # Most quarters are too flat to hold a bump: their points are skipped.
+    tops = _highest_points(quarters, _with_relief(quarters.sums, rings), cells.planes)
+    _write_bumps(tops, quarters.sums.shape[1], rings, cells)
+
+
+@kernel
+def _with_relief(sums: NDArray[np.float64], rings: int) -> NDArray[np.bool_]:
+    """Return which quarters of the first rings may hold a bump, flat over all quarters."""
     columns = sums.shape[1]
-    has_relief = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
+    found = np.zeros(sums.shape[0] * columns, dtype=np.bool_)
     for i in range(sums.shape[0]):
         for j in range(2 * rings):
-            has_relief[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _MIN_RELIEF
-    # The three highest points of each quarter over its plane, and how many rise like a bump.
+            found[i * columns + j] = sums[i, j, HIGHEST] - sums[i, j, LOWEST] >= _MIN_RELIEF
+    return found
+
+
+@kernel
+def _highest_points(
+    quarters: Quarters,
+    wanted: NDArray[np.bool_],
+    planes: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the three highest points of each quarter over its plane, and how many are bumps.
+
+    Args:
+        quarters: Points and the quarter of each.
+        wanted: Quarters that are looked into, shape (k,).
+        planes: Plane around each quarter; see ``CellWorkspace``.
+
+    Returns:
+        Heights [m], the highest first, and the number of points, shape (k, 4).
+    """
+    bins, slopes = quarters.bins, planes.reshape(len(wanted), 3)
     xs, ys, zs = quarters.columns[0], quarters.columns[1], quarters.columns[2]
-    slopes = cells.planes.reshape(len(has_relief), 3)
-    tops = np.zeros((len(has_relief), 4))
+    tops = np.zeros((len(wanted), 4))
     for k in range(len(xs)):
-        if bins[k] < 0 or not has_relief[np.uint64(bins[k])]:
+        if bins[k] < 0 or not wanted[np.uint64(bins[k])]:
             continue
         place = np.uint64(bins[k])
         rise = (
@@ -70,10 +94,22 @@ def find_bumps(
             tops[place, _FIRST] = max(first, rise)
             tops[place, _SECOND] = max(second, min(first, rise))
             tops[place, _THIRD] = min(second, rise)
-    # A cell has the highest bump of its quarters, and the points of all.
-    for sector in range(counts.shape[0]):
+    return tops
+
+
+@kernel
+def _write_bumps(tops: NDArray[np.float64], columns: int, rings: int, cells: CellWorkspace) -> None:
+    """Write to each cell the highest bump of its quarters, and the points of all.
+
+    Args:
+        tops: Highest points of each quarter, as ``_highest_points`` returns them.
+        columns: Number of half rings of the grid.
+        rings: Number of rings that are written to.
+        cells: Counts of the cells; bumps are written to their features.
+    """
+    for sector in range(cells.counts.shape[0]):
         for ring in range(rings):
-            if counts[sector, ring] < MIN_DESCRIBED:
+            if cells.counts[sector, ring] < MIN_DESCRIBED:
                 continue
             out = cells.values[sector, ring]
             out[BUMP] = out[BUMP_THIRD] = out[BUMP_POINTS] = 0.0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, FURTHEST, HIGHEST, LOWEST, NEAREST, X, Y, Z
 from traversability.cell_columns import (
     ABOVE_PLANE,
@@ -55,6 +55,22 @@ class QuarterPlane(NamedTuple):
     level: float
     lowest: float
     highest: float
+
+
+class _Window(NamedTuple):
+    """The quarters within reach of a quarter.
+
+    Attributes:
+        side: Number of half sectors to either side.
+        stride: Number of half sectors from one that counts to the next.
+        first: First half ring.
+        last: Last half ring.
+    """
+
+    side: int
+    stride: int
+    first: int
+    last: int
 
 
 @kernel
@@ -147,28 +163,14 @@ def _fit_plane(
         j: Half ring of the quarter.
         plane: Output, gradient along x and y and height at the origin [m], shape (3,).
     """
-    sectors, rings = sums.shape[0], sums.shape[1]
     x0, y0, z0 = means[i, j, _MEAN_X], means[i, j, _MEAN_Y], means[i, j, _MEAN_Z]
-    square = x0 * x0 + y0 * y0
-    radius = np.sqrt(square)
-    # The window sideways: as many half sectors as the reach is wide here.
-    side = max(1, int(_REACH / (radius * 2 * np.pi / sectors)))
-    stride = 1 + side // 3  # Narrow columns: every second one will do, the own among them.
-    side -= side % stride
-    # The window outwards: at least the neighbours, and all whose points come within reach.
-    inner, outer = max(radius - _REACH, 0.0), radius + _REACH
-    inner, outer = inner * inner, outer * outer
-    first, last = max(j - 1, 0), min(j + 1, rings - 1)
-    while first > 0 and sums[i, first, FURTHEST] > inner:
-        first -= 1
-    while last < rings - 1 and 0 < sums[i, last, NEAREST] < outer:
-        last += 1
+    window = _window_around(sums, means, i, j)
     # Weighted moments of the mean points, counted from the quarter's own for precision.
     n = sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
     lowest, highest = np.inf, -np.inf
-    for step in range(-side, side + 1, stride):
-        column = (i + step) % sectors
-        for k in range(first, last + 1):
+    for step in range(-window.side, window.side + 1, window.stride):
+        column = (i + step) % len(means)
+        for k in range(window.first, window.last + 1):
             w = means[column, k, _WEIGHT]
             if w == 0.0:
                 continue
@@ -194,12 +196,35 @@ def _fit_plane(
     plane[GRADIENT_X], plane[GRADIENT_Y], plane[LEVEL] = gx, gy, level - gx * x0 - gy * y0
     # Step: the range of what is left beside the plane.
     under, over = np.inf, -np.inf
-    for step in range(-side, side + 1, stride):
-        column = (i + step) % sectors
-        for k in range(first, last + 1):
+    for step in range(-window.side, window.side + 1, window.stride):
+        column = (i + step) % len(means)
+        for k in range(window.first, window.last + 1):
             if means[column, k, _WEIGHT] > 0.0:
                 rise = gx * (means[column, k, _MEAN_X] - x0) + gy * (means[column, k, _MEAN_Y] - y0)
                 off = means[column, k, _MEAN_Z] - rise
                 under, over = min(under, off), max(over, off)
     slope = min(np.sqrt(gx * gx + gy * gy), MAX_SLOPE)
     return QuarterPlane(slope, over - under, level, lowest, highest)
+
+
+@inlined_kernel
+def _window_around(
+    sums: NDArray[np.float64], means: NDArray[np.float64], i: int, j: int
+) -> _Window:
+    """Return the quarters that come within reach of the mean point of quarter (i, j)."""
+    sectors, rings = sums.shape[0], sums.shape[1]
+    x, y = means[i, j, _MEAN_X], means[i, j, _MEAN_Y]
+    radius = np.sqrt(x * x + y * y)
+    # Sideways: as many half sectors as the reach is wide here.
+    side = max(1, int(_REACH / (radius * 2 * np.pi / sectors)))
+    stride = 1 + side // 3  # Narrow columns: every second one will do, the own among them.
+    side -= side % stride
+    # Outwards: at least the neighbours, and all whose points come within reach.
+    inner, outer = max(radius - _REACH, 0.0), radius + _REACH
+    inner, outer = inner * inner, outer * outer
+    first, last = max(j - 1, 0), min(j + 1, rings - 1)
+    while first > 0 and sums[i, first, FURTHEST] > inner:
+        first -= 1
+    while last < rings - 1 and 0 < sums[i, last, NEAREST] < outer:
+        last += 1
+    return _Window(side, stride, first, last)

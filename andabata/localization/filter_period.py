@@ -118,6 +118,12 @@ def _is_finite(row: NDArray[np.float64]) -> bool:
 
 
 @borrowing_kernel
+def _is_due(rows: NDArray[np.float64], k: int, now: float) -> bool:
+    """Return true if there is a row k and its stamp is not after an instant [s], or is NaN."""
+    return k < len(rows) and not rows[k, STAMP] > now + STAMP_TOLERANCE
+
+
+@borrowing_kernel
 def _take_wheels(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
@@ -144,21 +150,21 @@ def _take_wheels(
         Index of the next row, and true if the last valid row says that the wheels stand still.
     """
     still = False
-    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
+    while _is_due(rows, first, now):
+        nis = np.nan
         if _is_finite(rows[first]):
             left, right = rows[first, LEFT], rows[first, RIGHT]
             speed = model.body.wheel_radius * (left + right) / 2
             still = left == 0.0 and right == 0.0
             nis = correct_wheels(x, P, speed, model, workspace)
-            _count(counts, WHEELS, nis, model.gates.wheels)
-        else:
-            counts[WHEELS, REJECTED] += 1
+        _count(counts, WHEELS, nis, model.gates.wheels)
         first += 1
     return first, still
 
 
 @borrowing_kernel
-def _take_mag(
+def _take_mag_or_gnss(
+    sensor: int,
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     now: float,
@@ -168,53 +174,47 @@ def _take_mag(
     workspace: Workspace,
     counts: NDArray[np.int64],
 ) -> int:
-    """Correct with the magnetometer rows up to an instant; see ``_take_wheels``.
+    """Correct with the rows of ``COMPASS`` or ``GNSS`` up to an instant; see ``_take_wheels``.
 
     Returns:
         Index of the next row.
     """
-    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
+    gate = model.gates.vector if sensor == COMPASS else model.gates.gnss
+    while _is_due(rows, first, now):
+        nis = np.nan
         if _is_finite(rows[first]):
             if model.body.heading_only:
                 _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
-            nis = correct_mag(x, P, rows[first], model, workspace)
+            if sensor == COMPASS:
+                nis = correct_mag(x, P, rows[first], model, workspace)
+            else:
+                nis = correct_gnss(x, P, rows[first], model, workspace)
             if model.body.heading_only:
                 _restore_considered(x, P, workspace.kept_state, workspace.kept_covariance)
-            _count(counts, COMPASS, nis, model.gates.vector)
-        else:
-            counts[COMPASS, REJECTED] += 1
+        _count(counts, sensor, nis, gate)
         first += 1
     return first
 
 
 @borrowing_kernel
-def _take_gnss(
+def _take_imu(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
-    now: float,
-    rows: NDArray[np.float64],
-    first: int,
+    row: NDArray[np.float64],
+    still: bool,
     model: FilterModel,
     workspace: Workspace,
     counts: NDArray[np.int64],
-) -> int:
-    """Correct with the satellite fixes up to an instant; see ``_take_wheels``.
-
-    Returns:
-        Index of the next row.
-    """
-    while first < len(rows) and not rows[first, STAMP] > now + STAMP_TOLERANCE:
-        if _is_finite(rows[first]):
-            if model.body.heading_only:
-                _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
-            nis = correct_gnss(x, P, rows[first], model, workspace)
-            if model.body.heading_only:
-                _restore_considered(x, P, workspace.kept_state, workspace.kept_covariance)
-            _count(counts, GNSS, nis, model.gates.gnss)
-        else:
-            counts[GNSS, REJECTED] += 1
-        first += 1
-    return first
+) -> None:
+    """Correct with gravity and, while the wheels stand still, with the rates that are then zero."""
+    # A bridged gap has no specific force, which is NaN there.
+    if not _is_finite(row):
+        return
+    nis = correct_gravity(x, P, row, model, workspace)
+    _count(counts, GRAVITY_UPDATE, nis, model.gates.vector)
+    if still:
+        nis = correct_zero_rate(x, P, row, model, workspace)
+        _count(counts, ZERO_RATE, nis, model.gates.vector)
 
 
 @borrowing_kernel
@@ -251,11 +251,11 @@ def run_period(
         New stamp of the state [s], number of rows of the track that were filled, and true if the
         covariance stayed positive definite.
     """
-    imu = measurements.imu
+    imu, wheels, mag, gnss = measurements
     filled = 0
     next_wheels = next_mag = 0
     # A late fix of the very instant at which the period begins: the state is still that of then.
-    next_gnss = _take_gnss(x, P, now, measurements.gnss, 0, model, workspace, counts)
+    next_gnss = _take_mag_or_gnss(GNSS, x, P, now, gnss, 0, model, workspace, counts)
     for i in range(len(imu)):
         dt = imu[i, STAMP] - now
         is_valid = np.isfinite(imu[i, STAMP]) and _is_finite(imu[i, GYRO:FORCE])
@@ -266,18 +266,10 @@ def run_period(
             return now, filled, False
         now = imu[i, STAMP]
         counts[IMU, ACCEPTED] += 1
-        next_wheels, still = _take_wheels(
-            x, P, now, measurements.wheels, next_wheels, model, workspace, counts
-        )
-        # A bridged gap has no specific force, which is NaN there.
-        if _is_finite(imu[i]):
-            nis = correct_gravity(x, P, imu[i], model, workspace)
-            _count(counts, GRAVITY_UPDATE, nis, model.gates.vector)
-            if still:
-                nis = correct_zero_rate(x, P, imu[i], model, workspace)
-                _count(counts, ZERO_RATE, nis, model.gates.vector)
-        next_mag = _take_mag(x, P, now, measurements.mag, next_mag, model, workspace, counts)
-        next_gnss = _take_gnss(x, P, now, measurements.gnss, next_gnss, model, workspace, counts)
+        next_wheels, still = _take_wheels(x, P, now, wheels, next_wheels, model, workspace, counts)
+        _take_imu(x, P, imu[i], still, model, workspace, counts)
+        next_mag = _take_mag_or_gnss(COMPASS, x, P, now, mag, next_mag, model, workspace, counts)
+        next_gnss = _take_mag_or_gnss(GNSS, x, P, now, gnss, next_gnss, model, workspace, counts)
         _advance_odometry(x, imu[i], dt, model.body, odometry)
         _write_pose(now, x, odometry, track[filled])
         filled += 1

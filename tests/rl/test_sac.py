@@ -6,25 +6,10 @@ import torch
 
 from rl.export import policy_to_onnx
 from rl.policy import policy_from_bytes
-from rl.sac import ActorConfig, SacConfig, SoftActorCritic
-from rl.spaces import steering_actions, steering_observations
-from rl.training import Episode, EpisodeSpec, play
+from rl.sac import SacConfig, SoftActorCritic
+from rl.training import EpisodeSpec, play
 from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
-from tests.point_sets import ACTIONS as POINT_ACTIONS
-from tests.point_sets import observation, point_observations
-
-OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
-
-
-def train(learner, environment, iterations, episodes, repeat=1):
-    rng = np.random.default_rng(5)
-    for n in range(iterations):
-        policy = learner.behaviour_policy()
-        played = [
-            play(environment, policy, repeat, EpisodeSpec(0, (n, k))) for k in range(episodes)
-        ]
-        figures = learner.update(played, rng)
-    return figures
+from tests.learning import ACTIONS, OBSERVATIONS, batch, copies, moved, share_facing_the_goal, train
 
 
 def test_it_learns_to_face_the_goal():
@@ -39,11 +24,7 @@ def test_it_learns_to_face_the_goal():
     )
     learner = SoftActorCritic(OBSERVATIONS, ACTIONS, config, seed=3)
     train(learner, TurnToGoal(), 12, 4, repeat=2)
-    policy = learner.policy({})
-    episodes = [
-        play(TurnToGoal(), policy, 1, EpisodeSpec(0, (9, k)), explore=False) for k in range(20)
-    ]
-    assert np.mean([episode.is_success for episode in episodes]) >= 0.9
+    assert share_facing_the_goal(learner.policy({})) >= 0.9
 
 
 @pytest.fixture(scope="module")
@@ -114,18 +95,6 @@ def test_two_actions_resume(two_actions):
 def small(**changes):
     settings = {"hidden": (8,), "batch_size": 8, "learning_rate": 1e-3, **changes}
     return SoftActorCritic(OBSERVATIONS, ACTIONS, SacConfig(**settings), seed=2)
-
-
-def batch(rows=8, reward=1.0, terminated=0.0):
-    rng = np.random.default_rng(3)
-    states = rng.uniform(0, 1, (2, rows, 7)).astype(np.float32)
-    return {
-        "states": torch.from_numpy(states[0]),
-        "next_states": torch.from_numpy(states[1]),
-        "actions": torch.from_numpy(rng.uniform(-1, 1, (rows, 1)).astype(np.float32)),
-        "rewards": torch.full((rows,), reward),
-        "terminated": torch.full((rows,), terminated),
-    }
 
 
 @pytest.mark.parametrize("terminated", [0.0, 1.0])
@@ -243,15 +212,6 @@ def test_the_settings_of_the_shipped_policy():
     }
 
 
-def moved(tensors, before):
-    """Return whether any of some parameters has changed."""
-    return any(bool((a != b).any()) for a, b in zip(tensors, before, strict=True))
-
-
-def copies(module):
-    return [parameter.detach().clone() for parameter in module.parameters()]
-
-
 def test_the_actor_steps_for_every_mth_step_of_the_critics():
     """With ``actor_every`` 3 the actor, its average and the temperature move in steps 0, 3, 6."""
     learner = small(actor_every=3, updates_per_step=0.07)
@@ -338,130 +298,3 @@ def test_the_value_of_a_state_is_the_actors_own():
             found.append(learner.critics(states, actions).amin(dim=0) - 0.3 * log_p)
         expected = torch.stack(found).mean(dim=0)
         assert float((learner.state_value(states) - expected).abs().mean()) < 0.1
-
-
-def point_episode(n=12, rows=40):
-    rng = np.random.default_rng(0)
-    states = np.array([observation(n, rng) for _ in range(rows)])
-    return states, Episode(
-        states=states,
-        actions=rng.uniform(-1, 1, (rows, 2)).astype(np.float32),
-        rewards=rng.normal(size=rows),
-        last_state=states[-1],
-        terminated=True,
-        outcome="x",
-        is_success=False,
-        steps=rows,
-    )
-
-
-POINTS = {
-    "hidden": (16, 16),
-    "batch_size": 16,
-    "updates_per_step": 0.2,
-    "learning_rate": 1e-2,
-    "critic_terms": ("windows", "goal", "velocity"),
-    "critic_hidden": (8,),
-}
-
-
-def points(seed=2, **changes):
-    settings = {"actor": ActorConfig(kind="points", width=16, features=5), **POINTS, **changes}
-    return SoftActorCritic(point_observations(12), POINT_ACTIONS, SacConfig(**settings), seed)
-
-
-def test_critics_and_actor_read_their_own_terms():
-    """Critics see the windows and no points, the actor points and no windows."""
-    learner, (states, episode) = points(), point_episode()
-    learner.update([episode], np.random.default_rng(0))
-    space, rows = point_observations(12), torch.from_numpy(states)
-    actions = torch.zeros(len(rows), 2)
-    other = {}
-    for name in ("points", "windows"):
-        other[name] = rows.clone()
-        other[name][:, space.slice_of(name)] += 0.5
-    with torch.no_grad():
-        q, mean = learner.critics(rows, actions), learner.actor(rows)[0]
-        torch.testing.assert_close(learner.critics(other["points"], actions), q, rtol=0, atol=0)
-        assert (learner.critics(other["windows"], actions) != q).any()
-        torch.testing.assert_close(learner.actor(other["windows"])[0], mean, rtol=0, atol=0)
-        assert (learner.actor(other["points"])[0] != mean).any()
-    assert learner.critics.weights[0].shape == (2, 41 + 2, 8)
-    policy = policy_from_bytes(learner.policy({}).to_bytes())
-    assert policy.architecture == "point_set"
-    assert policy.weights["feature.weight"].shape == (5, 16)
-
-
-def test_a_perceptron_reads_its_own_terms():
-    """An actor of windows, goal and velocities ignores the points, also as a file."""
-    terms = ("windows", "goal", "velocity")
-    learner = points(actor=ActorConfig(), actor_terms=terms)
-    states, episode = point_episode()
-    learner.update([episode], np.random.default_rng(0))
-    policy = policy_from_bytes(learner.policy({}).to_bytes())
-    assert (policy.architecture, policy.terms) == ("mlp", terms)
-    with torch.no_grad():
-        mean, _ = learner.average(torch.from_numpy(states))
-    np.testing.assert_allclose(policy.best_many(states), torch.tanh(mean), atol=1e-6)
-    other = states[0].copy()
-    other[: 12 * 3] = 0.25
-    np.testing.assert_array_equal(policy.act(other), policy.act(states[0]))
-
-
-def test_a_point_actor_resumes():
-    """A restored learner with points and the value of states makes the same update, to the bit."""
-    learner, again = (points(seed, state_value=True, actor_every=2) for seed in (2, 3))
-    _, episode = point_episode()
-    learner.update([episode], np.random.default_rng(0))
-    again.restore(learner.to_bytes({}, {}))
-    for one in (learner, again):
-        one.update([episode], np.random.default_rng(1))
-    assert again.to_bytes({}, {}) == learner.to_bytes({}, {})
-
-
-class ReachPoint:
-    """One point among masked ones; the best two actions are its coordinates."""
-
-    def reset(self, *, seed=None, options=None):
-        self._rng, self._steps = np.random.default_rng(seed), 0
-        return self._draw(), {}
-
-    def step(self, action):
-        reward = -float(np.abs(np.asarray(action) - self._target).sum())
-        self._steps += 1
-        info = {"is_success": True, "outcome": "timeout", "reward_terms": {"match": reward}}
-        return self._draw(), reward, False, self._steps >= 20, info
-
-    def _draw(self):
-        self._target = self._rng.uniform(-0.8, 0.8, 2).astype(np.float32)
-        place, n = self._rng.integers(6), 6
-        parts = {
-            "points": self._rng.uniform(-5, 5, (n, 2)),
-            "mask": np.eye(n)[place],
-            "windows": np.zeros(36),
-            "goal": np.zeros(3),
-            "velocity": np.zeros(2),
-        }
-        parts["points"][place] = self._target
-        parts["windows"][:2] = self._target
-        return point_observations(n).vector(parts)
-
-
-def test_a_point_actor_learns():
-    """The actor finds the one point that counts, wherever it stands, and repeats it."""
-    config = SacConfig(
-        **{**POINTS, "critic_hidden": (32,), "batch_size": 64, "updates_per_step": 1.0},
-        actor=ActorConfig(kind="points", width=32, features=8),
-        gamma=0.1,
-        reward_scale=1.0,
-        ema_rate=0.01,
-        temperature=0.02,
-        target_entropy=-3.0,
-    )
-    learner = SoftActorCritic(point_observations(6), POINT_ACTIONS, config, seed=1)
-    train(learner, ReachPoint(), 12, 5)
-    environment, policy, errors = ReachPoint(), learner.policy({}), []
-    for k in range(100):
-        state, _ = environment.reset(seed=k)
-        errors.append(np.abs(policy.best(state) - environment._target))
-    assert np.mean(errors) < 0.2

@@ -1,5 +1,6 @@
 """Synthetic labelled clouds: a robot drives a little, its laser sees, the truth labels."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 from scipy.spatial.transform import Rotation
 
+from andabata.datasets.cloud_variation import CloudVariation, varied_cloud
 from andabata.localization.noisy_ground_truth import (
     NoisyGroundTruthConfig,
     NoisyGroundTruthLocalizer,
@@ -14,14 +16,14 @@ from andabata.localization.noisy_ground_truth import (
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from andabata.machine.sensor_readings import WheelSpeeds
+from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
-from terrain.classes import SemanticClass
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
 from worlds.scenes import Scene
+from worlds.traversability_map import TraversabilityMap
 from worlds.world import Start
 
 Span = tuple[float, float]
@@ -153,42 +155,109 @@ def take_cloud(
         ``severity``, ``nontraversable`` and ``forbidden`` of the places that the beams hit in
         truth; and the estimated pose in the map.
     """
+    sensing, believed = _draw_noise(config, rng)
+    robot, variation = _draw_variation(config, rng)
+    simulator = Simulator(
+        scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
+    )
+    localizers = [NoisyGroundTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
+    wheels = _draw_wheels(config, rng)
+    readings = _begin(simulator, start or _random_start(scene, config, rng), localizers)
+    lidar = sensing.lidar
+    half_turn = config.assembly.turn / lidar.head_rate
+    carried = rng.uniform(0, config.carry_time)
+    _drive(simulator, wheels, readings, half_turn + 2 / lidar.sweep_hz + carried, localizers, rng)
+    # One sweep more ends the half turn.
+    sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, variation.tilt)
+    simulator.close()
+    assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
+    for localizer, assembler in zip(localizers, assemblers, strict=True):
+        track, tilt = localizer.track, variation.tilt
+        assembler.add(sweeps, track if tilt is None else track.rotated(tilt))
+    pose = localizers[0].pose
+    cloud = _labelled(assemblers[0].relative(pose), assemblers[1].cloud, scene.world.truth)
+    middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
+    laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, robot.lidar_height, 1.0])
+    return varied_cloud(cloud, variation, laser, rng), pose
+
+
+def _draw_noise(
+    config: CloudsConfig, rng: np.random.Generator
+) -> tuple[SensingConfig, NoisyGroundTruthConfig]:
+    """Return the laser with its noise, and the errors of the pose that the robot believes."""
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
-    sensing = config.sensing.model_copy(update={"lidar": lidar, "proprioception": None})
     believed = NoisyGroundTruthConfig(
         position_sigma=rng.uniform(*config.drift_sigma),
         yaw_sigma=0.2 * rng.uniform(*config.drift_sigma),
         tilt_sigma=rng.uniform(*config.tilt_sigma),
     )
-    robot, kept, hidden, tilt, cover = config.robot, 1.0, 0, None, (0.0, 0.0)
-    if rng.random() < config.varied:
-        robot = robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
-        kept = rng.uniform(*config.kept)
-        if config.tilts[1] > 0:
-            tilt = _tilt(rng.uniform(*config.tilts), rng.uniform(-np.pi, np.pi))
-        if config.hidden:
-            hidden = int(rng.integers(config.hidden + 1))
-        if config.grass[1] > 0 or config.litter[1] > 0:
-            grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
-            cover = (grass * (rng.random() < 0.5), litter * (rng.random() < 0.5))
-    simulator = Simulator(
-        scene.world, scene.rays, robot, "kinematic", sensing, rng, config.assembly.sight
-    )
-    localizers = [NoisyGroundTruthLocalizer(sigma, rng) for sigma in (believed, _SURVEYED)]
-    assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
+    return config.sensing.model_copy(update={"lidar": lidar, "proprioception": None}), believed
+
+
+def _draw_variation(
+    config: CloudsConfig, rng: np.random.Generator
+) -> tuple[RobotModel, CloudVariation]:
+    """Return the robot with its laser's height, and what else another robot's cloud has."""
+    if rng.random() >= config.varied:
+        return config.robot, CloudVariation()
+    robot = config.robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
+    variation = CloudVariation(kept=rng.uniform(*config.kept))
+    if config.tilts[1] > 0:
+        tilt = _tilt(rng.uniform(*config.tilts), rng.uniform(-np.pi, np.pi))
+        variation = variation._replace(tilt=tilt)
+    if config.hidden:
+        variation = variation._replace(hidden=int(rng.integers(config.hidden + 1)))
+    if config.grass[1] > 0 or config.litter[1] > 0:
+        grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
+        grass, litter = grass * (rng.random() < 0.5), litter * (rng.random() < 0.5)
+        variation = variation._replace(grass=grass, litter=litter)
+    return robot, variation
+
+
+def _draw_wheels(config: CloudsConfig, rng: np.random.Generator) -> WheelSpeeds:
+    """Return the wheel speeds of a drive: standing, or a curve at the robot's speed."""
     speed = 0.0 if rng.random() < config.still else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
-    wheels = SkidSteer(config.robot).wheel_speeds(speed, steering)
-    readings = simulator.reset(start or _random_start(scene, config, rng))
+    return SkidSteer(config.robot).wheel_speeds(speed, steering)
+
+
+def _begin(
+    simulator: Simulator, start: Start, localizers: Sequence[NoisyGroundTruthLocalizer]
+) -> SensorReadings:
+    """Put the robot down, reset localizers to its true pose, and return the first readings.
+
+    Raises:
+        ValueError: If the readings have no true state.
+    """
+    readings = simulator.reset(start)
     if readings.truth is None:
         raise ValueError("truth: expected the simulator's true state, got none")
     for localizer in localizers:
         localizer.reset(readings.truth.pose, readings.stamp)
-    half_turn = config.assembly.turn / lidar.head_rate
-    carried = rng.uniform(0, config.carry_time)
+    return readings
+
+
+def _drive(
+    simulator: Simulator,
+    wheels: WheelSpeeds,
+    readings: SensorReadings,
+    duration: float,
+    localizers: Sequence[NoisyGroundTruthLocalizer],
+    rng: np.random.Generator,
+) -> None:
+    """Drive until a time, or to a collision and stand there, and let localizers follow.
+
+    Args:
+        simulator: Simulator of the robot.
+        wheels: Wheel speeds.
+        readings: Readings at the start.
+        duration: Time at which the drive is over [s].
+        localizers: Localizers that estimate where the robot is.
+        rng: Source of the localizers' errors.
+    """
     periods = []
-    while readings.stamp < half_turn + 2 / lidar.sweep_hz + carried:
+    while readings.stamp < duration:
         readings = simulator.step(wheels, skip_scan=True)
         if readings.truth is not None and readings.truth.collided:
             wheels = WheelSpeeds(0.0, 0.0)
@@ -199,32 +268,26 @@ def take_cloud(
     draws = rng.standard_normal((len(periods), len(localizers), 5))
     for k, localizer in enumerate(localizers):
         localizer.follow(ends, tracks, draws[:, k])
-    # One sweep more ends the half turn.
-    sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, tilt)
-    for localizer, assembler in zip(localizers, assemblers, strict=True):
-        track = localizer.track
-        assembler.add(sweeps, track if tilt is None else track.rotated(tilt))
-    simulator.close()
-    surveyed = assemblers[1].cloud
+
+
+def _labelled(
+    cloud: PointCloud, surveyed: PointCloud | None, truth: TraversabilityMap
+) -> PointCloud:
+    """Return a cloud with the labels of the places that its beams hit in truth.
+
+    Args:
+        cloud: Cloud as the robot believes it.
+        surveyed: The same cloud in the map as it is in truth.
+        truth: True map.
+
+    Raises:
+        ValueError: If there are no true classes.
+    """
     if surveyed is None or surveyed.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
-    truth = scene.world.truth
     severity = truth.severity_of(surveyed.points, surveyed.classes)
     forbidden = truth.forbidden_under(surveyed.points)
-    pose = localizers[0].pose
-    cloud = assemblers[0].relative(pose)
-    cloud = replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
-    if any(cover):
-        middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
-        laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, robot.lidar_height, 1.0])
-        bare = np.isin(surveyed.classes, _BARE)
-        cloud = replace(cloud, points=_covered(cloud.points, bare, laser, cover, rng))
-    seen = np.ones(len(cloud), dtype=np.bool_)
-    if kept < 1.0:
-        seen &= rng.random(len(cloud)) < kept
-    if hidden:
-        seen &= ~_hidden(cloud.points, hidden, rng)
-    return (cloud if seen.all() else cloud.select(seen)), pose
+    return replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
 
 
 def _tilt(angle: float, direction: float) -> Rotation:
@@ -232,79 +295,11 @@ def _tilt(angle: float, direction: float) -> Rotation:
     return Rotation.from_rotvec([-angle * np.sin(direction), angle * np.cos(direction), 0.0])
 
 
-_BARE = (SemanticClass.GROUND, SemanticClass.PATH)
-"""Classes on which low grass grows and litter lies."""
-
-_WAVES = 60
-"""Number of waves that litter is made of."""
-
-
 def _seen_from(pose: Pose, place: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a place of the pose's frame in the levelled frame of the pose [m], shape (3,)."""
     c, s = np.cos(pose.yaw), np.sin(pose.yaw)
     x, y, z = place - pose.position
     return np.array([c * x + s * y, c * y - s * x, z])
-
-
-def _covered(
-    points: NDArray[np.float32],
-    bare: NDArray[np.bool_],
-    laser: NDArray[np.float64],
-    cover: tuple[float, float],
-    rng: np.random.Generator,
-) -> NDArray[np.float32]:
-    """Return the points where their beams end on what covers the ground.
-
-    Args:
-        points: Points in ``base_footprint`` [m], shape (n, 3).
-        bare: Which of them lie on ground that can be covered, shape (n,).
-        laser: Optical centre in the middle of the cloud's time [m], shape (3,).
-        cover: Height of grass, and root mean square of litter [m].
-        rng: Share of beams that grass stops, blades and litter.
-    """
-    grass, litter = cover
-    top = np.zeros(len(points))
-    if grass > 0:
-        stopped = rng.random(len(points)) < rng.uniform(0.1, 0.7)
-        top += np.where(stopped, rng.uniform(0, grass, len(points)), 0.0)
-    if litter > 0:
-        bearing, phase = rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        number = 2 * np.pi / rng.uniform(0.3, 1.5, _WAVES)  # Wavelengths of 0.3 to 1.5 m.
-        along = points[:, :1] * (number * np.cos(bearing)) + points[:, 1:2] * (
-            number * np.sin(bearing)
-        )
-        top += litter * np.sqrt(2 / _WAVES) * np.cos(along + phase).sum(axis=1)
-    below = np.maximum(laser[2] - points[:, 2], 0.1)
-    # A blade stops the beam before it reaches the ground: the point moves back along the beam.
-    share = np.where(bare, np.clip(top / below, -0.5, 0.5), 0.0)[:, None]
-    return (points + share * (laser - points)).astype(np.float32)
-
-
-_WEDGES = (0.02, 0.25)
-"""Span of the width of a direction in which something is hidden [rad]."""
-
-
-def _hidden(points: NDArray[np.float32], most: int, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Return which points something hides, shape (n,).
-
-    In each direction either a stretch of the ground is hidden or all of it but a stretch.
-
-    Args:
-        points: Points in ``base_footprint`` [m], shape (n, 3).
-        most: Number of directions.
-        rng: Directions, widths and stretches.
-    """
-    bearing = np.arctan2(points[:, 1], points[:, 0])
-    distance = np.hypot(points[:, 0], points[:, 1])
-    hidden = np.zeros(len(points), dtype=np.bool_)
-    for _ in range(most):
-        middle, width = rng.uniform(-np.pi, np.pi), rng.uniform(*_WEDGES)
-        begin = rng.uniform(0.0, 8.0)
-        end = begin + rng.exponential(3.0) + 0.3
-        wedge = np.abs((bearing - middle + np.pi) % (2 * np.pi) - np.pi) < width / 2
-        stretch = (distance >= begin) & (distance < end)
-        hidden |= wedge & (stretch if rng.random() < 0.5 else ~stretch)
-    return hidden
 
 
 # The beams' true places: labels come from them, whatever the robot believes.

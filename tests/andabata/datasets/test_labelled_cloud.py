@@ -6,8 +6,6 @@ import pytest
 from andabata.app.settings import with_parts
 from andabata.datasets.labelled_cloud import (
     CloudsConfig,
-    _covered,
-    _hidden,
     cloud_scene,
     labelled_cloud,
     take_cloud,
@@ -194,25 +192,6 @@ def test_difficulty_and_patch_are_those_of_the_settings():
     assert first.ground.cell == 0.25
 
 
-def test_a_hidden_direction_is_one_narrow_wedge():
-    """What one direction hides lies within 0.02 to 0.25 rad, also where bearings wrap."""
-    bearings = np.linspace(-np.pi, np.pi, 7200, endpoint=False)
-    circle = np.stack([np.cos(bearings), np.sin(bearings), 0 * bearings], axis=1)
-    points = (6.0 * circle).astype(np.float32)
-    widths, wrapped = [], 0
-    for seed in range(1500):
-        hidden = _hidden(points, 1, np.random.default_rng(seed))
-        if not hidden.any():
-            continue
-        wrapped += bool(hidden[0] and hidden[-1])
-        edges = int((hidden != np.roll(hidden, 1)).sum())
-        assert edges == 2
-        widths.append(hidden.mean() * 2 * np.pi)
-    assert wrapped > 5
-    assert min(widths) == pytest.approx(0.02, abs=0.005)
-    assert max(widths) == pytest.approx(0.25, abs=0.005)
-
-
 def test_clouds_are_plain_by_default():
     """Without settings no cloud is varied, hidden, tilted or covered."""
     config = CloudsConfig()
@@ -221,21 +200,3 @@ def test_clouds_are_plain_by_default():
     assert CloudsConfig.model_validate(config.model_dump()) == config
     with pytest.raises(ValueError, match="hidden"):
         CloudsConfig(hidden=-1)
-
-
-def test_litter_has_its_height_and_its_wavelengths():
-    """Litter has the set root mean square, is smooth over 3 cm and independent over 2 m."""
-    x, y = np.meshgrid(np.arange(0, 6, 0.03), np.arange(0, 6, 0.5), indexing="ij")
-    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1).astype(np.float32)
-    high, bare = np.array([3.0, 3.0, 1e4]), np.ones(len(points), bool)
-    tops = []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        covered = _covered(points, bare, high, (0.0, 0.02), rng)
-        np.testing.assert_allclose(covered[:, :2], points[:, :2], atol=1e-4)
-        tops.append(covered[:, 2].reshape(x.shape))
-    height = np.array(tops)
-    assert height.std() == pytest.approx(0.02, rel=0.1)
-    for steps, low, most in ((1, 0.95, 1.0), (5, 0.3, 0.9), (67, -0.15, 0.15)):
-        kept = (height[:, steps:] * height[:, :-steps]).mean() / height.var()
-        assert low < kept < most

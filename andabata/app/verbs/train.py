@@ -15,6 +15,7 @@ from andabata.app.options import (
     SettingsOptions,
 )
 from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
+from andabata.app.training_options import TrainingOptions
 
 
 @command
@@ -22,42 +23,7 @@ def train(
     *,
     task: TaskName = OFFROAD,
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("data/runs/train"),
-    stages: Annotated[
-        str | None, typer.Option(help="Stages to run, as 1 or 1-3; all by default.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
-    algorithm: Annotated[
-        str | None,
-        typer.Option(
-            "--algorithm",
-            "--variant",
-            metavar="NAME",
-            help="Plan of the task. Off-road sac, the default, actor-critic, the paper's scheme, "
-            "or sac-points; spn: sac, sac-paper, sac-1d or td3; td3: td3, td3-improved, "
-            "td3-improved-scaled, gdae or gdae-trainable.",
-        ),
-    ] = None,
-    k: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="Number K of features of an actor on points: learner.actor.features."
-        ),
-    ] = None,
-    changed: Annotated[
-        bool, typer.Option("--changed", help="Resume even with other code or classifier.")
-    ] = False,
-    seeds: Annotated[
-        int,
-        typer.Option(
-            min=1, help="Number of runs, from --seed on, each in a folder of its own in --out."
-        ),
-    ] = 1,
-    tensorboard: Annotated[
-        bool,
-        typer.Option(
-            "--tensorboard", help="Write TensorBoard's event files into the folder of each run."
-        ),
-    ] = False,
+    training: TrainingOptions,
     robot: RobotOptions,
     settings: SettingsOptions,
     models: ClassifierOptions,
@@ -77,32 +43,27 @@ def train(
         andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae
     """
     from andabata.app.tables import training_text
-    from andabata.app.training_runs import runs_summary, train_seeds, with_features
-    from andabata.app.usage import span
-    from andabata.training.plans import TrainingPlan, load_plan
+    from andabata.app.training_runs import runs_summary, train_seeds
 
     check_task(task)
     if task != OFFROAD:
         refuse_options(task, ((robot, RobotOptions), (models, ClassifierOptions)))
-    base = load_plan(algorithm, robot.sensor, robot.robot, task)
-    plan = settings.resolve(TrainingPlan, with_features(base, k))
-    count = len(plan.stages)
-    chosen = range(count) if stages is None else span(stages, count, "--stages")
-    console, numbers = output.console(), range(seed, seed + seeds)
+    plan, console = training.plan(task, robot, settings), output.console()
+    stages = training.chosen(plan)
     with engine.make(console) as made:
         runs = train_seeds(
             out,
             plan,
-            chosen,
-            numbers,
+            stages,
+            range(seed, seed + training.seeds),
             made,
             models.load(),
             console,
-            resume=resume,
-            changed=changed,
-            tensorboard=tensorboard,
+            resume=training.resume,
+            changed=training.changed,
+            tensorboard=training.tensorboard,
         )
-    if seeds == 1:
+    if training.seeds == 1:
         console.result(runs[0], f"{training_text(runs[0])}\npolicy: {out / 'policy.safetensors'}")
     else:
         data = runs_summary(runs)

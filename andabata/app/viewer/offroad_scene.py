@@ -27,7 +27,7 @@ _ODOM = f"{ROOT}/odom"
 _MAP_PERIOD = 0.4
 """Time between two drawings of the local map [s]."""
 
-LAYERS = (*("cloud", "sweep", "cells", "ranges", "plan", "estimate", "plants"),)
+LAYERS = ("cloud", "sweep", "cells", "ranges", "plan", "estimate", "objects")
 """Names of what can be shown and hidden."""
 
 
@@ -88,7 +88,7 @@ class OffroadScene:
             "ranges": self._cells.show_ranges,
             "plan": self._way.show_plan,
             "estimate": self._robot.show_estimate,
-            "plants": lambda on: None if self._world is None else self._world.show_objects(on),
+            "objects": lambda on: None if self._world is None else self._world.show_objects(on),
         }
         shows[layer](visible)
 

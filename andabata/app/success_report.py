@@ -33,7 +33,11 @@ GOOD = 0.85
 """Share of successes whose first episode is told: the paper has it after 1,200."""
 
 _BASELINE = "gdae"
-"""Name of the plan whose final success the others are compared with, if it is among the runs."""
+"""Name of the plan whose final success the others are compared with, if it is among the runs: as it
+is or with other settings, the one that ends best."""
+
+_TOLD_CHANGES = 2
+"""Largest number of changed settings in the name of a plan."""
 
 _SHOWN_ROOMS, _SHOWN_TASKS = 4, 6
 """Numbers of rooms, and of drives in each, that are shown of a policy."""
@@ -84,10 +88,30 @@ def report_success(folders: Sequence[Path]) -> tuple[Report, Row]:
 
 
 def plan_name(run: TrainingRun) -> str:
-    """Return the name of the plan with a run's learner, else that of its algorithm."""
-    learner = run.plan.learner
-    names = (name for name in algorithms("td3") if load_plan(name, task="td3").learner == learner)
-    return next(names, f"{learner.algorithm}, changed")
+    """Return the name of the plan that differs least from a run's, and the settings that differ."""
+    mine, names = _settings(run.plan.model_dump(mode="json")), algorithms("td3")
+    plans = (load_plan(name, task="td3").model_dump(mode="json") for name in names)
+    changes = {
+        name: _changes(_settings(plan), mine) for name, plan in zip(names, plans, strict=True)
+    }
+    name = min(changes, key=lambda one: len(changes[one]))
+    told, more = changes[name][:_TOLD_CHANGES], len(changes[name]) - _TOLD_CHANGES
+    return ", ".join([name, *told]) + (f" and {more} more" if more > 0 else "")
+
+
+def _settings(plan: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the settings of a plan by their names with dots."""
+    found: dict[str, Any] = {}
+    for name, value in plan.items():
+        inner = value if isinstance(value, Mapping) else None
+        found |= {prefix + name: value} if inner is None else _settings(inner, f"{prefix}{name}.")
+    return found
+
+
+def _changes(plan: Mapping[str, Any], mine: Mapping[str, Any]) -> list[str]:
+    """Return the settings of a run that its plan has otherwise, each as ``name=value``."""
+    names = [name for name in {**mine, **plan} if mine.get(name) != plan.get(name)]
+    return [f"{name.rpartition('.')[2]}={mine.get(name)}" for name in names]
 
 
 def success_curves(runs: Sequence[TrainingRun]) -> SuccessCurves:
@@ -163,9 +187,10 @@ def _share_of_baseline(mine: SuccessCurves, curves: Mapping[str, SuccessCurves])
     Returns:
         Share; None without a baseline, or where its success is not reached.
     """
-    baseline = curves.get(_BASELINE)
-    if baseline is None:
+    named = [one for name, one in curves.items() if name.split(",")[0] == _BASELINE]
+    if not named:
         return None
+    baseline = max(named, key=lambda one: float(one.rates[:, -1].mean()))
     steps = _first(mine, float(baseline.rates[:, -1].mean()), mine.steps)
     return None if steps is None else steps / float(baseline.steps[-1])
 

@@ -174,7 +174,7 @@ def test_gdae_is_as_shipped():
 
 
 def test_variants_differ_from_gdae_where_they_say():
-    """The trainable one in its fusion; the improved one in fusion, noise, turns and reward."""
+    """The trainable one in its fusion; the improved one in fusion, noise, turns, rate and reward."""
     (gdae, at_gdae), (trainable, at_trainable) = variant("gdae"), variant("gdae-trainable")
     changed = gdae.fusion.model_copy(update={"frozen": False})
     assert trainable == gdae.model_copy(update={"fusion": changed})
@@ -182,7 +182,7 @@ def test_variants_differ_from_gdae_where_they_say():
     improved, environment = variant("td3-improved")
     assert improved.fusion.model_dump() == {"kind": "sum", "layer": 0, "frozen": False}
     others = {name: getattr(improved, name) for name in ("fusion", "noise", "turns")}
-    assert improved == gdae.model_copy(update=others)
+    assert improved == gdae.model_copy(update=others | {"learning_rate": 1e-4})
     assert improved.noise.sigma(100_000) == pytest.approx(0.1)
     assert environment.reward == ImprovedRewardConfig()
     scaled, at_scaled = variant("td3-improved-scaled")

@@ -174,7 +174,7 @@ def test_gdae_is_as_shipped():
 
 
 def test_variants_differ_from_gdae_where_they_say():
-    """The trainable one in its fusion; the improved one in fusion, noise, turns, rate and reward."""
+    """The trainable one in its fusion; the improved one in all that its file says."""
     (gdae, at_gdae), (trainable, at_trainable) = variant("gdae"), variant("gdae-trainable")
     changed = gdae.fusion.model_copy(update={"frozen": False})
     assert trainable == gdae.model_copy(update={"fusion": changed})

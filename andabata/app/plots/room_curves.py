@@ -81,7 +81,7 @@ PAPER_SUCCESS = {0.9712: "improved TD3, 10,000 episodes", 0.8478: "GDAE, 10,000 
 _SHARE_BY_VALUE = ("axes fraction", "data")
 """Coordinates of a text: a share of the width, and a value."""
 
-_SMALL: dict[str, Any] = {"fontsize": 7, "color": "#888888", "va": "bottom"}
+_SMALL: dict[str, Any] = {"fontsize": 7, "color": "#666666", "ha": "right", "va": "bottom"}
 """Style of texts on lines of the paper."""
 
 
@@ -104,7 +104,7 @@ def success_figure(curves: Mapping[str, SuccessCurves], title: str) -> Figure:
             axes.fill_between(amounts, *ends, color=line.get_color(), alpha=0.2)
     for rate, name in PAPER_SUCCESS.items():
         by_episodes.axhline(rate, color="#888888", linewidth=1.0, linestyle=":", label="_paper")
-        by_episodes.annotate(f"paper: {name}", (0.02, rate), xycoords=_SHARE_BY_VALUE, **_SMALL)
+        by_episodes.annotate(f"paper: {name}", (0.98, rate), xycoords=_SHARE_BY_VALUE, **_SMALL)
     for axes, text in zip(places, ("episodes", "control steps [thousands]"), strict=True):
         axes.set_ylim(0, 1.02)
         axes.set_xlim(left=0)

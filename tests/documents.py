@@ -27,7 +27,7 @@ class Block:
     Attributes:
         document: Path in the project.
         language: Word behind the opening fence; empty for a shell's lines.
-        text: What stands in it.
+        text: Lines between its fences.
     """
 
     document: str

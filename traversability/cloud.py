@@ -105,6 +105,11 @@ class PointCloud:
         return len(self.points)
 
     @cached_property
+    def xyz(self) -> NDArray[np.float32]:
+        """All x, all y and all z of the points [m], shape (3, n): many are read at once."""
+        return np.ascontiguousarray(self.points.T)
+
+    @cached_property
     def newest(self) -> float:
         """Stamp of the newest point [s].
 

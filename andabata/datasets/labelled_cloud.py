@@ -277,7 +277,7 @@ def _labelled(
 
     Args:
         cloud: Cloud as the robot believes it.
-        surveyed: The same cloud in the map as it is in truth.
+        surveyed: Same cloud in the map as it is in truth.
         truth: True map.
 
     Raises:

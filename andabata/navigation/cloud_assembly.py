@@ -129,7 +129,6 @@ class CloudAssembler:
     def reset(self) -> None:
         """Forget the cloud and what was gathered."""
         self.cloud: PointCloud | None = None
-        self._columns = np.empty((3, 0), dtype=np.float32)
         self.refused = 0
         self._newest = -np.inf
         self._parts: list[PointCloud] = []
@@ -235,7 +234,6 @@ class CloudAssembler:
     def _replace(self) -> None:
         """Make the gathered parts the cloud."""
         self.cloud = joined(self._parts)
-        self._columns = np.ascontiguousarray(self.cloud.points.T)
         assert self.cloud.stamps is not None
         self._newest = float(self.cloud.stamps.max(initial=-np.inf))
         self._parts = []
@@ -259,17 +257,18 @@ class CloudAssembler:
     def around(self, pose: Pose) -> NDArray[np.float32]:
         """Return the points of ``relative`` in memory that the next call writes to.
 
-        All x lie together in memory, then all y, then all z: many are read at once.
+        All x lie together in memory, then all y, then all z, as in ``PointCloud.xyz``.
 
         Raises:
             ValueError: If no cloud is complete yet.
         """
         if self.cloud is None:
             raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
-        if len(self._moved) < self._columns.size:
-            self._moved = np.empty(self._columns.size, dtype=np.float32)
-        moved = self._moved[: self._columns.size].reshape(self._columns.shape)
-        _move_to_base(self._columns, pose.position, pose.yaw, moved)
+        xyz = self.cloud.xyz
+        if len(self._moved) < xyz.size:
+            self._moved = np.empty(xyz.size, dtype=np.float32)
+        moved = self._moved[: xyz.size].reshape(xyz.shape)
+        _move_to_base(xyz, pose.position, pose.yaw, moved)
         return moved.T
 
     def is_stale(self, stamp: float) -> bool:
@@ -336,7 +335,7 @@ def _useful_beams(
 
 @kernel
 def _move_to_base(
-    columns: NDArray[np.float32],
+    xyz: NDArray[np.float32],
     position: NDArray[np.float64],
     yaw: float,
     found: NDArray[np.float32],
@@ -344,16 +343,16 @@ def _move_to_base(
     """Write points of ``odom`` as they lie in the levelled base at a pose.
 
     Args:
-        columns: x, y and z of the points [m], shape (3, n).
+        xyz: x, y and z of the points [m], shape (3, n).
         position: Position of the base in ``odom`` [m], shape (3,).
         yaw: Heading there [rad].
         found: Output, x, y and z in the base [m], shape (3, n).
     """
     c, s = np.cos(yaw), np.sin(yaw)
-    for k in range(columns.shape[1]):
-        x, y = columns[0, k] - position[0], columns[1, k] - position[1]
+    for k in range(xyz.shape[1]):
+        x, y = xyz[0, k] - position[0], xyz[1, k] - position[1]
         found[0, k], found[1, k] = c * x + s * y, c * y - s * x
-        found[2, k] = columns[2, k] - position[2]
+        found[2, k] = xyz[2, k] - position[2]
 
 
 def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:

@@ -103,8 +103,10 @@ def _settings(plan: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return the settings of a plan by their names with dots."""
     found: dict[str, Any] = {}
     for name, value in plan.items():
-        inner = value if isinstance(value, Mapping) else None
-        found |= {prefix + name: value} if inner is None else _settings(inner, f"{prefix}{name}.")
+        if isinstance(value, Mapping):
+            found |= _settings(value, f"{prefix}{name}.")
+        else:
+            found[prefix + name] = value
     return found
 
 

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.magnetic_model import magnetic_field
 from andabata.records import topics
-from andabata.records.bags import Bag, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag
 from andabata.records.messages import header_ns, pose_of
 from andabata.replay.result import Comparison
 

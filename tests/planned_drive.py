@@ -12,7 +12,7 @@ from andabata.navigation.controller import Steering
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
-from andabata.records.bags import open_writer
+from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder

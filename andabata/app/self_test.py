@@ -257,7 +257,8 @@ def check_policy() -> Finding:
 def check_recording() -> Finding:
     """Check that messages of both versions of ROS come back from disk as they were."""
     from andabata.records import topics
-    from andabata.records.bags import Bag, open_writer
+    from andabata.records.bag_writers import open_writer
+    from andabata.records.bags import Bag
     from andabata.records.messages import MessageBuilder
 
     rows = np.random.default_rng(0).normal(size=(_MESSAGES, 7))

@@ -17,7 +17,7 @@ from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
-from andabata.records.bags import MessageWriter, open_writer, write_manifest
+from andabata.records.bag_writers import MessageWriter, open_writer, write_manifest
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder

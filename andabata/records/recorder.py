@@ -13,7 +13,7 @@ from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
 from andabata.navigation.navigator import StepResult
 from andabata.records import topics
-from andabata.records.bags import MessageWriter
+from andabata.records.bag_writers import MessageWriter
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.topics import RosMessage, Topic

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from andabata.records.bags import MessageWriter
+from andabata.records.bag_writers import MessageWriter
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 DEBIAN = Path("/usr/lib/python3/dist-packages")

@@ -93,7 +93,8 @@ def perception(
         andabata bench perception --clouds data/clouds --forest f/forest.npz
     """
     from andabata.app.console import table_of
-    from andabata.bench.perception import bench_perception, hazard_table, score_table, world_table
+    from andabata.bench.hazards import hazard_table
+    from andabata.bench.perception import bench_perception, score_table, world_table
 
     console = output.console()
     data = bench_perception(

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
 from andabata.records import topics
-from andabata.records.bags import open_writer
+from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
 from tests.edited_bags import transforms
 from traversability.cloud import PointCloud

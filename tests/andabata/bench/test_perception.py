@@ -8,8 +8,6 @@ import pytest
 from andabata.app.cli import main
 from andabata.bench.perception import (
     OURS,
-    hazard_scores,
-    hazard_table,
     score_rows,
     score_table,
     tune_peers,
@@ -19,7 +17,7 @@ from andabata.bench.perception_peers import PEERS, Peer
 from andabata.datasets.hazard_suite import hazard_cases, hazard_cloud
 from traversability.grid import PolarGrid
 from traversability.height_rule import quantile_rule
-from traversability.labels import CellState, nontraversable
+from traversability.labels import nontraversable
 
 GRID = PolarGrid()
 
@@ -83,47 +81,6 @@ def test_the_bench_gives_a_row_for_each_score(tmp_path, capsys):
     assert ("point classifier", "f1_points") in rows
 
 
-EMPTY, FREE, BLOCKED = CellState.EMPTY, CellState.TRAVERSABLE, CellState.NON_TRAVERSABLE
-
-
-def hazard(*sectors):
-    """Return cells of one cloud, free but for the first sectors' first rings."""
-    cells = np.full((1, GRID.n_sectors, GRID.n_rings), FREE, dtype=np.uint8)
-    for number, states in enumerate(sectors):
-        cells[0, number, : len(states)] = states
-    return cells
-
-
-def test_hazards_are_scored_by_cells_and_by_sectors():
-    """Recall counts blocked cells, ``stopped`` sectors whose range is at most a ring too long."""
-    truth = hazard([FREE, BLOCKED], [BLOCKED, BLOCKED], [BLOCKED], [EMPTY])
-    called = hazard([FREE, FREE, BLOCKED], [BLOCKED, FREE], [FREE, FREE, BLOCKED], [EMPTY])
-    clear = np.zeros(truth.shape, dtype=bool)
-    clear[0, 1, 0] = True
-    scores = hazard_scores(truth, called, clear, GRID)
-    near = int(np.searchsorted(GRID.ring_edges, 4.0))
-    free = GRID.n_sectors * near - 5
-    assert scores == {
-        "clouds": 1,
-        "red_cells": 4,
-        "recall": 0.25,
-        "recall_clear": 1.0,
-        "stopped": pytest.approx(2 / 3),
-        "false_alarms": pytest.approx(2 / free),
-    }
-
-
-def test_cells_of_hazards_beyond_4_m_do_not_count():
-    """A far hazard has no recall, and false alarms there are none."""
-    near = int(np.searchsorted(GRID.ring_edges, 4.0))
-    far = hazard([FREE] * near + [BLOCKED])
-    scores = hazard_scores(far, hazard(), np.ones(far.shape, dtype=bool), GRID)
-    assert scores["red_cells"] == 0
-    assert scores["recall"] is None
-    assert scores["stopped"] is None
-    assert hazard_scores(hazard(), far, far == BLOCKED, GRID)["false_alarms"] == 0.0
-
-
 def subject(value, ms, **more):
     """Return scores of a subject."""
     scores = {"balanced_accuracy": value, "f1_red": value / 2, "recall": value / 4, "ms": ms}
@@ -149,10 +106,6 @@ def test_tables_have_a_line_for_each_subject():
     assert [row["F1 of points"] for row in score_table(scores)] == [None, 0.3]
     assert score_table(scores)[1]["bal. accuracy"] == 0.4
     assert world_table(scores)[0] == {"subject": OURS, "hill": 0.25, "maze": 0.5}
-    scores = hazard_scores(hazard([BLOCKED]), hazard(), np.zeros((1, 32, 10), dtype=bool), GRID)
-    (row,) = hazard_table([{"hazard": "ditch"} | scores])
-    assert row["blocked cells"] == 1
-    assert row["recall"] == 0.0
 
 
 def test_missing_peers_are_named_and_left_out(monkeypatch):

@@ -3,7 +3,8 @@
 import pytest
 from rosbags.rosbag1 import Writer
 
-from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag, BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import TWIST, message_types
 from tests.recordings import STRING, note, stamp, write_bag

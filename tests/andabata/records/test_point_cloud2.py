@@ -1,5 +1,6 @@
 """Points of PointCloud2 messages of any driver, with their times and remarks."""
 
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -215,3 +216,71 @@ def test_the_older_point_cloud_keeps_points_and_channels():
     np.testing.assert_allclose(cloud.stamps, 5.0 + np.arange(4) / 100, atol=1e-7)
     with pytest.raises(UnusableMessageError, match="channel"):
         as_point_cloud2(replace(message, points=message.points[:2]))
+
+
+def foreign(points, dtype, offsets, step, big=False, rows=1, pad=0):
+    """Return a PointCloud2 with its own layout."""
+    builder, order = MessageBuilder(2), ">" if big else "<"
+    number = {"f4": 7, "f8": 8, "i2": 3}[dtype]
+    width = len(points) // rows
+    data = bytearray()
+    size = {"f4": "f", "f8": "d", "i2": "h"}[dtype]
+    for k, point in enumerate(points):
+        record = bytearray(b"\xff" * step)
+        for value, offset in zip(point, offsets, strict=True):
+            struct.pack_into(f"{order}{size}", record, offset, value)
+        data += record
+        if (k + 1) % width == 0:
+            data += b"\xee" * pad
+    fields = [
+        builder.new("sensor_msgs/msg/PointField", name=n, offset=o, datatype=number, count=1)
+        for n, o in zip("xyz", offsets, strict=True)
+    ]
+    return builder.new(
+        "sensor_msgs/msg/PointCloud2",
+        header=builder.header(0.0, "velodyne"),
+        height=rows,
+        width=width,
+        fields=fields,
+        is_bigendian=big,
+        point_step=step,
+        row_step=step * width + pad,
+        data=np.frombuffer(bytes(data), dtype=np.uint8),
+        is_dense=False,
+    )
+
+
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize(
+    ("dtype", "offsets", "step", "rows", "pad"),
+    [
+        ("f4", (0, 4, 8), 12, 1, 0),
+        ("f4", (8, 0, 20), 32, 4, 7),
+        ("f8", (1, 9, 17), 29, 2, 3),
+        ("i2", (2, 4, 6), 16, 1, 0),
+    ],
+)
+def test_any_layout_of_points_is_read(dtype, offsets, step, rows, pad, big):
+    """Points are read from any offsets, types, padding and byte order."""
+    points = np.arange(24).reshape(8, 3) - 5
+    cloud = cloud_of(foreign(points, dtype, offsets, step, big, rows, pad))
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.frame == "sensor"
+
+
+def test_points_that_are_not_finite_are_left_out():
+    """Points with NaN or infinite coordinates are dropped."""
+    points = np.array([[1.0, 2, 3], [np.nan, 0, 0], [0, np.inf, 0], [4, 5, 6]])
+    cloud = cloud_of(foreign(points, "f4", (0, 4, 8), 16))
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+
+
+def test_an_inconsistent_cloud_is_an_error():
+    """Wrong sizes, offsets and missing fields raise a PointCloudError."""
+    message = foreign(np.ones((4, 3)), "f4", (0, 4, 8), 12)
+    with pytest.raises(PointCloudError, match="rows of"):
+        cloud_of(replace(message, width=5, row_step=60))
+    with pytest.raises(PointCloudError, match="field z"):
+        cloud_of(replace(message, point_step=10, row_step=48))
+    with pytest.raises(PointCloudError, match="x, y and z"):
+        cloud_of(replace(message, fields=message.fields[:2]))

@@ -9,7 +9,8 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.records import topics
-from andabata.records.bags import Bag, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.rerun_export import BASE, MAP, ODOM
 from andabata.records.topics import Topic

@@ -7,7 +7,8 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.records import topics
-from andabata.records.bags import Bag, BagError, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag, BagError
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.tracks import (
     Track,

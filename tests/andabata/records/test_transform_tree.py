@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.records import topics
-from andabata.records.bags import Bag, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag
 from andabata.records.extrinsics import Extrinsics
 from andabata.records.frames import FrameError
 from andabata.records.messages import MessageBuilder

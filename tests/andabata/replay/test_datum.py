@@ -13,7 +13,8 @@ from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.records import topics
-from andabata.records.bags import Bag, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag
 from andabata.records.drive_setup import read_setup
 from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM

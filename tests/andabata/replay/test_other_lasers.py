@@ -13,7 +13,8 @@ from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.records import topics
-from andabata.records.bags import Bag, open_writer
+from andabata.records.bag_writers import open_writer
+from andabata.records.bags import Bag
 from andabata.records.messages import MessageBuilder
 from andabata.records.point_cloud2 import cloud_of
 from andabata.records.sensor_decoder import SensorDecoder

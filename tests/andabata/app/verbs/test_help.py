@@ -12,7 +12,7 @@ import andabata.models
 from andabata.app.cli import app, main
 from andabata.app.command import EXAMPLES, examples
 from andabata.records import topics
-from andabata.records.bags import open_writer
+from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
 from tests.documents import verbs
 from tests.planned_drive import record_drive

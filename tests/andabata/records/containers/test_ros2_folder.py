@@ -131,7 +131,7 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
 
     from andabata.app.cli import main
     from andabata.records import topics
-    from andabata.records.bags import open_writer
+    from andabata.records.bag_writers import open_writer
     from andabata.records.messages import MessageBuilder
     from traversability.cloud import PointCloud
 

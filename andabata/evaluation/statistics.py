@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 Z95 = 1.959964
 """Quantile of the normal distribution that bounds 95 % on both sides."""
@@ -106,7 +106,9 @@ def clustered_mean(values: NDArray[np.float64], level: float = 0.95) -> Mean:
     mean, count = float(by_task.mean()), len(by_task)
     if count < 2:
         return Mean(mean, None, None)
-    reach = float(student.ppf((1 + level) / 2, count - 1) * by_task.std(ddof=1)) / math.sqrt(count)
+    # Quantile of Student's distribution; scipy.stats has it too, and takes 0.3 s to import.
+    quantile = float(stdtrit(count - 1, (1 + level) / 2))
+    reach = quantile * float(by_task.std(ddof=1)) / math.sqrt(count)
     return Mean(mean, mean - reach, mean + reach)
 
 

@@ -37,7 +37,8 @@ class FilterPeriod(NamedTuple):
         """
         fixes = self.measurements.gnss
         place = int(np.searchsorted(fixes[:, 0], fix[0]))
-        return self.measurements._replace(gnss=np.insert(fixes, place, fix, axis=0))
+        fixes = np.concatenate([fixes[:place], fix[None], fixes[place:]])
+        return self.measurements._replace(gnss=fixes)
 
 
 class ReplayBuffer:
@@ -78,15 +79,10 @@ class ReplayBuffer:
             Periods, oldest first; none if the stamp is older than the buffer, which then stays as
             it is.
         """
-        begun = [
-            k for k, period in enumerate(self._periods) if period.now <= stamp + STAMP_TOLERANCE
-        ]
-        if not begun:
-            return []
-        periods = list(self._periods)[begun[-1] :]
-        for _ in periods:
-            self._periods.pop()
-        return periods
+        for count, period in enumerate(reversed(self._periods), start=1):
+            if period.now <= stamp + STAMP_TOLERANCE:
+                return [self._periods.pop() for _ in range(count)][::-1]
+        return []
 
     def latest_finite_state(self) -> NDArray[np.float64] | None:
         """Return the latest state whose numbers are all finite, None without any."""

@@ -5,7 +5,14 @@ import pytest
 
 from andabata.localization import filter_state as state
 from andabata.localization.filter_parameters import NoiseModel
-from andabata.localization.filter_period import GNSS, IMU, WHEELS, ZERO_RATE, run_period
+from andabata.localization.filter_period import (
+    GNSS,
+    IMU,
+    WHEELS,
+    ZERO_RATE,
+    first_inertial,
+    run_period,
+)
 from andabata.localization.filter_state import STATES, Belief
 from andabata.localization.measurements import Measurements
 from andabata.localization.sigma_points import Workspace
@@ -70,6 +77,25 @@ def test_rows_are_counted_as_accepted_gated_and_rejected():
     assert counts[WHEELS].tolist() == [1, 1, 1]
     assert counts[IMU].tolist() == [9, 0, 1]
     assert counts[ZERO_RATE].tolist() == [1, 0, 0]
+
+
+def test_rows_ahead_of_the_inertial_rows_wait_and_others_pass_them():
+    """Rows ahead are numbered, those too far ahead rejected, and rows behind them are taken."""
+    wheels = np.array([[0.3, 0.0, 0.0], [0.05, 0.0, 0.0], [0.7, 0.0, 0.0]])
+    belief, track = begin(), np.zeros((10, 8))
+    given = (period(STAMPS, wheels=wheels), packed(GATED), packed(Workspace.allocate()), track)
+    now, _, waiting, _ = run_period(belief, 0.0, np.zeros(4), *given)
+    assert (now, waiting) == (STAMPS[-1], 1)
+    assert belief["counts"][0, WHEELS].tolist() == [1, 0, 1]
+
+
+def test_a_rate_that_no_robot_turns_at_is_rejected():
+    """Fifty radians per second are too many, on any axis; the first valid row is found."""
+    measurements = period(STAMPS)
+    measurements.imu[0, 2], measurements.imu[1, 0], measurements.imu[4, 1] = -50.0, np.nan, 49.9
+    assert run(measurements)[3][IMU].tolist() == [8, 0, 2]
+    assert first_inertial(measurements.imu) == 2
+    assert first_inertial(measurements.imu[:2]) == 2
 
 
 def test_a_step_longer_than_the_limit_is_rejected():

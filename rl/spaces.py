@@ -5,7 +5,7 @@ shape (k, 2) with a part of shape (k,) beside it that masks the points that coun
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import accumulate
 from math import prod
 from typing import Any, Literal, Self
@@ -201,14 +201,17 @@ class ActionSpec(BaseModel):
 
     def scaled(self, shares: ArrayLike) -> NDArray[np.float64]:
         """Return actions in SI units for shares from -1 to 1, shape (..., size)."""
-        middle, half = self._span
+        middle, half = _span(self.low, self.high)
         return np.asarray(middle + half * np.asarray(shares, np.float64))
 
-    @cached_property
-    def _span(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Middle of the bounds of each action, and half the distance between them."""
-        low, high = np.array(self.low), np.array(self.high)
-        return (low + high) / 2, (high - low) / 2
+
+@lru_cache(maxsize=64)
+def _span(
+    low: tuple[float, ...], high: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middle of each pair of bounds, and half the distance between them."""
+    least, most = np.array(low), np.array(high)
+    return (least + most) / 2, (most - least) / 2
 
 
 def _outward(bound: float, away: float) -> np.float32:

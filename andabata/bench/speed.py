@@ -33,6 +33,7 @@ from andabata.tasks.vector import OffroadVectorEnv, make_vector
 from rl.sac import SacConfig, SoftActorCritic
 from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play_together
+from terrain.record import packed
 from traversability.features import cell_features
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
@@ -341,8 +342,8 @@ def _filter_case() -> Case:
 
     def ours() -> Work:
         x, P = initial_belief()
-        workspace = Workspace.allocate()
-        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, MODEL, workspace)
+        records = (packed(MODEL), packed(Workspace.allocate()))
+        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, *records)
 
     return Case(
         "filter of 18 numbers",

@@ -45,11 +45,11 @@ def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
     """
     good = np.zeros(len(fixes), dtype=np.bool_)
     rejected, assumed = Counter[str](), Counter[str]()
-    for k, (*place, altitude, variance) in enumerate(fixes.tolist()):
+    for k, (stamp, latitude, longitude, altitude, variance) in enumerate(fixes.tolist()):
         # An infinite variance is the receiver's own report of no fix: nothing to reject.
         if variance == math.inf:
             continue
-        reason = _reason_against(*place, altitude, variance)
+        reason = _reason_against(stamp, latitude, longitude, altitude, variance)
         if reason is not None:
             rejected[reason] += 1
             continue

@@ -5,6 +5,7 @@ shape (k, 2) with a part of shape (k,) beside it that masks the points that coun
 """
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property, lru_cache
 from itertools import accumulate
 from math import prod
 from typing import Any, Literal, Self
@@ -70,7 +71,7 @@ class ObservationSpec(BaseModel):
             raise ValueError(f"terms: expected names of their own, got {names}")
         return self
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of the vector (paper: 35)."""
         return sum(term.size for term in self.terms)
@@ -200,8 +201,17 @@ class ActionSpec(BaseModel):
 
     def scaled(self, shares: ArrayLike) -> NDArray[np.float64]:
         """Return actions in SI units for shares from -1 to 1, shape (..., size)."""
-        low, high = np.array(self.low), np.array(self.high)
-        return np.asarray((low + high) / 2 + (high - low) / 2 * np.asarray(shares, np.float64))
+        middle, half = _span(self.low, self.high)
+        return np.asarray(middle + half * np.asarray(shares, np.float64))
+
+
+@lru_cache(maxsize=64)
+def _span(
+    low: tuple[float, ...], high: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middle of each pair of bounds, and half the distance between them."""
+    least, most = np.array(low), np.array(high)
+    return (least + most) / 2, (most - least) / 2
 
 
 def _outward(bound: float, away: float) -> np.float32:

@@ -19,6 +19,7 @@ from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
 from terrain.kernel import borrowing_kernel
+from terrain.record import packed
 
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 """Geometry of a robot and magnetic flux [uT] that the filter is timed with."""
@@ -52,10 +53,11 @@ def repeat_part(
     imu: NDArray[np.float64],
     flux: NDArray[np.float64],
     fix: NDArray[np.float64],
-    parameters: FilterModel,
-    workspace: Workspace,
+    models: NDArray[np.void],
+    workspaces: NDArray[np.void],
 ) -> None:
-    """Call one part of the filter, by its index in ``PARTS``, many times."""
+    """Call one part of the filter, by its index in ``PARTS``, many times; see ``run_period``."""
+    parameters, workspace = models[0], workspaces[0]
     # The loop is compiled, so that the call from Python does not count.
     for _ in range(calls):
         if part == 0:
@@ -76,10 +78,11 @@ def predict_and_correct(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     imu: NDArray[np.float64],
-    parameters: FilterModel,
-    workspace: Workspace,
+    models: NDArray[np.void],
+    workspaces: NDArray[np.void],
 ) -> None:
-    """Predict and correct by gravity, many times."""
+    """Predict and correct by gravity, many times; see ``run_period``."""
+    parameters, workspace = models[0], workspaces[0]
     for _ in range(steps):
         predict(x, P, imu, 0.01, parameters, workspace)
         measurement_models.correct_gravity(x, P, imu, parameters, workspace)
@@ -103,14 +106,14 @@ def best_of_seven(call: Callable[[int], object], calls: int) -> float:
 
 def time_parts() -> list[Row]:
     """Return the time of each part of the filter [us]."""
-    workspace = Workspace.allocate()
+    records = (packed(MODEL), packed(Workspace.allocate()))
     rows: list[Row] = []
     for part, name in enumerate(PARTS):
         belief = initial_belief()
 
         def call(calls: int, part: int = part, belief: Belief = belief) -> None:
             x, P = belief
-            repeat_part(part, calls, x, P, STANDING_IMU, _FLUX, _FIX, MODEL, workspace)
+            repeat_part(part, calls, x, P, STANDING_IMU, _FLUX, _FIX, *records)
 
         rows.append({"filter": "andabata", "part": name, "time [us]": best_of_seven(call, 2000)})
     return rows

@@ -22,6 +22,7 @@ from andabata.machine.sensor_readings import Sweeps
 from andabata.models import shipped_forest
 from andabata.tasks.maze import MazeVectorEnv
 from andabata.tasks.offroad import stage_config
+from terrain.record import packed
 from traversability.features import cell_features
 from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
@@ -187,8 +188,8 @@ def filter_case() -> Case:
 
     def ours() -> Work:
         x, P = initial_belief()
-        workspace = Workspace.allocate()
-        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, MODEL, workspace)
+        records = (packed(MODEL), packed(Workspace.allocate()))
+        return lambda: predict_and_correct(_FILTER_STEPS, x, P, STANDING_IMU, *records)
 
     return Case(
         "filter of 18 numbers",

@@ -97,9 +97,11 @@ class FilterModel(NamedTuple):
         noise: Process and measurement noise.
         gates: Limits of the NIS.
         weights: Weights of the sigma points.
+        max_lead: ``UkfConfig.max_lead`` [s].
     """
 
     body: BodyParameters
     noise: NoiseModel
     gates: Gates
     weights: SigmaWeights
+    max_lead: float = 0.5

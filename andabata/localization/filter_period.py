@@ -48,6 +48,9 @@ SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "zero_rate")
 ACCEPTED, GATED, REJECTED = range(3)
 """Columns of the table of counts: accepted, beyond the gate, invalid."""
 
+MAX_GYRO_RATE = 50.0
+"""Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
+
 _CONSIDERED = np.array(
     [
         ROLL,
@@ -124,10 +127,60 @@ def _is_due(rows: NDArray[np.float64], k: int, now: float) -> bool:
 
 
 @borrowing_kernel
+def first_inertial(imu: NDArray[np.float64]) -> int:
+    """Return the index of the first valid row of some inertial rows, or their number."""
+    for i in range(len(imu)):
+        if _is_inertial(imu[i]):
+            return i
+    return len(imu)
+
+
+@borrowing_kernel
+def _is_inertial(row: NDArray[np.float64]) -> bool:
+    """Return true if an inertial row has a stamp and an angular velocity that a robot can have."""
+    valid = bool(np.isfinite(row[STAMP]))
+    for i in range(GYRO, FORCE):
+        valid = valid and abs(row[i]) < MAX_GYRO_RATE
+    return valid
+
+
+@borrowing_kernel
+def _end_of(imu: NDArray[np.float64], now: float, max_step: float) -> float:
+    """Return the stamp of the last inertial row that is accepted after an instant [s]."""
+    for i in range(len(imu)):
+        if _is_inertial(imu[i]) and 0.0 < imu[i, STAMP] - now <= max_step:
+            now = imu[i, STAMP]
+    return now
+
+
+@borrowing_kernel
+def _next_row(rows: NDArray[np.float64], k: int, end: float) -> int:
+    """Return the index of the first row from k on that is not ahead of the period's end [s]."""
+    while k < len(rows) and rows[k, STAMP] > end + STAMP_TOLERANCE:
+        k += 1
+    return k
+
+
+@borrowing_kernel
+def _count_waiting(
+    rows: NDArray[np.float64], sensor: int, end: float, max_lead: float, counts: NDArray[np.int64]
+) -> int:
+    """Return how many rows are ahead of a period's end [s]; those too far ahead are rejected."""
+    waiting = 0
+    for k in range(len(rows)):
+        if rows[k, STAMP] > end + max_lead:
+            counts[sensor, REJECTED] += 1
+        elif rows[k, STAMP] > end + STAMP_TOLERANCE:
+            waiting += 1
+    return waiting
+
+
+@borrowing_kernel
 def _take_wheels(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     now: float,
+    end: float,
     rows: NDArray[np.float64],
     first: int,
     model: FilterModel,
@@ -140,7 +193,8 @@ def _take_wheels(
         x: State, changed in place, shape (18,).
         P: Covariance, changed in place, shape (18, 18).
         now: Stamp of the state [s].
-        rows: Encoder rows of the period, shape (k, 3).
+        end: End of the period [s]; rows ahead of it are passed over.
+        rows: Encoder rows that arrived, shape (k, 3).
         first: Index of the first row that was not taken yet.
         model: Parameters of the filter.
         workspace: Buffers of the filter.
@@ -150,6 +204,7 @@ def _take_wheels(
         Index of the next row, and true if the last valid row says that the wheels stand still.
     """
     still = False
+    first = _next_row(rows, first, end)
     while _is_due(rows, first, now):
         nis = np.nan
         if _is_finite(rows[first]):
@@ -158,7 +213,7 @@ def _take_wheels(
             still = left == 0.0 and right == 0.0
             nis = correct_wheels(x, P, speed, model, workspace)
         _count(counts, WHEELS, nis, model.gates.wheels)
-        first += 1
+        first = _next_row(rows, first + 1, end)
     return first, still
 
 
@@ -168,6 +223,7 @@ def _take_mag_or_gnss(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     now: float,
+    end: float,
     rows: NDArray[np.float64],
     first: int,
     model: FilterModel,
@@ -180,6 +236,7 @@ def _take_mag_or_gnss(
         Index of the next row.
     """
     gate = model.gates.vector if sensor == COMPASS else model.gates.gnss
+    first = _next_row(rows, first, end)
     while _is_due(rows, first, now):
         nis = np.nan
         if _is_finite(rows[first]):
@@ -192,7 +249,7 @@ def _take_mag_or_gnss(
             if model.body.heading_only:
                 _restore_considered(x, P, workspace.kept_state, workspace.kept_covariance)
         _count(counts, sensor, nis, gate)
-        first += 1
+        first = _next_row(rows, first + 1, end)
     return first
 
 
@@ -219,61 +276,70 @@ def _take_imu(
 
 @borrowing_kernel
 def run_period(
-    x: NDArray[np.float64],
-    P: NDArray[np.float64],
+    beliefs: NDArray[np.void],
     now: float,
     odometry: NDArray[np.float64],
     measurements: Measurements,
-    model: FilterModel,
-    workspace: Workspace,
-    counts: NDArray[np.int64],
+    models: NDArray[np.void],
+    workspaces: NDArray[np.void],
     track: NDArray[np.float64],
-) -> tuple[float, int, bool]:
+) -> tuple[float, int, int, bool]:
     """Filter one period: predict from inertial row to inertial row, and correct in between.
 
     Each measurement corrects the state at the first inertial row that is not older than it: at most
     10 ms late. Fixes of the instant at which the period begins correct before. Rows that are not
-    finite, or whose stamps decrease, are rejected and counted.
+    finite, or whose stamps decrease, are rejected and counted. On a live robot each sensor has its
+    own latency: rows ahead of the last inertial row are passed over, to wait for the next period.
+    Those further ahead than ``max_lead`` are rejected.
 
     Args:
-        x: State, changed in place, shape (18,).
-        P: Covariance, changed in place, shape (18, 18).
+        beliefs: Record of a ``Belief``, changed in place.
         now: Stamp of the state [s].
         odometry: Dead reckoning x, y, z [m] and yaw [rad], changed in place, shape (4,).
-        measurements: Measurements of the period.
-        model: Parameters of the filter.
-        workspace: Buffers of the filter.
-        counts: Table of counts by sensor, changed in place, shape (6, 3).
+        measurements: Measurements that arrived.
+        models: Record of the ``FilterModel``.
+        workspaces: Record of the ``Workspace``.
         track: Buffer of stamp [s], position [m] and quaternion in ``odom`` at each inertial row,
             shape (k, 8).
 
     Returns:
-        New stamp of the state [s], number of rows of the track that were filled, and true if the
-        covariance stayed positive definite.
+        New stamp of the state [s], number of rows of the track that were filled, number of rows
+        that wait, and true if the covariance stayed positive definite and the state finite.
     """
+    x, P, counts = beliefs[0].x, beliefs[0].P, beliefs[0].counts
+    model, workspace = models[0], workspaces[0]
     imu, wheels, mag, gnss = measurements
+    end = _end_of(imu, now, model.body.max_step)
+    waiting = _count_waiting(wheels, WHEELS, end, model.max_lead, counts)
+    waiting += _count_waiting(mag, COMPASS, end, model.max_lead, counts)
+    waiting += _count_waiting(gnss, GNSS, end, model.max_lead, counts)
     filled = 0
     next_wheels = next_mag = 0
     # A late fix of the very instant at which the period begins: the state is still that of then.
-    next_gnss = _take_mag_or_gnss(GNSS, x, P, now, gnss, 0, model, workspace, counts)
+    next_gnss = _take_mag_or_gnss(GNSS, x, P, now, end, gnss, 0, model, workspace, counts)
     for i in range(len(imu)):
         dt = imu[i, STAMP] - now
-        is_valid = np.isfinite(imu[i, STAMP]) and _is_finite(imu[i, GYRO:FORCE])
-        if not is_valid or not 0.0 < dt <= model.body.max_step:
+        if not _is_inertial(imu[i]) or not 0.0 < dt <= model.body.max_step:
             counts[IMU, REJECTED] += 1
             continue
         if not predict(x, P, imu[i], dt, model, workspace):
-            return now, filled, False
+            return now, filled, waiting, False
         now = imu[i, STAMP]
         counts[IMU, ACCEPTED] += 1
-        next_wheels, still = _take_wheels(x, P, now, wheels, next_wheels, model, workspace, counts)
+        next_wheels, still = _take_wheels(
+            x, P, now, end, wheels, next_wheels, model, workspace, counts
+        )
         _take_imu(x, P, imu[i], still, model, workspace, counts)
-        next_mag = _take_mag_or_gnss(COMPASS, x, P, now, mag, next_mag, model, workspace, counts)
-        next_gnss = _take_mag_or_gnss(GNSS, x, P, now, gnss, next_gnss, model, workspace, counts)
+        next_mag = _take_mag_or_gnss(
+            COMPASS, x, P, now, end, mag, next_mag, model, workspace, counts
+        )
+        next_gnss = _take_mag_or_gnss(
+            GNSS, x, P, now, end, gnss, next_gnss, model, workspace, counts
+        )
         _advance_odometry(x, imu[i], dt, model.body, odometry)
         _write_pose(now, x, odometry, track[filled])
         filled += 1
-    return now, filled, True
+    return now, filled, waiting, _is_finite(x)
 
 
 @borrowing_kernel

@@ -18,7 +18,10 @@ affine in all other states, so that the points along the other rows need not be 
 ``ukf``. Of the 13 that are left, seven have sines of their own.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 ROLL, PITCH, YAW = 0, 1, 2
 GYRO_BIAS_X, GYRO_BIAS_Y, GYRO_BIAS_Z = 3, 4, 5
@@ -41,3 +44,17 @@ ACCEL_BIAS = slice(ACCEL_BIAS_X, ACCEL_BIAS_Y + 1)
 
 ANGULAR = np.arange(STATES) <= YAW
 """True for states that are angles, shape (18,)."""
+
+
+class Belief(NamedTuple):
+    """What the filter believes, and how many measurements led to it.
+
+    Attributes:
+        x: State, shape (18,).
+        P: Covariance, shape (18, 18).
+        counts: Table of counts by kind of measurement, int64, shape (6, 3); see ``filter_period``.
+    """
+
+    x: NDArray[np.float64]
+    P: NDArray[np.float64]
+    counts: NDArray[np.int64]

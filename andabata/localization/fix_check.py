@@ -1,5 +1,6 @@
 """Validation of satellite fixes before they are used: what is rejected, and what is assumed."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 
@@ -42,42 +43,44 @@ def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
             horizontal variance [m2], infinite without a fix and NaN or zero if unknown; shape
             (k, 5).
     """
-    stamp, latitude, longitude, altitude, variance = fixes.T
-    # An infinite variance is the receiver's own report of no fix: nothing to reject.
-    good, rejected = ~np.isposinf(variance), Counter[str]()
-    with np.errstate(invalid="ignore"):
-        for reason, bad in (
-            ("a stamp that is no number", ~np.isfinite(stamp)),
-            ("a place that is no number", ~(np.isfinite(latitude) & np.isfinite(longitude))),
-            (
-                "at latitude 0, longitude 0, which receivers send without a position",
-                (latitude == 0) & (longitude == 0),
-            ),
-            (
-                "latitude beyond 90 degrees, which swapped latitude and longitude explain",
-                np.abs(latitude) > 90,
-            ),
-            (
-                f"latitude beyond {MAX_LATITUDE_DEG:.0f} degrees, too near to a pole",
-                np.abs(latitude) > MAX_LATITUDE_DEG,
-            ),
-            ("longitude beyond 360 degrees", np.abs(longitude) > 360),
-            (
-                f"altitude outside of {MIN_ALTITUDE:.0f} to {MAX_ALTITUDE:.0f} m",
-                (altitude < MIN_ALTITUDE) | (altitude > MAX_ALTITUDE),
-            ),
-            ("a negative variance", variance < 0),
-            (f"a standard deviation beyond {MAX_SIGMA:.0f} m", variance > MAX_SIGMA**2),
-        ):
-            if count := int((good & bad).sum()):
-                # A row counts for its first reason alone.
-                rejected[reason] += count
-                good &= ~bad
-    assumed = Counter[str]()
-    for text, missing in (
-        (NO_COVARIANCE, np.isnan(variance) | (variance == 0)),
-        (NO_ALTITUDE, np.isnan(altitude)),
-    ):
-        if count := int((good & missing).sum()):
-            assumed[text] += count
+    good = np.zeros(len(fixes), dtype=np.bool_)
+    rejected, assumed = Counter[str](), Counter[str]()
+    for k, (stamp, latitude, longitude, altitude, variance) in enumerate(fixes.tolist()):
+        # An infinite variance is the receiver's own report of no fix: nothing to reject.
+        if variance == math.inf:
+            continue
+        reason = _reason_against(stamp, latitude, longitude, altitude, variance)
+        if reason is not None:
+            rejected[reason] += 1
+            continue
+        good[k] = True
+        if math.isnan(variance) or variance == 0:
+            assumed[NO_COVARIANCE] += 1
+        if math.isnan(altitude):
+            assumed[NO_ALTITUDE] += 1
     return FixCheck(good, rejected, assumed)
+
+
+def _reason_against(
+    stamp: float, latitude: float, longitude: float, altitude: float, variance: float
+) -> str | None:
+    """Return the first reason for which a fix is rejected, None without any."""
+    if not math.isfinite(stamp):
+        return "a stamp that is no number"
+    if not (math.isfinite(latitude) and math.isfinite(longitude)):
+        return "a place that is no number"
+    if latitude == 0 and longitude == 0:
+        return "at latitude 0, longitude 0, which receivers send without a position"
+    if abs(latitude) > 90:
+        return "latitude beyond 90 degrees, which swapped latitude and longitude explain"
+    if abs(latitude) > MAX_LATITUDE_DEG:
+        return f"latitude beyond {MAX_LATITUDE_DEG:.0f} degrees, too near to a pole"
+    if abs(longitude) > 360:
+        return "longitude beyond 360 degrees"
+    if altitude < MIN_ALTITUDE or altitude > MAX_ALTITUDE:  # One that is unknown is neither.
+        return f"altitude outside of {MIN_ALTITUDE:.0f} to {MAX_ALTITUDE:.0f} m"
+    if variance < 0:
+        return "a negative variance"
+    if variance > MAX_SIGMA**2:
+        return f"a standard deviation beyond {MAX_SIGMA:.0f} m"
+    return None

@@ -1,5 +1,6 @@
 """Conversion of satellite fixes from geodetic coordinates to measurements in the map."""
 
+import math
 from collections import Counter
 
 import numpy as np
@@ -68,17 +69,21 @@ class FixConverter:
         fixes = fixes[check.good]
         if not len(fixes):
             return np.empty((0, 6)), rejected
-        config, variance = self._config, fixes[:, 4]
-        known = np.isfinite(variance) & (variance > 0)
-        variance = np.where(known, np.maximum(variance, _MIN_VARIANCE), config.fix_sigma**2)
         rows = np.empty((len(fixes), 6))
         rows[:, 0], rows[:, 1:4] = fixes[:, 0], self._positions(fixes[:, 1:4], height)
-        # A receiver's variance includes the correlated error, which is a state here.
-        white = variance - config.noise.gnss_error**2
-        rows[:, 4] = np.sqrt(np.maximum(white, _MIN_WHITE_VARIANCE))
-        rows[:, 5] = config.vertical_ratio * np.sqrt(variance)
-        rows[np.isnan(fixes[:, 3]), 5] = _UNKNOWN_HEIGHT_SIGMA
+        rows[:, 4:] = [self._sigmas(*fix) for fix in fixes[:, 3:].tolist()]
         return rows, rejected
+
+    def _sigmas(self, altitude: float, variance: float) -> tuple[float, float]:
+        """Return the horizontal and the vertical sigma of a fix [m], by what the receiver says."""
+        config = self._config
+        known = math.isfinite(variance) and variance > 0
+        variance = max(variance, _MIN_VARIANCE) if known else config.fix_sigma**2
+        # A receiver's variance includes the correlated error, which is a state here.
+        white = max(variance - config.noise.gnss_error**2, _MIN_WHITE_VARIANCE)
+        if math.isnan(altitude):
+            return math.sqrt(white), _UNKNOWN_HEIGHT_SIGMA
+        return math.sqrt(white), config.vertical_ratio * math.sqrt(variance)
 
     def _positions(self, geodetic: NDArray[np.float64], height: float) -> NDArray[np.float64]:
         """Return positions in the map [m]; those without an altitude at the given height."""

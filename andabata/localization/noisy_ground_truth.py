@@ -104,7 +104,7 @@ class NoisyGroundTruthLocalizer:
             begins = np.array([self._track.latest, *tracks[:-1, -1, 0]])
             errors = self._wander(ends - begins, draws, tracks.shape[1])
             positions, quaternions = self._disturb(positions, quaternions, errors)
-        self._track.extend(stamps[:, 0], positions, quaternions)
+        self._track.extend(np.hstack([stamps, positions, quaternions]))
         self._pose = Pose(positions[-1], quaternions[-1])
 
     def _wander(

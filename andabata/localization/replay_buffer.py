@@ -5,7 +5,7 @@ the result is that of a fix that arrived in time.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +14,18 @@ from andabata.localization.filter_parameters import NoiseModel
 from andabata.localization.measurements import STAMP_TOLERANCE, Measurements
 
 
-@dataclass(frozen=True)
-class FilterPeriod:
-    """State of the filter at the begin of a control period, and the period's measurements.
+class FilterPeriod(NamedTuple):
+    """Belief of the filter at the begin of a control period, and what arrived in the period.
 
     Attributes:
-        x: State, shape (18,).
-        P: Covariance, shape (18, 18).
+        belief: Record of the ``Belief``, shape (1,).
         now: Stamp of the state [s].
-        counts: Table of counts by sensor, shape (6, 3).
-        measurements: Measurements of the period.
+        measurements: Measurements that arrived.
         noise: Noise that the period is filtered with.
     """
 
-    x: NDArray[np.float64]
-    P: NDArray[np.float64]
+    belief: NDArray[np.void]
     now: float
-    counts: NDArray[np.int64]
     measurements: Measurements
     noise: NoiseModel
 
@@ -42,7 +37,8 @@ class FilterPeriod:
         """
         fixes = self.measurements.gnss
         place = int(np.searchsorted(fixes[:, 0], fix[0]))
-        return self.measurements._replace(gnss=np.insert(fixes, place, fix, axis=0))
+        fixes = np.concatenate([fixes[:place], fix[None], fixes[place:]])
+        return self.measurements._replace(gnss=fixes)
 
 
 class ReplayBuffer:
@@ -83,17 +79,12 @@ class ReplayBuffer:
             Periods, oldest first; none if the stamp is older than the buffer, which then stays as
             it is.
         """
-        begun = [
-            k for k, period in enumerate(self._periods) if period.now <= stamp + STAMP_TOLERANCE
-        ]
-        if not begun:
-            return []
-        periods = list(self._periods)[begun[-1] :]
-        for _ in periods:
-            self._periods.pop()
-        return periods
+        for count, period in enumerate(reversed(self._periods), start=1):
+            if period.now <= stamp + STAMP_TOLERANCE:
+                return [self._periods.pop() for _ in range(count)][::-1]
+        return []
 
     def latest_finite_state(self) -> NDArray[np.float64] | None:
         """Return the latest state whose numbers are all finite, None without any."""
-        states = (period.x for period in reversed(self._periods))
+        states = (period.belief["x"][0] for period in reversed(self._periods))
         return next((x for x in states if np.isfinite(x).all()), None)

@@ -1,13 +1,12 @@
 """Supervision of the filter's sensors: timeouts, long rejection, and warnings."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.filter_state import YAW, X, Y
 from andabata.localization.localizer import Health
 from andabata.localization.ukf_config import UkfConfig
+from terrain.kernel import borrowing_kernel
 
 _MEDIAN_OF = 5
 """Number of fixes whose median offset is compared."""
@@ -33,6 +32,12 @@ class SensorMonitor:
         self._config = config
         self._received = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
         self._accepted = dict.fromkeys(("compass", "gnss"), stamp)
+        self._timeouts = (
+            ("imu", self._received, config.imu_timeout, "silent"),
+            ("wheels", self._received, config.wheel_timeout, "silent"),
+            ("compass", self._accepted, config.compass_timeout, "not accepted"),
+            ("gnss", self._accepted, config.gnss_timeout, "not accepted"),
+        )
         self._inflated = dict(self._accepted)
         self._inflations = dict.fromkeys(self._accepted, 0)
         # Offsets [m] from the estimate of fixes since the last accepted one.
@@ -88,25 +93,25 @@ class SensorMonitor:
             now: Stamp of the state [s].
             P: Covariance of the state, shape (18, 18).
         """
-        config = self._config
         found = []
-        for name, since, limit, text in (
-            ("imu", self._received["imu"], config.imu_timeout, "silent"),
-            ("wheels", self._received["wheels"], config.wheel_timeout, "silent"),
-            ("compass", self._accepted["compass"], config.compass_timeout, "not accepted"),
-            ("gnss", self._accepted["gnss"], config.gnss_timeout, "not accepted"),
-        ):
-            if now - since > limit + _TIME_TOLERANCE:
-                found.append(f"{name}: {text} for {now - since:.1f} s")
-        # Longest half axis of the horizontal error ellipse.
-        east, north, both = P[X, X], P[Y, Y], P[X, Y]
-        position = math.sqrt((east + north) / 2 + math.hypot((east - north) / 2, both))
-        if position > config.lost_position:
+        for name, stamps, limit, text in self._timeouts:
+            silence = now - stamps[name]
+            if silence > limit + _TIME_TOLERANCE:
+                found.append(f"{name}: {text} for {silence:.1f} s")
+        position, yaw = _uncertainty(P)
+        if position > self._config.lost_position:
             found.append(f"position: uncertain by {position:.1f} m")
-        yaw = math.sqrt(P[YAW, YAW])
-        if yaw > config.lost_yaw:
+        if yaw > self._config.lost_yaw:
             found.append(f"heading: uncertain by {np.rad2deg(yaw):.0f} degrees")
         return tuple(found)
+
+
+@borrowing_kernel
+def _uncertainty(P: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the longest half axis of the horizontal error ellipse [m], and the heading's sigma."""
+    east, north, both = P[X, X], P[Y, Y], P[X, Y]
+    position = np.sqrt((east + north) / 2 + np.hypot((east - north) / 2, both))
+    return position, np.sqrt(P[YAW, YAW])
 
 
 def health_of(warnings: tuple[str, ...]) -> Health:

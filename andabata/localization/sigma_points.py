@@ -40,7 +40,7 @@ class Workspace(NamedTuple):
         gain: Gain of one number, shape (18,).
         kept_state: State before a correction, shape (18,).
         kept_covariance: Covariance before a correction, shape (18, 18).
-        angular: ``ANGULAR``, as compiled code takes it.
+        angular: 1 for states that are angles, as ``ANGULAR``, uint8, shape (18,).
     """
 
     process: Transform
@@ -53,7 +53,7 @@ class Workspace(NamedTuple):
     gain: NDArray[np.float64]
     kept_state: NDArray[np.float64]
     kept_covariance: NDArray[np.float64]
-    angular: NDArray[np.bool_]
+    angular: NDArray[np.uint8]
 
     @classmethod
     def allocate(cls) -> "Workspace":
@@ -70,7 +70,7 @@ class Workspace(NamedTuple):
             gain=np.zeros(n),
             kept_state=np.zeros(n),
             kept_covariance=np.zeros((n, n)),
-            angular=ANGULAR.copy(),
+            angular=ANGULAR.astype(np.uint8),
         )
 
 

@@ -290,7 +290,7 @@ def _whiten(F: NDArray[np.float64], innovation: NDArray[np.float64]) -> float:
 def correct(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
-    angular: NDArray[np.bool_],
+    angular: NDArray[np.uint8],
     cross: NDArray[np.float64],
     S: NDArray[np.float64],
     innovation: NDArray[np.float64],
@@ -304,7 +304,7 @@ def correct(
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
-        angular: True for states that are angles, bool, shape (n,).
+        angular: 1 for states that are angles, else 0, uint8, shape (n,).
         cross: Covariance of expected measurement and state, shape (3, n); overwritten.
         S: Covariance of the innovation, measurement noise included, shape (3, 3); overwritten by
             its Cholesky factor.
@@ -344,7 +344,7 @@ def correct(
 def correct_state(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
-    angular: NDArray[np.bool_],
+    angular: NDArray[np.uint8],
     index: int,
     z: float,
     variance: float,
@@ -358,7 +358,7 @@ def correct_state(
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
-        angular: True for states that are angles, bool, shape (n,).
+        angular: 1 for states that are angles, else 0, uint8, shape (n,).
         index: Index of the measured state, which is no angle.
         z: Measurement.
         variance: Variance of the measurement.

@@ -17,10 +17,9 @@ from andabata.localization.filter_period import (
     ACCEPTED,
     COMPASS,
     GNSS,
-    IMU,
     REJECTED,
     SENSORS,
-    WHEELS,
+    first_inertial,
     run_period,
 )
 from andabata.localization.filter_state import (
@@ -37,6 +36,7 @@ from andabata.localization.filter_state import (
     SPEED,
     STATES,
     YAW,
+    Belief,
     X,
     Y,
     Z,
@@ -55,11 +55,9 @@ from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings
+from terrain.record import packed
 
 __all__ = ["UkfConfig", "UkfLocalizer"]
-
-MAX_GYRO_RATE = 50.0
-"""Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
 
 _MAX_BRIDGE_STEPS = 100
 """Largest number of prediction steps that bridge a gap of inertial rows."""
@@ -67,7 +65,8 @@ _MAX_BRIDGE_STEPS = 100
 _BRIDGE_GYRO_NOISE = 0.1
 """Gyro noise of a prediction whose yaw rate comes from the wheels [rad/sqrt(s)]."""
 
-_NO_MEASUREMENTS = Measurements(*(np.empty((0, width)) for width in (7, 3, 4, 6)))
+_NO_FIXES = np.empty((0, 6))
+"""No rows of ``Measurements.gnss``."""
 
 _TO_MICROTESLA = np.array([1.0, 1 / MICROTESLA, 1 / MICROTESLA, 1 / MICROTESLA])
 """Factors of a magnetometer row: its stamp, and tesla to microtesla."""
@@ -112,10 +111,10 @@ class UkfLocalizer:
             robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, 0.0, 0.0, 0.0
         )
         weights = SigmaWeights.merwe(STATES)
-        self._model = FilterModel(body, config.noise, config.gates, weights)
+        self._model = FilterModel(body, config.noise, config.gates, weights, config.max_lead)
         self._converter = FixConverter(config, geo_reference)
         self.set_geo_reference(geo_reference)
-        self._workspace = Workspace.allocate()
+        self._workspace = packed(Workspace.allocate())
         self._buffer = ReplayBuffer(config.max_delay)
         self._track = PoseTrack()
         self._rows = np.zeros((64, 8))
@@ -136,6 +135,7 @@ class UkfLocalizer:
             flux_east=east, flux_north=north, flux_up=up, heading_only=heading_only
         )
         self._model = self._model._replace(body=body)
+        self._models = packed(self._model)
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
         """Start at a pose with the configured uncertainty.
@@ -148,15 +148,17 @@ class UkfLocalizer:
             stamp: Time [s].
             rough: True if the pose comes from the first fix, the compass and gravity.
         """
-        self._x, self._P = np.zeros(STATES), self._initial_covariance(rough)
+        counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
+        belief = Belief(np.zeros(STATES), self._initial_covariance(rough), counts)
+        self._belief = packed(belief)
+        self._x, self._P, self._counts = (self._belief[name][0] for name in Belief._fields)
         self._x[ATTITUDE] = Rotation.from_quat(pose.quaternion).as_euler("ZYX")[::-1]
         self._x[POSITION] = pose.position
         own_origin = rough or float(np.abs(pose.position).max()) > _FAR
         self._odometry = np.zeros(4) if own_origin else np.array([*pose.position, self._x[YAW]])
         self._now = stamp
-        self._counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
         self._buffer.clear()
-        self._ahead = _NO_MEASUREMENTS
+        self._ahead: Measurements | None = None  # Rows that wait for the next period.
         self._monitor = SensorMonitor(self._config, stamp)
         self._is_valid = True
         self._track.clear()
@@ -186,7 +188,7 @@ class UkfLocalizer:
         Args:
             readings: Readings of the period.
         """
-        accepted = self._counts[:, ACCEPTED].copy()
+        accepted = self._counts[:, ACCEPTED].tolist()
         fixes = self._fixes_in_map(readings)
         punctual = fixes
         if len(fixes):
@@ -195,15 +197,13 @@ class UkfLocalizer:
                 self._replay_with(fix)
             punctual = fixes[~late]
         imu, noise = self._inertial_rows(readings)
-        mag = _rows(readings.mag, 4) * _TO_MICROTESLA
-        arrived = Measurements(imu, _rows(readings.encoders, 3), mag, punctual)
-        period = self._begin_period(self._split_reached(arrived), noise)
+        measurements = self._with_waiting(readings, imu, punctual)
+        period = FilterPeriod(self._belief.copy(), self._now, measurements, noise)
         self._buffer.append(period)
         self._buffer.drop_old(self._now)
-        filled = self._run(period, self._odometry)
-        if filled:
-            rows = self._rows[:filled]
-            self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+        filled, waiting = self._run(period, self._odometry)
+        self._ahead = self._rows_ahead(measurements) if waiting else None
+        self._track.extend(self._rows[:filled])
         self._supervise(readings, accepted, fixes)
         if not self._is_valid:
             self._restart(readings.stamp)
@@ -212,24 +212,21 @@ class UkfLocalizer:
         """Return the valid fixes as rows of ``Measurements.gnss``, without the lever arm."""
         given = _rows(readings.gnss, 5)
         if not len(given):
-            return _NO_MEASUREMENTS.gnss
+            return _NO_FIXES
         fixes, rejected = self._converter.to_map(given, self._x[Z])
         self._counts[GNSS, REJECTED] += rejected
         return remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
 
     def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
-        """Return the valid inertial rows, gaps bridged, and the noise to filter them with.
+        """Return the inertial rows, a gap before them bridged, and the noise to filter them with.
 
         In a gap longer than ``imu_timeout`` the yaw rate comes from the wheels.
         """
         rows, noise = _rows(readings.imu, 7), self._config.noise
-        good = (np.abs(rows[:, 1:4]) < MAX_GYRO_RATE).all(axis=1) & np.isfinite(rows[:, 0])
-        if not good.all():
-            self._counts[IMU, REJECTED] += int((~good).sum())
-            rows = rows[good]
-        if len(rows):
+        first, end = first_inertial(rows), readings.stamp + TICK
+        if first < len(rows):
             self._monitor.receive("imu", readings.stamp)
-        end = float(rows[0, 0]) if len(rows) else readings.stamp + TICK
+            end = float(rows[first, 0])
         gap = end - self._now
         if not gap > self._config.imu_timeout + TICK:
             return rows, noise
@@ -244,56 +241,47 @@ class UkfLocalizer:
             bridge[:, 3] += difference * self._yaw_rate_per_wheel
         return np.concatenate([bridge, rows]), noise._replace(gyro=_BRIDGE_GYRO_NOISE)
 
-    def _split_reached(self, arrived: Measurements) -> Measurements:
-        """Return the measurements up to the last inertial row; those ahead of it wait.
+    def _with_waiting(
+        self, readings: SensorReadings, imu: NDArray[np.float64], fixes: NDArray[np.float64]
+    ) -> Measurements:
+        """Return the measurements of a period, after those that waited for it.
 
-        On a live robot each sensor has its own latency. Rows further ahead than ``max_lead`` are
-        rejected.
+        Args:
+            readings: Readings of the period.
+            imu: Inertial rows, a gap before them bridged.
+            fixes: Fixes in the map that are not late.
         """
-        last = float(arrived.imu[-1, 0]) if len(arrived.imu) else self._now
-        now, later = [arrived.imu], [_NO_MEASUREMENTS.imu]
-        for k, sensor in enumerate((WHEELS, COMPASS, GNSS), start=1):
-            rows, waiting = arrived[k], self._ahead[k]
-            if len(waiting):
-                rows = np.concatenate([waiting, rows])
-            ahead = rows[:, 0] > last + STAMP_TOLERANCE
-            if not len(rows) or not ahead.any():
-                now.append(rows)
-                later.append(_NO_MEASUREMENTS[k])
-                continue
-            too_far = ahead & (rows[:, 0] > last + self._config.max_lead)
-            self._counts[sensor, REJECTED] += int(too_far.sum())
-            now.append(rows[~ahead])
-            later.append(rows[ahead & ~too_far])
-        self._ahead = Measurements(*later)
-        return Measurements(*now)
+        mag = _rows(readings.mag, 4) * _TO_MICROTESLA
+        arrived = Measurements(imu, _rows(readings.encoders, 3), mag, fixes)
+        if self._ahead is None:
+            return arrived
+        return Measurements(*map(np.concatenate, zip(self._ahead, arrived, strict=True)))
 
-    def _begin_period(self, measurements: Measurements, noise: NoiseModel) -> FilterPeriod:
-        """Return a period that begins at the present state."""
-        return FilterPeriod(
-            self._x.copy(), self._P.copy(), self._now, self._counts.copy(), measurements, noise
-        )
+    def _rows_ahead(self, measurements: Measurements) -> Measurements:
+        """Return the measurements that are ahead of the state, and not too far."""
+        ahead = []
+        for rows in measurements:
+            lead = rows[:, 0] > self._now + STAMP_TOLERANCE
+            ahead.append(rows[lead & (rows[:, 0] <= self._now + self._config.max_lead)])
+        return Measurements(measurements.imu[:0], *ahead[1:])
 
-    def _run(self, period: FilterPeriod, odometry: NDArray[np.float64]) -> int:
-        """Filter a period and return the number of rows of the track that were filled."""
+    def _run(self, period: FilterPeriod, odometry: NDArray[np.float64]) -> tuple[int, int]:
+        """Filter a period; return the numbers of rows of the track, and of rows that wait."""
         if len(period.measurements.imu) > len(self._rows):  # A long gap was bridged.
             self._rows = np.zeros((2 * len(period.measurements.imu), 8))
-        model = self._model
-        if period.noise is not model.noise:
-            model = model._replace(noise=period.noise)
-        self._now, filled, is_positive = run_period(
-            self._x,
-            self._P,
+        models = self._models
+        if period.noise is not self._model.noise:
+            models = packed(self._model._replace(noise=period.noise))
+        self._now, filled, waiting, self._is_valid = run_period(
+            self._belief,
             self._now,
             odometry,
             period.measurements,
-            model,
+            models,
             self._workspace,
-            self._counts,
             self._rows,
         )
-        self._is_valid = bool(is_positive and np.isfinite(self._x).all())
-        return int(filled)
+        return filled, waiting
 
     def _replay_with(self, fix: NDArray[np.float64]) -> None:
         """Insert a late fix into the period in which it was taken, and filter again from there."""
@@ -302,34 +290,34 @@ class UkfLocalizer:
             self._counts[GNSS, REJECTED] += 1
             return
         first = periods[0]
-        self._x, self._P, self._now = first.x.copy(), first.P.copy(), first.now
-        self._counts = first.counts.copy()
+        self._belief[:], self._now = first.belief, first.now
         for k, old in enumerate(periods):
             measurements = old.measurements if k else old.with_fix(fix)
-            period = self._begin_period(measurements, old.noise)
+            period = FilterPeriod(self._belief.copy(), self._now, measurements, old.noise)
             self._buffer.append(period)
             # The track in odom stays as it was published: sweeps were placed with it.
             self._run(period, self._scratch_odometry)
 
     def _supervise(
-        self, readings: SensorReadings, accepted: NDArray[np.int64], fixes: NDArray[np.float64]
+        self, readings: SensorReadings, accepted: list[int], fixes: NDArray[np.float64]
     ) -> None:
         """Record which sensors sent data and were accepted, and inflate the covariance if due.
 
         Args:
             readings: Readings of the period.
-            accepted: Number of accepted measurements of each sensor before the period.
+            accepted: Number of accepted measurements of each kind before the period.
             fixes: Fixes that arrived, in the map.
         """
         stamp, monitor = readings.stamp, self._monitor
         for fix in fixes:
             monitor.add_offset(fix[1:3] - self._x[HORIZONTAL])
-        arrived = {"wheels": readings.encoders, "compass": readings.mag, "gnss": fixes}
-        for name, rows in arrived.items():
+        arrived = (("wheels", readings.encoders), ("compass", readings.mag), ("gnss", fixes))
+        for name, rows in arrived:
             if rows is not None and len(rows):
                 monitor.receive(name, stamp)
+        now_accepted = self._counts[:, ACCEPTED].tolist()
         for name, (sensor, states, sigma) in _INFLATION.items():
-            if self._counts[sensor, ACCEPTED] > accepted[sensor]:
+            if now_accepted[sensor] > accepted[sensor]:
                 monitor.accept(name, stamp)
             factor = monitor.inflation(name, stamp)
             if factor is not None:

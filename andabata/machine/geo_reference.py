@@ -1,5 +1,7 @@
 """Geodetic reference of the map: conversions from and to WGS-84, and the magnetic field."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
@@ -54,14 +56,16 @@ class GeoReference(BaseModel):
 
     def to_map(self, geodetic: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return map coordinates [m] of latitudes, longitudes [deg] and altitudes [m], (n, 3)."""
-        return (_earth(geodetic) - self._origin) @ self._axes
+        origin, axes = self._frame
+        return (_earth(geodetic) - origin) @ axes
 
     def to_geodetic(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return latitude, longitude [deg] and altitude [m] of map points [m], shape (n, 3).
 
         Source: Bowring 1985, closed form; within a micrometre up to 10 km of altitude.
         """
-        x, y, z = (np.asarray(points) @ self._axes.T + self._origin).T
+        origin, axes = self._frame
+        x, y, z = (np.asarray(points) @ axes.T + origin).T
         b = _A * np.sqrt(1 - _E2)
         outward = np.hypot(x, y)
         angle = np.arctan2(z * _A, outward * b)
@@ -86,18 +90,9 @@ class GeoReference(BaseModel):
         return 2 * _A * float(np.arcsin(min(half_chord / _A, 1.0)))
 
     @property
-    def _origin(self) -> NDArray[np.float64]:
-        """Origin in Earth-centred, Earth-fixed coordinates [m], shape (3,)."""
-        altitude = 0.0 if self.altitude is None else self.altitude
-        place = np.array([[self.latitude_deg, self.longitude_deg, altitude]])
-        return _earth(place)[0]
-
-    @property
-    def _axes(self) -> NDArray[np.float64]:
-        """Rotation ``R_earth_map``: east, north and up at the origin as columns, shape (3, 3)."""
-        north, east = np.deg2rad([self.latitude_deg, self.longitude_deg])
-        s, c, sl, cl = np.sin(north), np.cos(north), np.sin(east), np.cos(east)
-        return np.array([[-sl, -s * cl, c * cl], [cl, -s * sl, c * sl], [0.0, c, s]])
+    def _frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Origin and axes of the map in Earth-centred, Earth-fixed coordinates."""
+        return _map_frame(self.latitude_deg, self.longitude_deg, self.altitude or 0.0)
 
 
 def place_text(latitude_deg: float, longitude_deg: float) -> str:
@@ -108,6 +103,22 @@ def place_text(latitude_deg: float, longitude_deg: float) -> str:
 def wrapped_longitude(longitude_deg: float) -> float:
     """Return a longitude [deg] wrapped to -180 to 180: some receivers count from 0 to 360."""
     return (longitude_deg + 180.0) % 360.0 - 180.0 if abs(longitude_deg) > 180.0 else longitude_deg
+
+
+@lru_cache(maxsize=64)
+def _map_frame(
+    latitude_deg: float, longitude_deg: float, altitude: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a map lies in Earth-centred, Earth-fixed coordinates.
+
+    Returns:
+        Origin [m], shape (3,), and rotation ``R_earth_map``: east, north and up at the origin as
+        columns, shape (3, 3).
+    """
+    north, east = np.deg2rad([latitude_deg, longitude_deg])
+    s, c, sl, cl = np.sin(north), np.cos(north), np.sin(east), np.cos(east)
+    axes = np.array([[-sl, -s * cl, c * cl], [cl, -s * sl, c * sl], [0.0, c, s]])
+    return _earth(np.array([[latitude_deg, longitude_deg, altitude]]))[0], axes
 
 
 def _earth(geodetic: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -56,7 +56,10 @@ class SkidSteer:
         if not (math.isfinite(speed) and math.isfinite(yaw_rate)):
             raise ValueError(f"twist: expected finite numbers, got ({speed}, {yaw_rate})")
         wheels = self.unlimited_wheel_speeds(speed, yaw_rate)
-        scale = min(1.0, self._limit / max(abs(wheels.left), abs(wheels.right), 1e-12))
+        fastest = max(abs(wheels.left), abs(wheels.right))
+        if fastest <= self._limit:
+            return wheels
+        scale = self._limit / fastest
         return WheelSpeeds(wheels.left * scale, wheels.right * scale)
 
     def unlimited_wheel_speeds(self, speed: float, yaw_rate: float) -> WheelSpeeds:

@@ -106,37 +106,23 @@ class PoseTrack:
         self._poses[self._count, 3:] = quaternion
         self._count += 1
 
-    def extend(
-        self,
-        stamps: NDArray[np.float64],
-        positions: NDArray[np.float64],
-        quaternions: NDArray[np.float64],
-    ) -> None:
+    def extend(self, rows: NDArray[np.float64]) -> None:
         """Add poses, oldest first.
 
         Args:
-            stamps: Times [s], increasing, shape (k,).
-            positions: Coordinates in the track's frame [m], shape (k, 3).
-            quaternions: Rotations x, y, z, w, shape (k, 4).
+            rows: Rows of stamp [s], increasing, coordinates in the track's frame [m] and rotation
+                x, y, z, w, shape (k, 8).
 
         Raises:
             ValueError: If the stamps do not increase from the last one.
         """
-        count = len(stamps)
-        if not count:
-            return
-        if not (stamps[0] > self.latest and (stamps[1:] > stamps[:-1]).all()):
-            raise ValueError(f"stamps: expected increasing from {self.latest} s, got {stamps}")
-        if self._count + count > len(self._stamps):
-            for row in zip(stamps, positions, quaternions, strict=True):
-                self.append(float(row[0]), row[1], row[2])
-            return
-        rows = slice(self._count, self._count + count)
-        self._stamps[rows] = stamps
-        self._poses[rows, :3] = positions
-        self._poses[rows, 3:] = quaternions
-        _align_signs(self._poses, self._count, self._count + count)
-        self._count += count
+        if self._count + len(rows) > len(self._stamps):
+            for row in rows:
+                self.append(float(row[0]), row[1:4], row[4:])
+        elif _add_rows(self._stamps, self._poses, self._count, rows):
+            self._count += len(rows)
+        else:
+            raise ValueError(f"stamps: expected increasing from {self.latest} s, got {rows[:, 0]}")
 
     def rotated(self, rotation: Rotation) -> "PoseTrack":
         """Return the track of a sensor whose orientation differs from the body's.
@@ -145,11 +131,9 @@ class PoseTrack:
             rotation: Rotation ``R_body_sensor``.
         """
         track = PoseTrack(max(self._count, 1))
-        track.extend(
-            self._stamps[: self._count],
-            self._poses[: self._count, :3],
-            (Rotation.from_quat(self._poses[: self._count, 3:]) * rotation).as_quat(),
-        )
+        stamps, poses = self._stamps[: self._count], self._poses[: self._count]
+        turned = (Rotation.from_quat(poses[:, 3:]) * rotation).as_quat()
+        track.extend(np.column_stack([stamps, poses[:, :3], turned]))
         return track
 
     @property
@@ -230,8 +214,26 @@ def interpolate(
 
 
 @kernel
-def _align_signs(poses: NDArray[np.float64], begin: int, end: int) -> None:
-    """Flip each quaternion in rows ``begin`` to ``end`` that lies far from the one before it."""
-    for k in range(max(begin, 1), end):
-        if np.dot(poses[k - 1, _QUATERNION:], poses[k, _QUATERNION:]) < 0:
-            poses[k, _QUATERNION:] = -poses[k, _QUATERNION:]
+def _add_rows(
+    stamps: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    count: int,
+    rows: NDArray[np.float64],
+) -> bool:
+    """Write rows behind the first ``count`` of a track; return false if stamps do not increase.
+
+    Each quaternion is flipped that lies far from the one before it: the same rotation, between
+    which interpolation takes the short way.
+    """
+    latest = stamps[count - 1] if count else -np.inf
+    for k in range(len(rows)):
+        if not rows[k, 0] > latest:
+            return False
+        latest = rows[k, 0]
+    for k in range(len(rows)):
+        i = count + k
+        stamps[i] = rows[k, 0]
+        poses[i] = rows[k, 1:]
+        if i > 0 and np.dot(poses[i - 1, _QUATERNION:], poses[i, _QUATERNION:]) < 0:
+            poses[i, _QUATERNION:] = -poses[i, _QUATERNION:]
+    return True

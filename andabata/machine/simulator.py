@@ -151,7 +151,7 @@ class Simulator:
             walkers = self.walkers.step(TICKS_PER_STEP, (x, y), self._reach)
         rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP, walkers)
         self._tick += TICKS_PER_STEP
-        self._track.extend(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+        self._track.extend(rows[:, :8])
         return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, skip_scan)
 
     def _sense(

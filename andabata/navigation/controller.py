@@ -1,7 +1,7 @@
 """Seams of the navigator: what a controller and a planner are given, and what they answer."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
 
 
-@dataclass(frozen=True)
-class ControllerInput:
+class ControllerInput(NamedTuple):
     """The situation as the robot knows it.
 
     Attributes:

@@ -1,7 +1,7 @@
 """The robot's story, one control step at a time."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,7 @@ from worlds.world import Geofence
 _STANDSTILL = Twist(0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class StepResult:
+class StepResult(NamedTuple):
     """One control step, for observers, records and comparisons.
 
     Attributes:

@@ -24,11 +24,15 @@ class PolicyController:
         Raises:
             ValueError: If the policy asks for observations that a robot does not have.
         """
-        self._policy = policy
         self._cruise_speed = cruise_speed
-        unknown = [t.name for t in policy.observations.terms if t.name not in _TERMS]
+        terms = {term.name: term for term in policy.observations.terms}
+        unknown = [name for name in terms if name not in _TERMS]
         if unknown:
             raise ValueError(f"policy: expected observations {', '.join(_TERMS)}, got {unknown}")
+        self._policy = policy
+        self._trained_range = terms["ranges"].high if "ranges" in terms else None
+        # A policy of a fixed vector has no such number: its observation refuses another.
+        self._sectors = terms["points"].shape[0] if "points" in terms else None
 
     def reset(self) -> None:
         """Let the policy forget the last drive."""
@@ -40,35 +44,31 @@ class PolicyController:
         Raises:
             ValueError: If the scan's largest range is another than in training.
         """
-        observations = self._fitted(situation).observations
-        if "ranges" in _names(observations):
-            trained = observations.term("ranges").high
-            if situation.scan.max_range != trained:
-                raise ValueError(
-                    f"outer_radius: expected {trained} m, as the policy was trained, "
-                    f"got {situation.scan.max_range} m"
-                )
-        actions = self._policy.act(observation_of(observations, situation))
-        return twist_of(self._policy.actions, actions, self._cruise_speed)
+        scan, trained = situation.scan, self._trained_range
+        if self._sectors is not None and self._sectors != len(scan.ranges):
+            self._fit(len(scan.ranges))
+        if trained is not None and scan.max_range != trained:
+            raise ValueError(
+                f"outer_radius: expected {trained} m, as the policy was trained, "
+                f"got {scan.max_range} m"
+            )
+        policy = self._policy
+        actions = policy.act(observation_of(policy.observations, situation))
+        return twist_of(policy.actions, actions, self._cruise_speed)
 
-    def _fitted(self, situation: ControllerInput) -> Policy:
-        """Return the policy for as many sectors as the scan has, if it reads a set of points.
-
-        A policy of a fixed vector stays as it is: its observation refuses another number.
-        """
-        observations, sectors = self._policy.observations, len(situation.scan.ranges)
-        if "points" in _names(observations) and observations.term("points").shape[0] != sectors:
-            reach, limit = (observations.term(name).high for name in ("ranges", "previous_actions"))
-            spaces = steering_points(sectors, reach, limit)
-            self._policy = with_observations(self._policy, spaces)
-        return self._policy
+    def _fit(self, sectors: int) -> None:
+        """Take another number of sectors, which a policy of a set of points can read."""
+        observations = self._policy.observations
+        reach, limit = (observations.term(name).high for name in ("ranges", "previous_actions"))
+        spaces = steering_points(sectors, reach, limit)
+        self._policy, self._sectors = with_observations(self._policy, spaces), sectors
 
 
 def observation_of(
     observations: ObservationSpec, situation: ControllerInput
 ) -> NDArray[np.float32]:
     """Return the observation of a situation, float32, shape (n,)."""
-    parts = {name: _TERMS[name](situation) for name in _names(observations)}
+    parts = {term.name: _TERMS[term.name](situation) for term in observations.terms}
     return observations.vector(parts)
 
 
@@ -80,13 +80,8 @@ def twist_of(actions: ActionSpec, values: NDArray[np.float64], cruise_speed: flo
         values: Values of the terms.
         cruise_speed: Forward speed without an action for it [m/s].
     """
-    parts = dict(zip(actions.names, (float(value) for value in values), strict=True))
+    parts = dict(zip(actions.names, values.tolist(), strict=True))
     return Twist(parts.get("linear", cruise_speed), parts.get("angular", 0.0))
-
-
-def _names(observations: ObservationSpec) -> list[str]:
-    """Return the names of the parts."""
-    return [term.name for term in observations.terms]
 
 
 _TERMS: dict[str, Any] = {

@@ -8,7 +8,6 @@ the goal, and the farthest point of the path that can be headed for straight awa
 """
 
 import math
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -32,6 +31,7 @@ from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRolloutsConfig,
 )
 from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
 
 _PASSAGE = 0.2
@@ -150,7 +150,8 @@ class LocalPlanner:
         bearing = self.bearing(odds, position, yaw, situation.heading_error, goal_distance, layers)
         reach = self.config.max_lookahead
         ranges = self.occupancy.end_ranges(scan.ranges, position, yaw, reach)
-        return replace(situation, heading_error=bearing, scan=replace(scan, ranges=ranges))
+        ended = VirtualScan(ranges, scan.max_range, scan.log_odds)
+        return situation._replace(heading_error=bearing, scan=ended)
 
     def select(self, situation: ControllerInput, command: Twist) -> Twist:
         """Return the controller's command, or a safer one by the rollouts."""

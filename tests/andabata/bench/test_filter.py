@@ -5,14 +5,15 @@ import numpy as np
 from andabata.bench import filter as bench
 from andabata.bench.filter import PARTS, best_of_seven, initial_belief
 from andabata.localization.sigma_points import Workspace
+from terrain.record import packed
 
 
 def changed_by(part):
     """Return the change of the belief by one call of a part."""
     x, P = initial_belief()
     before = P.copy()
-    rest = (bench.STANDING_IMU, bench._FLUX, bench._FIX, bench.MODEL)
-    bench.repeat_part(part, 1, x, P, *rest, Workspace.allocate())
+    records = (packed(bench.MODEL), packed(Workspace.allocate()))
+    bench.repeat_part(part, 1, x, P, bench.STANDING_IMU, bench._FLUX, bench._FIX, *records)
     return P - before
 
 

@@ -5,11 +5,19 @@ import pytest
 
 from andabata.localization import filter_state as state
 from andabata.localization.filter_parameters import NoiseModel
-from andabata.localization.filter_period import GNSS, IMU, WHEELS, ZERO_RATE, run_period
-from andabata.localization.filter_state import STATES
+from andabata.localization.filter_period import (
+    GNSS,
+    IMU,
+    WHEELS,
+    ZERO_RATE,
+    first_inertial,
+    run_period,
+)
+from andabata.localization.filter_state import STATES, Belief
 from andabata.localization.measurements import Measurements
 from andabata.localization.sigma_points import Workspace
 from andabata.machine.proprioception import GRAVITY
+from terrain.record import packed
 from tests.textbook_filter import GATED, HEADING_ONLY, OPEN, aside, field, fresh, rotation
 
 
@@ -24,16 +32,20 @@ def period(stamps, omega=0.0, **rows):
 
 def run(measurements, filter_model=GATED, x=None, now=0.0):
     """Return state, covariance, odometry, counts and track after a period."""
-    x = np.zeros(STATES) if x is None else x.copy()
-    P = np.diag(np.full(STATES, 1e-2))
-    odometry, counts = np.zeros(4), np.zeros((6, 3), dtype=np.int64)
+    belief, odometry = begin(x), np.zeros(4)
     track = np.zeros((len(measurements.imu), 8))
-    workspace = Workspace.allocate()
-    _, filled, valid = run_period(
-        x, P, now, odometry, measurements, filter_model, workspace, counts, track
-    )
+    model, workspace = packed(filter_model), packed(Workspace.allocate())
+    _, filled, _, valid = run_period(belief, now, odometry, measurements, model, workspace, track)
     assert valid
+    x, P, counts = belief[0]
     return x, P, odometry, counts, track[:filled]
+
+
+def begin(x=None):
+    """Return the record of a belief about a state, zeros without one."""
+    x = np.zeros(STATES) if x is None else x
+    counts = np.zeros((6, 3), dtype=np.int64)
+    return packed(Belief(x, np.diag(np.full(STATES, 1e-2)), counts))
 
 
 STAMPS = np.arange(1, 11) / 100
@@ -65,6 +77,25 @@ def test_rows_are_counted_as_accepted_gated_and_rejected():
     assert counts[WHEELS].tolist() == [1, 1, 1]
     assert counts[IMU].tolist() == [9, 0, 1]
     assert counts[ZERO_RATE].tolist() == [1, 0, 0]
+
+
+def test_rows_ahead_of_the_inertial_rows_wait_and_others_pass_them():
+    """Rows ahead are numbered, those too far ahead rejected, and rows behind them are taken."""
+    wheels = np.array([[0.3, 0.0, 0.0], [0.05, 0.0, 0.0], [0.7, 0.0, 0.0]])
+    belief, track = begin(), np.zeros((10, 8))
+    given = (period(STAMPS, wheels=wheels), packed(GATED), packed(Workspace.allocate()), track)
+    now, _, waiting, _ = run_period(belief, 0.0, np.zeros(4), *given)
+    assert (now, waiting) == (STAMPS[-1], 1)
+    assert belief["counts"][0, WHEELS].tolist() == [1, 0, 1]
+
+
+def test_a_rate_that_no_robot_turns_at_is_rejected():
+    """Fifty radians per second are too many, on any axis; the first valid row is found."""
+    measurements = period(STAMPS)
+    measurements.imu[0, 2], measurements.imu[1, 0], measurements.imu[4, 1] = -50.0, np.nan, 49.9
+    assert run(measurements)[3][IMU].tolist() == [8, 0, 2]
+    assert first_inertial(measurements.imu) == 2
+    assert first_inertial(measurements.imu[:2]) == 2
 
 
 def test_a_step_longer_than_the_limit_is_rejected():
@@ -127,13 +158,12 @@ def test_a_fix_of_the_instant_at_which_a_period_begins_corrects_before_it():
     fix = np.array([[0.1, 0.3, 0.2, 0.1, 0.5, 1.0]])
     states = []
     for of_first, of_second in ((fix, fix[:0]), (fix[:0], fix)):
-        x, P, odometry = np.zeros(STATES), np.diag(np.full(STATES, 1e-2)), np.zeros(4)
-        counts, track = np.zeros((6, 3), dtype=np.int64), np.zeros((10, 8))
-        now, workspace = 0.0, Workspace.allocate()
+        belief, now, odometry, track = begin(), 0.0, np.zeros(4), np.zeros((10, 8))
+        model, workspace = packed(GATED), packed(Workspace.allocate())
         for stamps, gnss in ((first, of_first), (second, of_second)):
             given = period(stamps, omega=0.2, gnss=gnss)
-            now, *_ = run_period(x, P, now, odometry, given, GATED, workspace, counts, track)
-        assert counts[GNSS].tolist() == [1, 0, 0]
-        states.append((x, P))
+            now, *_ = run_period(belief, now, odometry, given, model, workspace, track)
+        assert belief["counts"][0, GNSS].tolist() == [1, 0, 0]
+        states.append((belief["x"], belief["P"]))
     for before, after in zip(*states, strict=True):
         np.testing.assert_array_equal(before, after)

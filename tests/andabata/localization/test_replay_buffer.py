@@ -3,16 +3,18 @@
 import numpy as np
 
 from andabata.localization.filter_parameters import NoiseModel
+from andabata.localization.filter_state import Belief
 from andabata.localization.measurements import Measurements
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
+from terrain.record import packed
 
 
 def period(now, fixes=(), x=0.0):
     """Return a period that begins at a time, with fixes at some stamps."""
     gnss = np.array([[stamp, 0, 0, 0, 1, 1] for stamp in fixes], dtype=float).reshape(-1, 6)
     empty = Measurements(np.empty((0, 7)), np.empty((0, 3)), np.empty((0, 4)), gnss)
-    state, counts = np.full(18, x), np.zeros((6, 3), dtype=np.int64)
-    return FilterPeriod(state, np.eye(18), now, counts, empty, NoiseModel())
+    belief = Belief(np.full(18, x), np.eye(18), np.zeros((6, 3), dtype=np.int64))
+    return FilterPeriod(packed(belief), now, empty, NoiseModel())
 
 
 def buffer(*times):

@@ -85,11 +85,11 @@ def test_extending_a_track_equals_appending_to_it():
         one.append(float(stamps[k]), positions[k], quaternions[k])
     for begin in range(0, 20, 5):
         rows = slice(begin, begin + 5)
-        many.extend(stamps[rows], positions[rows], quaternions[rows])
+        many.extend(np.column_stack([stamps, positions, quaternions])[rows])
     asked = np.array([0.155, 0.17, 0.2])
     np.testing.assert_array_equal(one.at(asked), many.at(asked))
     with pytest.raises(ValueError, match="expected increasing"):
-        many.extend(stamps[:2], positions[:2], quaternions[:2])
+        many.extend(np.column_stack([stamps, positions, quaternions])[:2])
 
 
 def test_stamps_may_be_asked_in_any_order():

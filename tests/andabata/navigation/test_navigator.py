@@ -45,7 +45,7 @@ class StubPlanner(NoPlanner):
     def guide(self, situation, layers):
         self.guided.append(situation)
         self.layers.append(layers)
-        return replace(situation, heading_error=1.5)
+        return situation._replace(heading_error=1.5)
 
     def select(self, situation, command):
         self.selected.append((situation, command))

@@ -34,23 +34,25 @@ class BeamTables:
         self._elevations: NDArray[np.float32] | None = None
         self._step = np.nan
         self._rays = np.empty((0, 6), dtype=np.float32)
-        self._poses = np.empty((0, 7))
+        self._poses = np.empty(0)
         self._times = np.empty(0)
 
     def buffers(
         self, count: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32]]:
-        """Return buffers for times (count,), poses (count, 7) and rays (count, 6).
+        """Return buffers for times (count,), poses (7, count) and rays (count, 6).
 
-        The memory is the same at each call.
+        The memory is the same at each call. Poses lie component by component, as ``interpolate``
+        fills them.
 
         Args:
             count: Number of beams.
         """
         if len(self._rays) < count:
-            self._times, self._poses = np.empty(count), np.empty((count, 7))
+            self._times, self._poses = np.empty(count), np.empty(7 * count)
             self._rays = np.empty((count, 6), dtype=np.float32)
-        return self._times[:count], self._poses[:count], self._rays[:count]
+        poses = self._poses[: 7 * count].reshape(7, count)
+        return self._times[:count], poses, self._rays[:count]
 
     def sin_cos(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return sine and cosine of the head's rotation to each beam, and of the elevations.
@@ -147,7 +149,7 @@ def _fill_rays(
     """Fill origin and direction of every beam, in the map.
 
     Args:
-        poses: Pose of each beam's instant, shape (s * b, 7).
+        poses: Pose of each beam's instant, shape (7, s * b).
         heads: Sine and cosine of the head angle of each sweep's first beam, shape (s, 2).
         steps: Sine and cosine of the head's rotation to each beam, shape (b, 2).
         tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, b, 2).
@@ -177,7 +179,7 @@ def _place_returns(
 
     Args:
         rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        poses: Pose of each of these beams' instants, shape (k, 7).
+        poses: Pose of each of these beams' instants, shape (7, k).
         heads: Sine and cosine of head angles, as in ``_fill_rays``.
         steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
         tilts: Sine and cosine of elevations, as in ``_fill_rays``.
@@ -197,14 +199,14 @@ def _place_returns(
 def _ray(
     sweep: int,
     beam: int,
-    row: int,
+    column: int,
     poses: NDArray[np.float64],
     heads: NDArray[np.float64],
     steps: NDArray[np.float64],
     tilts: NDArray[np.float64],
     height: float,
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return origin [m] and unit direction of a beam in the map, at the pose of a row."""
+    """Return origin [m] and unit direction of a beam in the map, at the pose of a column."""
     # Direction in the base: (sin(tilt) cos(h), sin(tilt) sin(h), cos(tilt)) at the head angle
     # h = head + step, by the addition theorems.
     plane = sweep % len(tilts)
@@ -212,7 +214,7 @@ def _ray(
     a = outward * (heads[sweep, _COS] * steps[beam, _COS] - heads[sweep, _SIN] * steps[beam, _SIN])
     b = outward * (heads[sweep, _SIN] * steps[beam, _COS] + heads[sweep, _COS] * steps[beam, _SIN])
     # Rotation matrix of the pose times that direction; its third column also carries the height.
-    x, y, z, w = poses[row, _QX], poses[row, _QY], poses[row, _QZ], poses[row, _QW]
+    x, y, z, w = poses[_QX, column], poses[_QY, column], poses[_QZ, column], poses[_QW, column]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -221,9 +223,9 @@ def _ray(
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
     origin = (
-        poses[row, 0] + r02 * height,
-        poses[row, 1] + r12 * height,
-        poses[row, 2] + r22 * height,
+        poses[0, column] + r02 * height,
+        poses[1, column] + r12 * height,
+        poses[2, column] + r22 * height,
     )
     return origin, direction
 
@@ -257,43 +259,40 @@ def place_beams(
     interpolate(*track.table, times, poses)
     if sweeps.mounting is not None:
         lift = lidar_height if sweeps.frame == "sensor" else 0.0
-        _apply_mounting(poses, sweeps.mounting, lift, len(rows))
+        _apply_mounting(poses, sweeps.mounting, lift)
         lidar_height = 0.0
     heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
     return _place_returns(rows, poses, heads, steps, tilts, lidar_height, ranges), times
 
 
 @kernel
-def _apply_mounting(
-    poses: NDArray[np.float64], mounting: NDArray[np.float64], lift: float, count: int
-) -> None:
+def _apply_mounting(poses: NDArray[np.float64], mounting: NDArray[np.float64], lift: float) -> None:
     """Replace poses of the base by those of a head that is mounted on it, in place.
 
     Args:
-        poses: Poses of the base, shape (count or more, 7).
+        poses: Poses of the base, shape (7, n).
         mounting: Pose of the head in the base, shape (7,).
         lift: Height added to the mounting [m].
-        count: Number of poses.
     """
     a, b, c = mounting[0], mounting[1], mounting[2] + lift
     u, v, s, t = mounting[_QX], mounting[_QY], mounting[_QZ], mounting[_QW]
-    for k in range(count):
+    for k in range(poses.shape[1]):
         # Position: that of the base plus the rotated offset.
-        x, y, z, w = poses[k, _QX], poses[k, _QY], poses[k, _QZ], poses[k, _QW]
-        poses[k, 0] += (
+        x, y, z, w = poses[_QX, k], poses[_QY, k], poses[_QZ, k], poses[_QW, k]
+        poses[0, k] += (
             (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
         )
-        poses[k, 1] += (
+        poses[1, k] += (
             2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - x * w) * c
         )
-        poses[k, 2] += (
+        poses[2, k] += (
             2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
         )
         # Rotation: product of the two quaternions.
-        poses[k, _QX] = w * u + x * t + y * s - z * v
-        poses[k, _QY] = w * v - x * s + y * t + z * u
-        poses[k, _QZ] = w * s + x * v - y * u + z * t
-        poses[k, _QW] = w * t - x * u - y * v - z * s
+        poses[_QX, k] = w * u + x * t + y * s - z * v
+        poses[_QY, k] = w * v - x * s + y * t + z * u
+        poses[_QZ, k] = w * s + x * v - y * u + z * t
+        poses[_QW, k] = w * t - x * u - y * v - z * s
 
 
 _STILL = PoseTrack(1)

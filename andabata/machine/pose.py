@@ -185,9 +185,9 @@ class PoseTrack:
         Raises:
             ValueError: If the track is empty.
         """
-        poses = np.empty((len(stamps), 7))
+        poses = np.empty((7, len(stamps)))
         interpolate(*self.table, stamps, poses)
-        return poses
+        return np.ascontiguousarray(poses.T)
 
 
 @kernel
@@ -203,30 +203,63 @@ def interpolate(
         known: Stamps of the known poses [s], increasing, shape (k,), k at least 1.
         poses: Known poses: position [m] and quaternion x, y, z, w; shape (k or more, 7).
         stamps: Stamps to interpolate at [s], shape (n,).
-        out: Poses at the stamps, filled, shape (n, 7).
+        out: Poses at the stamps, filled, component by component, shape (7, n).
     """
-    # The search continues at the last stamp's interval: for increasing stamps it costs nothing.
-    after = 1
-    for k in range(len(stamps)):
-        while after > 1 and known[after - 1] > stamps[k]:
-            after -= 1
-        while after < len(known) - 1 and known[after] < stamps[k]:
-            after += 1
-        if len(known) == 1:
-            out[k] = poses[0]
-            continue
-        # Share of the interval, clamped: before the first and after the last pose, those.
-        share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
-        share = min(max(share, 0.0), 1.0)
-        square = 0.0
+    count, last = len(stamps), len(known) - 1
+    if last == 0:
         for c in range(7):
-            out[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
-            if c >= _QUATERNION:
-                square += out[k, c] ** 2
-        # A linear mix of two unit quaternions is shorter than one.
-        scale = 1.0 / np.sqrt(square)
-        for c in range(_QUATERNION, 7):
-            out[k, c] *= scale
+            out[c] = poses[0, c]
+        return
+    begin, after = 0, 1
+    while begin < count:
+        # The search continues at the last interval: for increasing stamps it costs nothing.
+        while after > 1 and known[after - 1] > stamps[begin]:
+            after -= 1
+        while after < last and known[after] < stamps[begin]:
+            after += 1
+        # All beams of an interval at once: loops without a search are compiled to wide operations.
+        low = known[after - 1] if after > 1 else -np.inf
+        high = known[after] if after < last else np.inf
+        end = begin + 1
+        while end < count and low <= stamps[end] <= high:
+            end += 1
+        _mix(known, poses, after, stamps[begin:end], out[:, begin:end])
+        begin = end
+
+
+@kernel
+def _mix(
+    known: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    after: int,
+    stamps: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Interpolate at stamps of one interval, that before the known pose ``after``."""
+    count = len(stamps)
+    begin, length = known[after - 1], known[after] - known[after - 1]
+    # The rows of x and y hold intermediate results until the rotation is done.
+    share, scale = out[0], out[1]
+    for k in range(count):
+        # Clamped: before the first and after the last pose, those.
+        share[k] = min(max((stamps[k] - begin) / length, 0.0), 1.0)
+        scale[k] = 0.0
+    for c in range(_QUATERNION, 7):
+        row, a, b = out[c], poses[after - 1, c], poses[after, c]
+        for k in range(count):
+            row[k] = (1 - share[k]) * a + share[k] * b
+            scale[k] += row[k] ** 2
+    # A linear mix of two unit quaternions is shorter than one.
+    for k in range(count):
+        scale[k] = 1.0 / np.sqrt(scale[k])
+    for c in range(_QUATERNION, 7):
+        row = out[c]
+        for k in range(count):
+            row[k] *= scale[k]
+    for c in range(_QUATERNION - 1, -1, -1):
+        row, a, b = out[c], poses[after - 1, c], poses[after, c]
+        for k in range(count):
+            row[k] = (1 - share[k]) * a + share[k] * b
 
 
 @kernel

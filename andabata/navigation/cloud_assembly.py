@@ -160,15 +160,7 @@ class CloudAssembler:
         """Keep the useful beams of some sweeps of one half turn."""
         if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
             return
-        config = self._config
-        rows = _useful_beams(
-            sweeps.ranges,
-            self._tables.sin_cos(sweeps)[1],
-            _Limits(config.max_range, config.body_radius, config.dense_range),
-            config.dense_stride,
-        )
-        if config.blind_deg:
-            rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
+        rows = _rows_kept(sweeps, self._config, self._tables)
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
         part = PointCloud(points, "odom", times, classes)
@@ -251,8 +243,7 @@ class CloudAssembler:
         """
         if self.cloud is None:
             raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
-        points = self.around(pose).copy()
-        return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
+        return _relative_to(pose, self.cloud)
 
     def around(self, pose: Pose) -> NDArray[np.float32]:
         """Return the points of ``relative`` in memory that the next call writes to.
@@ -278,6 +269,61 @@ class CloudAssembler:
     def cloud_age(self, stamp: float) -> float:
         """Return the age of the cloud's newest point at ``stamp`` [s]; infinity without a cloud."""
         return stamp - self._newest
+
+
+def assembled_turn(
+    config: CloudAssemblyConfig,
+    lidar_height: float,
+    sweeps: Sweeps,
+    tracks: Sequence[PoseTrack],
+    pose: Pose,
+) -> tuple[PointCloud, list[NDArray[np.float32]]]:
+    """Return what ``CloudAssembler`` gathers in a head's first (half) turn, by several tracks.
+
+    Which beams are kept does not depend on the poses: they are chosen once.
+
+    Args:
+        config: Settings of the assembly.
+        lidar_height: Height of the optical centre above ``base_footprint`` [m].
+        sweeps: Sweeps from the begin of a (half) turn on; those of the next one are left out.
+        tracks: Poses by stamp, of which the first track places the cloud.
+        pose: Pose into whose levelled ``base_footprint`` the cloud is moved.
+
+    Returns:
+        The cloud as ``CloudAssembler.relative`` returns it, and its points in the frame of each
+        track [m], float32, shape (n, 3).
+    """
+    turns = np.floor(sweeps.head_angles / config.turn + 1e-9)
+    sweeps = _slice(sweeps, 0, int(np.searchsorted(turns, turns[0], side="right")))
+    tables = BeamTables()
+    rows = _rows_kept(sweeps, config, tables)
+    classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
+    placed = [place_beams(sweeps, track, lidar_height, tables, rows) for track in tracks]
+    points, times = placed[0]
+    cloud = _relative_to(pose, PointCloud(points, "odom", times, classes))
+    return cloud, [points for points, _ in placed]
+
+
+def _rows_kept(
+    sweeps: Sweeps, config: CloudAssemblyConfig, tables: BeamTables
+) -> NDArray[np.int64]:
+    """Return the numbers of the beams that a cloud keeps, counted through all sweeps."""
+    rows = _useful_beams(
+        sweeps.ranges,
+        tables.sin_cos(sweeps)[1],
+        _Limits(config.max_range, config.body_radius, config.dense_range),
+        config.dense_stride,
+    )
+    if config.blind_deg:
+        rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
+    return rows
+
+
+def _relative_to(pose: Pose, cloud: PointCloud) -> PointCloud:
+    """Return a cloud of ``odom`` moved into the levelled ``base_footprint`` of a pose."""
+    points = np.empty_like(cloud.points)
+    _move_to_base(cloud.points.T, pose.position, pose.yaw, points.T)
+    return PointCloud(points, "base_footprint", cloud.stamps, cloud.classes)
 
 
 def _is_hidden(

@@ -196,35 +196,41 @@ def interpolate(
     poses: NDArray[np.float64],
     stamps: NDArray[np.float64],
     out: NDArray[np.float64],
-) -> None:
+    after: int = 1,
+) -> int:
     """Interpolate poses at stamps that mostly increase.
 
     Args:
         known: Stamps of the known poses [s], increasing, shape (k,), k at least 1.
         poses: Known poses: position [m] and quaternion x, y, z, w; shape (k or more, 7).
         stamps: Stamps to interpolate at [s], shape (n,).
-        out: Poses at the stamps, filled, component by component, shape (7, n).
+        out: Poses at the stamps, filled, component by component, shape (7, n or more).
+        after: Known pose at which the search begins; see below.
+
+    Returns:
+        Known pose after the last stamp, from which a search for the next ones had best begin.
     """
     count, last = len(stamps), len(known) - 1
     if last == 0:
         for c in range(7):
-            out[c] = poses[0, c]
-        return
-    begin, after = 0, 1
+            out[c, :count] = poses[0, c]
+        return after
+    begin = 0
     while begin < count:
         # The search continues at the last interval: for increasing stamps it costs nothing.
         while after > 1 and known[after - 1] > stamps[begin]:
             after -= 1
         while after < last and known[after] < stamps[begin]:
             after += 1
-        # All beams of an interval at once: loops without a search are compiled to wide operations.
+        # All stamps of an interval at once: loops without a search are compiled to wide operations.
         low = known[after - 1] if after > 1 else -np.inf
         high = known[after] if after < last else np.inf
         end = begin + 1
         while end < count and low <= stamps[end] <= high:
             end += 1
-        _mix(known, poses, after, stamps[begin:end], out[:, begin:end])
+        _mix(known, poses, after, stamps, begin, end, out)
         begin = end
+    return after
 
 
 @kernel
@@ -233,32 +239,34 @@ def _mix(
     poses: NDArray[np.float64],
     after: int,
     stamps: NDArray[np.float64],
+    begin: int,
+    end: int,
     out: NDArray[np.float64],
 ) -> None:
-    """Interpolate at stamps of one interval, that before the known pose ``after``."""
-    count = len(stamps)
-    begin, length = known[after - 1], known[after] - known[after - 1]
+    """Interpolate at the stamps ``begin`` to ``end``, which lie before the known pose ``after``."""
+    times = stamps[begin:end]
     # The rows of x and y hold intermediate results until the rotation is done.
-    share, scale = out[0], out[1]
-    for k in range(count):
+    share, scale = out[0, begin:end], out[1, begin:end]
+    start, length = known[after - 1], known[after] - known[after - 1]
+    for k in range(len(times)):
         # Clamped: before the first and after the last pose, those.
-        share[k] = min(max((stamps[k] - begin) / length, 0.0), 1.0)
+        share[k] = min(max((times[k] - start) / length, 0.0), 1.0)
         scale[k] = 0.0
     for c in range(_QUATERNION, 7):
-        row, a, b = out[c], poses[after - 1, c], poses[after, c]
-        for k in range(count):
+        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
+        for k in range(len(times)):
             row[k] = (1 - share[k]) * a + share[k] * b
             scale[k] += row[k] ** 2
     # A linear mix of two unit quaternions is shorter than one.
-    for k in range(count):
+    for k in range(len(times)):
         scale[k] = 1.0 / np.sqrt(scale[k])
     for c in range(_QUATERNION, 7):
-        row = out[c]
-        for k in range(count):
+        row = out[c, begin:end]
+        for k in range(len(times)):
             row[k] *= scale[k]
     for c in range(_QUATERNION - 1, -1, -1):
-        row, a, b = out[c], poses[after - 1, c], poses[after, c]
-        for k in range(count):
+        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
+        for k in range(len(times)):
             row[k] = (1 - share[k]) * a + share[k] * b
 
 

@@ -34,6 +34,7 @@ def smooth_noise(
     return (field - field.mean()) / field.std()
 
 
+@kernel
 def _stretch(coarse: Field, shape: tuple[int, int], pad: int, step: int) -> Field:
     """Return the middle of a coarse field on the fine grid, by bilinear interpolation.
 
@@ -43,12 +44,19 @@ def _stretch(coarse: Field, shape: tuple[int, int], pad: int, step: int) -> Fiel
         pad: Number of fine grid lines before the first returned one.
         step: Number of fine grid lines per coarse one.
     """
-    rows = (np.arange(shape[0]) + pad) / step
-    columns = (np.arange(shape[1]) + pad) / step
-    i, j = rows.astype(int), columns.astype(int)
-    u, v = (rows - i)[:, None], columns - j
-    across = coarse[:, j] * (1 - v) + coarse[:, j + 1] * v
-    return across[i] * (1 - u) + across[i + 1] * u
+    fine = np.empty(shape)
+    lines = (np.arange(shape[1]) + pad) / step
+    columns = lines.astype(np.int64)
+    shares = lines - columns
+    for row in range(shape[0]):
+        i = int((row + pad) / step)
+        u = (row + pad) / step - i
+        for k in range(shape[1]):
+            j, v = columns[k], shares[k]
+            near = coarse[i, j] * (1 - v) + coarse[i, j + 1] * v
+            far = coarse[i + 1, j] * (1 - v) + coarse[i + 1, j + 1] * v
+            fine[row, k] = near * (1 - u) + far * u
+    return fine
 
 
 def hills(

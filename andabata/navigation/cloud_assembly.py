@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from andabata.machine.beams import BeamTables, beam_bearings, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
+from andabata.navigation.beam_selection import RangeLimits, is_hidden, useful_beams
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
@@ -195,7 +195,7 @@ class CloudAssembler:
         distance = np.hypot(outward, z + np.float32(above - self._height))
         seen = (distance < config.max_range) & (outward > config.body_radius)
         if config.blind_deg:
-            seen &= ~_is_hidden(np.arctan2(y, x), config.blind_deg)
+            seen &= ~is_hidden(np.arctan2(y, x), config.blind_deg)
         kept = frame.select(seen)
         points = place_points(kept, track, self._height)
         if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
@@ -308,14 +308,10 @@ def _rows_kept(
     sweeps: Sweeps, config: CloudAssemblyConfig, tables: BeamTables
 ) -> NDArray[np.int64]:
     """Return the numbers of the beams that a cloud keeps, counted through all sweeps."""
-    rows = _useful_beams(
-        sweeps.ranges,
-        tables.sin_cos(sweeps)[1],
-        _Limits(config.max_range, config.body_radius, config.dense_range),
-        config.dense_stride,
-    )
+    limits = RangeLimits(config.max_range, config.body_radius, config.dense_range)
+    rows = useful_beams(sweeps.ranges, tables.sin_cos(sweeps)[1], limits, config.dense_stride)
     if config.blind_deg:
-        rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
+        rows = rows[~is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
     return rows
 
 
@@ -324,59 +320,6 @@ def _relative_to(pose: Pose, cloud: PointCloud) -> PointCloud:
     points = np.empty_like(cloud.points)
     _move_to_base(cloud.points.T, pose.position, pose.yaw, points.T)
     return PointCloud(points, "base_footprint", cloud.stamps, cloud.classes)
-
-
-def _is_hidden(
-    bearings: NDArray[np.floating], blind_deg: Sequence[tuple[float, float]]
-) -> NDArray[np.bool_]:
-    """Return True for bearings [rad] within a blind sector; its bounds [deg] may pass 180."""
-    hidden = np.zeros(bearings.shape, dtype=np.bool_)
-    for begin, end in blind_deg:
-        width = 360.0 if abs(end - begin) >= 360.0 else (end - begin) % 360.0
-        hidden |= (np.degrees(bearings) - begin) % 360.0 <= width
-    return hidden
-
-
-class _Limits(NamedTuple):
-    """Ranges of beams that are kept; see ``CloudAssemblyConfig``.
-
-    Attributes:
-        max_range: Largest range [m].
-        body_radius: Least distance from the vertical axis [m].
-        dense_range: Range below which beams are thinned [m].
-    """
-
-    max_range: float
-    body_radius: float
-    dense_range: float
-
-
-@kernel
-def _useful_beams(
-    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: _Limits, stride: int
-) -> NDArray[np.int64]:
-    """Return the indices of beams to keep: in range, not the robot's body, thinned where dense.
-
-    Args:
-        ranges: Ranges of the sweeps [m], shape (s, b).
-        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
-        limits: Ranges that are kept.
-        stride: Number of dense beams of which one is kept.
-    """
-    beams = ranges.shape[1]
-    found = np.empty(ranges.size, dtype=np.int64)
-    count = 0
-    for i in range(ranges.shape[0]):
-        row = i % len(tilts)
-        for j in range(beams):
-            distance = ranges[i, j]
-            outward = distance * abs(tilts[row, j, 0])
-            near = distance < limits.max_range and outward > limits.body_radius
-            # The turning head measures the ground beside the robot again and again.
-            if near and (distance > limits.dense_range or j % stride == 0):
-                found[count] = i * beams + j
-                count += 1
-    return found[:count]
 
 
 @kernel

@@ -4,11 +4,13 @@ import io
 import json
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from traversability.zip_writer import ZipEntry, zip_archive
 
 Array = NDArray[Any]
 """Array of any type and shape."""
@@ -16,7 +18,13 @@ Array = NDArray[Any]
 _HEADER = "header"
 """Name of the array that holds the JSON header."""
 
-_TRIED_BYTES = 16_384
+_DIFFERENCES = "differences"
+"""Entry of the header that holds the type of each array that is stored as differences."""
+
+_NUMBERS = ("<f4", "<f8")
+"""Types of such arrays."""
+
+_TRIED_BYTES = 4096
 """Number of bytes at the end of an array that are compressed as a trial."""
 
 _MAX_RATIO = 0.85
@@ -27,7 +35,9 @@ class ArrayFileError(ValueError):
     """Bytes that are no npz, or not the one that was expected."""
 
 
-def pack(arrays: Mapping[str, Array], header: Mapping[str, Any]) -> bytes:
+def pack(
+    arrays: Mapping[str, Array], header: Mapping[str, Any], differences: Collection[str] = ()
+) -> bytes:
     """Return arrays and a header as npz; equal inputs give equal bytes.
 
     Compressed at the fastest level, which takes a third of the time of numpy's own and a tenth more
@@ -36,21 +46,80 @@ def pack(arrays: Mapping[str, Array], header: Mapping[str, Any]) -> bytes:
     Args:
         arrays: Arrays by name.
         header: Header, ready for JSON.
+        differences: Names of float arrays of shape (n,) that are stored as ``_differences`` has
+            them, and read by ``unpack`` bit for bit: where neighbours are alike, as in stamps, that
+            takes a quarter of the time and a tenth of the bytes.
     """
+    if differences:
+        types = {name: _little(arrays[name]).str for name in differences}
+        header = {**header, _DIFFERENCES: types}
     text = np.frombuffer(json.dumps(header, sort_keys=True).encode(), dtype=np.uint8)
-    stream = io.BytesIO()
-    columns: dict[str, Any] = {_HEADER: text, **dict(sorted(arrays.items()))}
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for name, array in columns.items():
-            raw = io.BytesIO()
-            np.lib.format.write_array(raw, np.asanyarray(array), allow_pickle=False)
-            entry = zipfile.ZipInfo(f"{name}.npy")  # Dated 1980, whenever it is written.
-            data = raw.getbuffer()
-            tried = data[-_TRIED_BYTES:]
-            packs = len(zlib.compress(tried, 1)) < _MAX_RATIO * len(tried)
-            kind = zipfile.ZIP_DEFLATED if packs else zipfile.ZIP_STORED
-            archive.writestr(entry, data, kind, compresslevel=1)
-    return stream.getvalue()
+    entries = [_entry(_HEADER, text)]
+    for name, array in sorted(arrays.items()):
+        if name in differences:
+            # Planes of bytes are runs, if anything: a search for other repeats finds none.
+            entries.append(_entry(name, _differences(array))._replace(strategy=zlib.Z_RLE))
+        else:
+            entries.append(_entry(name, np.asarray(array, order="C")))
+    return zip_archive(entries)
+
+
+def _entry(name: str, array: Array) -> ZipEntry:
+    """Return the npy file of an array, which is deflated if a trial shows that it shrinks.
+
+    Raises:
+        ValueError: If it holds Python objects.
+    """
+    if array.dtype.hasobject:
+        raise ValueError(f"{name}: expected numbers, got Python objects")
+    begin = io.BytesIO()
+    np.lib.format.write_array_header_1_0(begin, np.lib.format.header_data_from_array_1_0(array))
+    content = array.reshape(-1).view(np.uint8).data
+    tried = content[-_TRIED_BYTES:]
+    packs = len(zlib.compress(tried, 1)) < _MAX_RATIO * len(tried)
+    strategy = zlib.Z_DEFAULT_STRATEGY if packs else None
+    return ZipEntry(f"{name}.npy", (begin.getvalue(), content), strategy)
+
+
+def _little(array: Array) -> "np.dtype[Any]":
+    """Return the type of an array's numbers with the least byte first."""
+    return array.dtype.newbyteorder("<")
+
+
+def _differences(array: Array) -> NDArray[np.uint8]:
+    """Return the differences of neighbouring numbers' bits, all first bytes first.
+
+    Bits are taken as whole numbers and wrap around, so that nothing is lost, infinities included.
+
+    Args:
+        array: Floats, shape (n,).
+
+    Returns:
+        Bytes of the differences, the least first, shape (bytes of a number, n).
+    """
+    bits = array.astype(_little(array)).view(f"<u{array.itemsize}")
+    steps = np.diff(bits, prepend=bits.dtype.type(0))
+    return np.ascontiguousarray(steps.view(np.uint8).reshape(len(array), array.itemsize).T)
+
+
+def _summed(planes: Array, kind: str) -> Array:
+    """Return the array of which ``_differences`` made planes.
+
+    Args:
+        planes: Array of the file.
+        kind: Type of the numbers, as the header has it.
+
+    Raises:
+        ArrayFileError: If these are no planes of such numbers.
+    """
+    known = kind in _NUMBERS
+    if not known or planes.dtype != np.uint8 or planes.shape[:-1] != (np.dtype(kind).itemsize,):
+        raise ArrayFileError(
+            f"differences: expected bytes of {' or '.join(_NUMBERS)}, got {planes.dtype} "
+            f"{planes.shape} for {kind}"
+        )
+    steps = np.ascontiguousarray(planes.T).reshape(-1).view(kind.replace("f", "u"))
+    return steps.cumsum(dtype=steps.dtype).view(kind)
 
 
 def unpack(data: bytes, max_bytes: int) -> tuple[dict[str, Array], dict[str, Any]]:
@@ -78,7 +147,11 @@ def unpack(data: bytes, max_bytes: int) -> tuple[dict[str, Array], dict[str, Any
         raise
     except Exception as error:  # zipfile and zlib raise many kinds on damaged input.
         raise ArrayFileError(f"expected a whole npz file, got a damaged one ({error})") from error
-    return arrays, _header(arrays.pop(_HEADER, None))
+    header = _header(arrays.pop(_HEADER, None))
+    kinds = header.pop(_DIFFERENCES, {})
+    if not isinstance(kinds, dict) or not kinds.keys() <= arrays.keys():
+        raise ArrayFileError(f"differences: expected types of {sorted(arrays)}, got {kinds}")
+    return arrays | {name: _summed(arrays[name], kind) for name, kind in kinds.items()}, header
 
 
 def _read(data: bytes) -> Array:

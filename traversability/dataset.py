@@ -309,6 +309,10 @@ def dataset_card(manifest: Manifest, cells: Mapping[Split, NDArray[np.int64]]) -
         "* A world is on one side of the split only.",
         "* Difficulty: F1 (blocked) of a one-line rule, by which a point is an obstacle when",
         "  it stands 0.2 m over the lower quartile of its cell.",
+        "* numpy reads the files. `stamps` and `severity` are the differences of neighbouring",
+        "  numbers' bits, the least bytes first; with `a = numpy.load(file)[name]` and `u4`, `f4`",
+        "  for `severity`, the numbers are",
+        '  `numpy.ascontiguousarray(a.T).view("<u8").cumsum(dtype="<u8").view("<f8")`.',
         "",
         "| split | clouds | worlds | points | free cells | blocked cells | empty cells "
         "| rule's F1 |",

@@ -118,11 +118,13 @@ def cloud_to_bytes(
         cloud = PointCloud.from_coordinates(cloud.coordinates(), cloud.frame)
     others = others or {}
     if kind == "npz":
-        header: dict[str, Any] = {"format": _FORMAT, "version": 1, "frame": cloud.frame}
+        header: dict[str, Any] = {"format": _FORMAT, "version": 2, "frame": cloud.frame}
         if cloud.origin.any():
             header["origin"] = cloud.origin.tolist()
         beside = {_OTHERS + name: column for name, column in others.items()}
-        return pack({"points": cloud.points, **columns, **beside}, header)
+        # Points stay as they are: their noise does not shrink, and any program can read them.
+        floats = [name for name, column in columns.items() if column.dtype.kind == "f"]
+        return pack({"points": cloud.points, **columns, **beside}, header, floats)
     if kind == "bin":
         return _to_bin(cloud, others.get("intensity"))
     far = bool(cloud.origin.any())

@@ -7,12 +7,13 @@ none.
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import correlate1d, distance_transform_edt
+from scipy.ndimage import correlate1d
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.kernel import kernel
 from terrain.objects import SceneObject
+from worlds.clearance import clearance_map
 from worlds.footprints import mark_footprints
 from worlds.traversability_map import Reason, TraversabilityMap
 
@@ -82,14 +83,13 @@ def build_truth(
         below = [objects[k] for k in np.flatnonzero(reasons == kind)]
         mark_footprints(below, (x[0], y[0]), cell, kind, reason)
     _mark_border(reason, int(np.ceil(config.border / cell)))
-    clearance = distance_transform_edt(reason == Reason.FREE) * cell
     return TraversabilityMap(
         cell=cell,
         x_min=-ground.width / 2,
         y_min=-ground.depth / 2,
         reason=reason,
         severity=severity.astype(np.float32),
-        clearance=clearance.astype(np.float32),
+        clearance=clearance_map(reason != Reason.FREE, cell),
     )
 
 
@@ -140,16 +140,20 @@ def _residual_range(
     """
     n, m = heights.shape
     spread = np.empty((n, m))
+    low, high, padded = np.empty(m), np.empty(m), np.empty(m + 2 * reach)
     for i in range(n):
-        for j in range(m):
-            low, high = np.inf, -np.inf
-            for a in range(-reach, reach + 1):
-                p = min(max(i + a, 0), n - 1)  # Beyond the border, that of the border.
-                for b in range(-reach, reach + 1):
-                    q = min(max(j + b, 0), m - 1)
-                    residual = heights[p, q] - level[i, j] - a * dx[i, j] - b * dy[i, j]
-                    low, high = min(low, residual), max(high, residual)
-            spread[i, j] = high - low
+        low[:], high[:] = np.inf, -np.inf
+        for a in range(-reach, reach + 1):
+            # Beyond the border, the height of the border.
+            row = heights[min(max(i + a, 0), n - 1)]
+            padded[:reach], padded[reach : reach + m], padded[reach + m :] = row[0], row, row[-1]
+            for b in range(-reach, reach + 1):
+                # A whole row at once: such loops are compiled to wide operations.
+                shifted = padded[reach + b : reach + b + m]
+                for j in range(m):
+                    residual = shifted[j] - level[i, j] - a * dx[i, j] - b * dy[i, j]
+                    low[j], high[j] = min(low[j], residual), max(high[j], residual)
+        spread[i] = high - low
     return spread
 
 

@@ -18,7 +18,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
-from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
+from andabata.navigation.cloud_assembly import CloudAssemblyConfig, assembled_turn
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
@@ -170,14 +170,14 @@ def take_cloud(
     # One sweep more ends the half turn.
     sweeps = simulator.sweeps(0.0, half_turn + 1 / lidar.sweep_hz, variation.tilt)
     simulator.close()
-    assemblers = [CloudAssembler(config.assembly, robot.lidar_height) for _ in localizers]
-    for localizer, assembler in zip(localizers, assemblers, strict=True):
-        track, tilt = localizer.track, variation.tilt
-        assembler.add(sweeps, track if tilt is None else track.rotated(tilt))
-    pose = localizers[0].pose
-    cloud = _labelled(assemblers[0].relative(pose), assemblers[1].cloud, scene.world.truth)
+    tracks = [localizer.track for localizer in localizers]
+    if variation.tilt is not None:
+        tracks = [track.rotated(variation.tilt) for track in tracks]
+    pose, lift = localizers[0].pose, robot.lidar_height
+    cloud, (_, surveyed) = assembled_turn(config.assembly, lift, sweeps, tracks, pose)
+    cloud = _labelled(cloud, surveyed, scene.world.truth)
     middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
-    laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, robot.lidar_height, 1.0])
+    laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, lift, 1.0])
     return varied_cloud(cloud, variation, laser, rng), pose
 
 
@@ -271,22 +271,22 @@ def _drive(
 
 
 def _labelled(
-    cloud: PointCloud, surveyed: PointCloud | None, truth: TraversabilityMap
+    cloud: PointCloud, surveyed: NDArray[np.float32], truth: TraversabilityMap
 ) -> PointCloud:
     """Return a cloud with the labels of the places that its beams hit in truth.
 
     Args:
         cloud: Cloud as the robot believes it.
-        surveyed: Same cloud in the map as it is in truth.
+        surveyed: Its points in the map, as they are in truth [m], shape (n, 3).
         truth: True map.
 
     Raises:
         ValueError: If there are no true classes.
     """
-    if surveyed is None or surveyed.classes is None:
+    if cloud.classes is None:
         raise ValueError("classes: expected the simulator's true classes, got none")
-    severity = truth.severity_of(surveyed.points, surveyed.classes)
-    forbidden = truth.forbidden_under(surveyed.points)
+    severity = truth.severity_of(surveyed, cloud.classes)
+    forbidden = truth.forbidden_under(surveyed)
     return replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
 
 

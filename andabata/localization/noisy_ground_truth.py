@@ -3,11 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.spatial.transform import Rotation
 
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import SensorReadings
+from terrain.kernel import inlined_kernel, kernel
+
+Quaternion = tuple[float, float, float, float]
+"""Components x, y, z and w."""
 
 
 class NoisyGroundTruthConfig(BaseModel):
@@ -146,8 +149,7 @@ class NoisyGroundTruthLocalizer:
         errors = np.broadcast_to(self._error, (len(positions), 5)) if errors is None else errors
         positions = positions.copy()
         positions[:, :2] += errors[:, :2]
-        tilt = Rotation.from_euler("ZYX", errors[:, [2, 4, 3]])
-        return positions, (tilt * Rotation.from_quat(quaternions)).as_quat()
+        return positions, _rotated(quaternions, errors[:, 2:])
 
     @property
     def pose(self) -> Pose:
@@ -168,3 +170,41 @@ class NoisyGroundTruthLocalizer:
     def track(self) -> PoseTrack:
         """Poses over time, errors included."""
         return self._track
+
+
+@kernel
+def _rotated(quaternions: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rotations with errors of yaw, roll and pitch, about the map's axes, shape (k, 4).
+
+    Args:
+        quaternions: True rotations x, y, z, w, shape (k, 4).
+        errors: Errors of yaw, roll and pitch [rad], shape (k, 3).
+    """
+    out = np.empty((len(quaternions), 4))
+    for k in range(len(quaternions)):
+        yaw, roll, pitch = errors[k, 0] / 2, errors[k, 1] / 2, errors[k, 2] / 2
+        tilt = _product(
+            (0.0, 0.0, np.sin(yaw), np.cos(yaw)), (0.0, np.sin(pitch), 0.0, np.cos(pitch))
+        )
+        tilt = _product(tilt, (np.sin(roll), 0.0, 0.0, np.cos(roll)))
+        x, y, z, w = quaternions[k]
+        out[k] = _unit(_product(tilt, _unit((x, y, z, w))))
+    return out
+
+
+@inlined_kernel
+def _product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Return the product of two quaternions: the rotation q, then the rotation p."""
+    return (
+        p[3] * q[0] + q[3] * p[0] + (p[1] * q[2] - p[2] * q[1]),
+        p[3] * q[1] + q[3] * p[1] + (p[2] * q[0] - p[0] * q[2]),
+        p[3] * q[2] + q[3] * p[2] + (p[0] * q[1] - p[1] * q[0]),
+        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+    )
+
+
+@inlined_kernel
+def _unit(q: Quaternion) -> Quaternion:
+    """Return a quaternion scaled to unit length."""
+    size = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return q[0] / size, q[1] / size, q[2] / size, q[3] / size

@@ -19,7 +19,13 @@ _SIN, _COS = range(2)
 """Last axis of a table of sines and cosines."""
 
 _QX, _QY, _QZ, _QW = 3, 4, 5, 6
-"""Columns of a pose's quaternion; x, y, z [m] come before."""
+"""Components of a pose's quaternion; x, y, z [m] come before."""
+
+_BLOCK = 256
+"""Number of beams whose poses are found at once: they stay in the processor's fastest memory."""
+
+_NOT_MOUNTED = np.empty(0)
+"""Pose in the base of a head whose poses are tracked themselves."""
 
 
 class BeamTables:
@@ -34,13 +40,10 @@ class BeamTables:
         self._elevations: NDArray[np.float32] | None = None
         self._step = np.nan
         self._rays = np.empty((0, 6), dtype=np.float32)
-        self._poses = np.empty((0, 7))
         self._times = np.empty(0)
 
-    def buffers(
-        self, count: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float32]]:
-        """Return buffers for times (count,), poses (count, 7) and rays (count, 6).
+    def buffers(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """Return buffers for times (count,) and rays (count, 6).
 
         The memory is the same at each call.
 
@@ -48,9 +51,8 @@ class BeamTables:
             count: Number of beams.
         """
         if len(self._rays) < count:
-            self._times, self._poses = np.empty(count), np.empty((count, 7))
-            self._rays = np.empty((count, 6), dtype=np.float32)
-        return self._times[:count], self._poses[:count], self._rays[:count]
+            self._times, self._rays = np.empty(count), np.empty((count, 6), dtype=np.float32)
+        return self._times[:count], self._rays[:count]
 
     def sin_cos(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return sine and cosine of the head's rotation to each beam, and of the elevations.
@@ -90,12 +92,11 @@ def beam_rays(
         Rows of origin in the map [m] and unit direction, float32, shape (s * b, 6), in a buffer
         that the next call overwrites.
     """
-    times, poses, rays = tables.buffers(sweeps.ranges.size)
+    times, rays = tables.buffers(sweeps.ranges.size)
     heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
     offsets = np.arange(sweeps.ranges.shape[1]) * sweeps.beam_period
     np.add.outer(sweeps.stamps, offsets, out=times.reshape(sweeps.ranges.shape))
-    interpolate(*track.table, times, poses)
-    _fill_rays(poses, heads, steps, tilts, lidar_height, rays)
+    _fill_rays(*track.table, times, heads, steps, tilts, lidar_height, rays)
     return rays
 
 
@@ -115,29 +116,10 @@ def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64
 
 
 @kernel
-def _beam_times(
-    rows: NDArray[np.int64],
-    stamps: NDArray[np.float64],
-    period: float,
-    beams: int,
-    times: NDArray[np.float64],
-) -> None:
-    """Fill the times at which some beams are emitted.
-
-    Args:
-        rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        stamps: Time of each sweep's first beam [s], shape (s,).
-        period: Time from beam to beam [s].
-        beams: Number of beams of a sweep.
-        times: Times that are filled [s], shape (k,).
-    """
-    for place, k in enumerate(rows):
-        times[place] = stamps[k // beams] + (k % beams) * period
-
-
-@kernel
 def _fill_rays(
-    poses: NDArray[np.float64],
+    known: NDArray[np.float64],
+    track: NDArray[np.float64],
+    times: NDArray[np.float64],
     heads: NDArray[np.float64],
     steps: NDArray[np.float64],
     tilts: NDArray[np.float64],
@@ -147,7 +129,9 @@ def _fill_rays(
     """Fill origin and direction of every beam, in the map.
 
     Args:
-        poses: Pose of each beam's instant, shape (s * b, 7).
+        known: Stamps of the track's poses [s], shape (k,).
+        track: Poses of the robot: x, y, z [m] and quaternion, shape (k or more, 7).
+        times: Time of each beam [s], shape (s * b,).
         heads: Sine and cosine of the head angle of each sweep's first beam, shape (s, 2).
         steps: Sine and cosine of the head's rotation to each beam, shape (b, 2).
         tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, b, 2).
@@ -155,56 +139,90 @@ def _fill_rays(
         rays: Rays that are filled, shape (s * b, 6).
     """
     beams = tilts.shape[1]
+    poses, after = np.empty((7, _BLOCK)), 1
     for sweep in range(len(heads)):
-        for beam in range(beams):
-            k = sweep * beams + beam
-            origin, direction = _ray(sweep, beam, k, poses, heads, steps, tilts, height)
-            for c in range(3):
-                rays[k, c], rays[k, 3 + c] = origin[c], direction[c]
+        for begin in range(0, beams, _BLOCK):
+            end, before = min(begin + _BLOCK, beams), sweep * beams
+            moments = times[before + begin : before + end]
+            after = interpolate(known, track, moments, poses, after)
+            for beam in range(begin, end):
+                origin, direction = _ray(
+                    sweep, beam, beam - begin, poses, heads, steps, tilts, height
+                )
+                for c in range(3):
+                    rays[before + beam, c] = origin[c]
+                    rays[before + beam, 3 + c] = direction[c]
 
 
 @kernel
 def _place_returns(
     rows: NDArray[np.int64],
-    poses: NDArray[np.float64],
+    known: NDArray[np.float64],
+    track: NDArray[np.float64],
+    mounting: NDArray[np.float64],
+    stamps: NDArray[np.float64],
+    period: float,
     heads: NDArray[np.float64],
     steps: NDArray[np.float64],
     tilts: NDArray[np.float64],
     height: float,
     ranges: NDArray[np.float32],
-) -> NDArray[np.float32]:
-    """Return the end points of some beams [m], float32, shape (k, 3).
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return end points [m], float32, shape (k, 3), and times [s], shape (k,), of some beams.
 
     Args:
         rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        poses: Pose of each of these beams' instants, shape (k, 7).
+        known: Stamps of the track, as in ``_fill_rays``.
+        track: Poses of the robot, as in ``_fill_rays``.
+        mounting: Pose of the head in the base, shape (7,), or ``_NOT_MOUNTED``.
+        stamps: Time of each sweep's first beam [s], shape (s,).
+        period: Time from beam to beam [s].
         heads: Sine and cosine of head angles, as in ``_fill_rays``.
         steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
         tilts: Sine and cosine of elevations, as in ``_fill_rays``.
         height: Height of the optical centre above the poses' origin [m].
         ranges: Range of every beam of the sweeps [m], shape (s * b,).
     """
-    points = np.empty((len(rows), 3), dtype=np.float32)
-    for place, k in enumerate(rows):
-        sweep, beam = divmod(k, tilts.shape[1])
-        origin, direction = _ray(sweep, beam, place, poses, heads, steps, tilts, height)
-        for c in range(3):
-            points[place, c] = origin[c] + ranges[k] * direction[c]
-    return points
+    beams = tilts.shape[1]
+    points, times = np.empty((len(rows), 3), dtype=np.float32), np.empty(len(rows))
+    poses, sweeps = np.empty((7, _BLOCK)), np.empty(_BLOCK, dtype=np.int64)
+    sweep, after = 0, 1
+    for begin in range(0, len(rows), _BLOCK):
+        end = min(begin + _BLOCK, len(rows))
+        for place in range(begin, end):
+            # The sweep is searched from the last one's on, without a division for each beam.
+            while rows[place] < sweep * beams:
+                sweep -= 1
+            while rows[place] >= (sweep + 1) * beams:
+                sweep += 1
+            sweeps[place - begin] = sweep
+            times[place] = stamps[sweep] + (rows[place] - sweep * beams) * period
+        after = interpolate(known, track, times[begin:end], poses, after)
+        if len(mounting):
+            _apply_mounting(poses, mounting, end - begin)
+        for place in range(begin, end):
+            k, column = rows[place], place - begin
+            beam = k - sweeps[column] * beams
+            origin, direction = _ray(
+                sweeps[column], beam, column, poses, heads, steps, tilts, height
+            )
+            for c in range(3):
+                points[place, c] = origin[c] + ranges[k] * direction[c]
+    return points, times
 
 
 @inlined_kernel
 def _ray(
     sweep: int,
     beam: int,
-    row: int,
+    column: int,
     poses: NDArray[np.float64],
     heads: NDArray[np.float64],
     steps: NDArray[np.float64],
     tilts: NDArray[np.float64],
     height: float,
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return origin [m] and unit direction of a beam in the map, at the pose of a row."""
+    """Return origin [m] and unit direction of a beam in the map, at the pose of a column."""
     # Direction in the base: (sin(tilt) cos(h), sin(tilt) sin(h), cos(tilt)) at the head angle
     # h = head + step, by the addition theorems.
     plane = sweep % len(tilts)
@@ -212,7 +230,7 @@ def _ray(
     a = outward * (heads[sweep, _COS] * steps[beam, _COS] - heads[sweep, _SIN] * steps[beam, _SIN])
     b = outward * (heads[sweep, _SIN] * steps[beam, _COS] + heads[sweep, _COS] * steps[beam, _SIN])
     # Rotation matrix of the pose times that direction; its third column also carries the height.
-    x, y, z, w = poses[row, _QX], poses[row, _QY], poses[row, _QZ], poses[row, _QW]
+    x, y, z, w = poses[_QX, column], poses[_QY, column], poses[_QZ, column], poses[_QW, column]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -221,9 +239,9 @@ def _ray(
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
     origin = (
-        poses[row, 0] + r02 * height,
-        poses[row, 1] + r12 * height,
-        poses[row, 2] + r22 * height,
+        poses[0, column] + r02 * height,
+        poses[1, column] + r12 * height,
+        poses[2, column] + r22 * height,
     )
     return origin, direction
 
@@ -250,50 +268,54 @@ def place_beams(
     """
     if rows is None:
         rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    ranges = sweeps.ranges.ravel()
-    _, poses, _ = tables.buffers(len(rows))
-    times = np.empty(len(rows))
-    _beam_times(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
-    interpolate(*track.table, times, poses)
+    mounting = _NOT_MOUNTED
     if sweeps.mounting is not None:
-        lift = lidar_height if sweeps.frame == "sensor" else 0.0
-        _apply_mounting(poses, sweeps.mounting, lift, len(rows))
+        mounting = sweeps.mounting.astype(np.float64)
+        mounting[2] += lidar_height if sweeps.frame == "sensor" else 0.0
         lidar_height = 0.0
     heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
-    return _place_returns(rows, poses, heads, steps, tilts, lidar_height, ranges), times
+    return _place_returns(
+        rows,
+        *track.table,
+        mounting,
+        sweeps.stamps,
+        sweeps.beam_period,
+        heads,
+        steps,
+        tilts,
+        lidar_height,
+        sweeps.ranges.ravel(),
+    )
 
 
 @kernel
-def _apply_mounting(
-    poses: NDArray[np.float64], mounting: NDArray[np.float64], lift: float, count: int
-) -> None:
+def _apply_mounting(poses: NDArray[np.float64], mounting: NDArray[np.float64], count: int) -> None:
     """Replace poses of the base by those of a head that is mounted on it, in place.
 
     Args:
-        poses: Poses of the base, shape (count or more, 7).
+        poses: Poses of the base, component by component, shape (7, count or more).
         mounting: Pose of the head in the base, shape (7,).
-        lift: Height added to the mounting [m].
         count: Number of poses.
     """
-    a, b, c = mounting[0], mounting[1], mounting[2] + lift
+    a, b, c = mounting[0], mounting[1], mounting[2]
     u, v, s, t = mounting[_QX], mounting[_QY], mounting[_QZ], mounting[_QW]
     for k in range(count):
         # Position: that of the base plus the rotated offset.
-        x, y, z, w = poses[k, _QX], poses[k, _QY], poses[k, _QZ], poses[k, _QW]
-        poses[k, 0] += (
+        x, y, z, w = poses[_QX, k], poses[_QY, k], poses[_QZ, k], poses[_QW, k]
+        poses[0, k] += (
             (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - z * w) * b + 2 * (x * z + y * w) * c
         )
-        poses[k, 1] += (
+        poses[1, k] += (
             2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - x * w) * c
         )
-        poses[k, 2] += (
+        poses[2, k] += (
             2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + (1 - 2 * (x * x + y * y)) * c
         )
         # Rotation: product of the two quaternions.
-        poses[k, _QX] = w * u + x * t + y * s - z * v
-        poses[k, _QY] = w * v - x * s + y * t + z * u
-        poses[k, _QZ] = w * s + x * v - y * u + z * t
-        poses[k, _QW] = w * t - x * u - y * v - z * s
+        poses[_QX, k] = w * u + x * t + y * s - z * v
+        poses[_QY, k] = w * v - x * s + y * t + z * u
+        poses[_QZ, k] = w * s + x * v - y * u + z * t
+        poses[_QW, k] = w * t - x * u - y * v - z * s
 
 
 _STILL = PoseTrack(1)

@@ -231,7 +231,7 @@ class RotatingLidar:
         budgets = self._budgets[: len(rays)]
         self._rng.standard_exponential(dtype=np.float32, out=budgets)
         ranges, classes = self._scene.cast(rays, budgets, self._reach)
-        times, _, _ = self._tables.buffers(len(rays))  # Those of the rays, as they were cast.
+        times, _ = self._tables.buffers(len(rays))  # Those of the rays, as they were cast.
         if self._walkers is not None:
             cover_rays(rays, times, self._walkers.track, self._reach, ranges, classes)
         stride = self._config.neighbour_stride

@@ -169,9 +169,9 @@ class PoseTrack:
         Raises:
             ValueError: If the track is empty.
         """
-        poses = np.empty((len(stamps), 7))
+        poses = np.empty((7, len(stamps)))
         interpolate(*self.table, stamps, poses)
-        return poses
+        return np.ascontiguousarray(poses.T)
 
 
 @kernel
@@ -180,37 +180,78 @@ def interpolate(
     poses: NDArray[np.float64],
     stamps: NDArray[np.float64],
     out: NDArray[np.float64],
-) -> None:
+    after: int = 1,
+) -> int:
     """Interpolate poses at stamps that mostly increase.
 
     Args:
         known: Stamps of the known poses [s], increasing, shape (k,), k at least 1.
         poses: Known poses: position [m] and quaternion x, y, z, w; shape (k or more, 7).
         stamps: Stamps to interpolate at [s], shape (n,).
-        out: Poses at the stamps, filled, shape (n, 7).
+        out: Poses at the stamps, filled, component by component, shape (7, n or more).
+        after: Known pose at which the search begins; see below.
+
+    Returns:
+        Known pose after the last stamp, from which a search for the next ones had best begin.
     """
-    # The search continues at the last stamp's interval: for increasing stamps it costs nothing.
-    after = 1
-    for k in range(len(stamps)):
-        while after > 1 and known[after - 1] > stamps[k]:
-            after -= 1
-        while after < len(known) - 1 and known[after] < stamps[k]:
-            after += 1
-        if len(known) == 1:
-            out[k] = poses[0]
-            continue
-        # Share of the interval, clamped: before the first and after the last pose, those.
-        share = (stamps[k] - known[after - 1]) / (known[after] - known[after - 1])
-        share = min(max(share, 0.0), 1.0)
-        square = 0.0
+    count, last = len(stamps), len(known) - 1
+    if last == 0:
         for c in range(7):
-            out[k, c] = (1 - share) * poses[after - 1, c] + share * poses[after, c]
-            if c >= _QUATERNION:
-                square += out[k, c] ** 2
-        # A linear mix of two unit quaternions is shorter than one.
-        scale = 1.0 / np.sqrt(square)
-        for c in range(_QUATERNION, 7):
-            out[k, c] *= scale
+            out[c, :count] = poses[0, c]
+        return after
+    begin = 0
+    while begin < count:
+        # The search continues at the last interval: for increasing stamps it costs nothing.
+        while after > 1 and known[after - 1] > stamps[begin]:
+            after -= 1
+        while after < last and known[after] < stamps[begin]:
+            after += 1
+        # All stamps of an interval at once: loops without a search are compiled to wide operations.
+        low = known[after - 1] if after > 1 else -np.inf
+        high = known[after] if after < last else np.inf
+        end = begin + 1
+        while end < count and low <= stamps[end] <= high:
+            end += 1
+        _mix(known, poses, after, stamps, begin, end, out)
+        begin = end
+    return after
+
+
+@kernel
+def _mix(
+    known: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    after: int,
+    stamps: NDArray[np.float64],
+    begin: int,
+    end: int,
+    out: NDArray[np.float64],
+) -> None:
+    """Interpolate at the stamps ``begin`` to ``end``, which lie before the known pose ``after``."""
+    times = stamps[begin:end]
+    # The rows of x and y hold intermediate results until the rotation is done.
+    share, scale = out[0, begin:end], out[1, begin:end]
+    start, length = known[after - 1], known[after] - known[after - 1]
+    for k in range(len(times)):
+        # Clamped: before the first and after the last pose, those.
+        share[k] = min(max((times[k] - start) / length, 0.0), 1.0)
+        scale[k] = 0.0
+    for c in range(_QUATERNION, 7):
+        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
+        for k in range(len(times)):
+            row[k] = (1 - share[k]) * a + share[k] * b
+            scale[k] += row[k] ** 2
+    # A linear mix of two unit quaternions is shorter than one.
+    for k in range(len(times)):
+        scale[k] = 1.0 / np.sqrt(scale[k])
+    for c in range(_QUATERNION, 7):
+        row = out[c, begin:end]
+        for k in range(len(times)):
+            row[k] *= scale[k]
+    for c in range(_QUATERNION - 1, -1, -1):
+        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
+        for k in range(len(times)):
+            row[k] = (1 - share[k]) * a + share[k] * b
 
 
 @kernel

@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from andabata.machine.beams import BeamTables, beam_bearings, place_beams, place_points
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
+from andabata.navigation.beam_selection import RangeLimits, is_hidden, useful_beams
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
@@ -160,15 +160,7 @@ class CloudAssembler:
         """Keep the useful beams of some sweeps of one half turn."""
         if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
             return
-        config = self._config
-        rows = _useful_beams(
-            sweeps.ranges,
-            self._tables.sin_cos(sweeps)[1],
-            _Limits(config.max_range, config.body_radius, config.dense_range),
-            config.dense_stride,
-        )
-        if config.blind_deg:
-            rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
+        rows = _rows_kept(sweeps, self._config, self._tables)
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
         part = PointCloud(points, "odom", times, classes)
@@ -203,7 +195,7 @@ class CloudAssembler:
         distance = np.hypot(outward, z + np.float32(above - self._height))
         seen = (distance < config.max_range) & (outward > config.body_radius)
         if config.blind_deg:
-            seen &= ~_is_hidden(np.arctan2(y, x), config.blind_deg)
+            seen &= ~is_hidden(np.arctan2(y, x), config.blind_deg)
         kept = frame.select(seen)
         points = place_points(kept, track, self._height)
         if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
@@ -251,8 +243,7 @@ class CloudAssembler:
         """
         if self.cloud is None:
             raise ValueError("cloud: expected a complete one, got none; wait for half a turn")
-        points = self.around(pose).copy()
-        return PointCloud(points, "base_footprint", self.cloud.stamps, self.cloud.classes)
+        return _relative_to(pose, self.cloud)
 
     def around(self, pose: Pose) -> NDArray[np.float32]:
         """Return the points of ``relative`` in memory that the next call writes to.
@@ -280,57 +271,55 @@ class CloudAssembler:
         return stamp - self._newest
 
 
-def _is_hidden(
-    bearings: NDArray[np.floating], blind_deg: Sequence[tuple[float, float]]
-) -> NDArray[np.bool_]:
-    """Return True for bearings [rad] within a blind sector; its bounds [deg] may pass 180."""
-    hidden = np.zeros(bearings.shape, dtype=np.bool_)
-    for begin, end in blind_deg:
-        width = 360.0 if abs(end - begin) >= 360.0 else (end - begin) % 360.0
-        hidden |= (np.degrees(bearings) - begin) % 360.0 <= width
-    return hidden
+def assembled_turn(
+    config: CloudAssemblyConfig,
+    lidar_height: float,
+    sweeps: Sweeps,
+    tracks: Sequence[PoseTrack],
+    pose: Pose,
+) -> tuple[PointCloud, list[NDArray[np.float32]]]:
+    """Return what ``CloudAssembler`` gathers in a head's first (half) turn, by several tracks.
 
-
-class _Limits(NamedTuple):
-    """Ranges of beams that are kept; see ``CloudAssemblyConfig``.
-
-    Attributes:
-        max_range: Largest range [m].
-        body_radius: Least distance from the vertical axis [m].
-        dense_range: Range below which beams are thinned [m].
-    """
-
-    max_range: float
-    body_radius: float
-    dense_range: float
-
-
-@kernel
-def _useful_beams(
-    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: _Limits, stride: int
-) -> NDArray[np.int64]:
-    """Return the indices of beams to keep: in range, not the robot's body, thinned where dense.
+    Which beams are kept does not depend on the poses: they are chosen once.
 
     Args:
-        ranges: Ranges of the sweeps [m], shape (s, b).
-        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
-        limits: Ranges that are kept.
-        stride: Number of dense beams of which one is kept.
+        config: Settings of the assembly.
+        lidar_height: Height of the optical centre above ``base_footprint`` [m].
+        sweeps: Sweeps from the begin of a (half) turn on; those of the next one are left out.
+        tracks: Poses by stamp, of which the first track places the cloud.
+        pose: Pose into whose levelled ``base_footprint`` the cloud is moved.
+
+    Returns:
+        The cloud as ``CloudAssembler.relative`` returns it, and its points in the frame of each
+        track [m], float32, shape (n, 3).
     """
-    beams = ranges.shape[1]
-    found = np.empty(ranges.size, dtype=np.int64)
-    count = 0
-    for i in range(ranges.shape[0]):
-        row = i % len(tilts)
-        for j in range(beams):
-            distance = ranges[i, j]
-            outward = distance * abs(tilts[row, j, 0])
-            near = distance < limits.max_range and outward > limits.body_radius
-            # The turning head measures the ground beside the robot again and again.
-            if near and (distance > limits.dense_range or j % stride == 0):
-                found[count] = i * beams + j
-                count += 1
-    return found[:count]
+    turns = np.floor(sweeps.head_angles / config.turn + 1e-9)
+    sweeps = _slice(sweeps, 0, int(np.searchsorted(turns, turns[0], side="right")))
+    tables = BeamTables()
+    rows = _rows_kept(sweeps, config, tables)
+    classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
+    placed = [place_beams(sweeps, track, lidar_height, tables, rows) for track in tracks]
+    points, times = placed[0]
+    cloud = _relative_to(pose, PointCloud(points, "odom", times, classes))
+    return cloud, [points for points, _ in placed]
+
+
+def _rows_kept(
+    sweeps: Sweeps, config: CloudAssemblyConfig, tables: BeamTables
+) -> NDArray[np.int64]:
+    """Return the numbers of the beams that a cloud keeps, counted through all sweeps."""
+    limits = RangeLimits(config.max_range, config.body_radius, config.dense_range)
+    rows = useful_beams(sweeps.ranges, tables.sin_cos(sweeps)[1], limits, config.dense_stride)
+    if config.blind_deg:
+        rows = rows[~is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
+    return rows
+
+
+def _relative_to(pose: Pose, cloud: PointCloud) -> PointCloud:
+    """Return a cloud of ``odom`` moved into the levelled ``base_footprint`` of a pose."""
+    points = np.empty_like(cloud.points)
+    _move_to_base(cloud.points.T, pose.position, pose.yaw, points.T)
+    return PointCloud(points, "base_footprint", cloud.stamps, cloud.classes)
 
 
 @kernel

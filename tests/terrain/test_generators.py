@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from terrain.generators import (
+    _is_gentle,
     bank,
     distance_to_line,
     ditch,
@@ -43,6 +44,15 @@ def test_hills_have_the_stated_relief_and_slope():
 
 
 LINES = np.linspace(-5.0, 5.0, 41)
+
+
+@pytest.mark.parametrize("shape", [(12, 34), (33, 64)])
+def test_slopes_are_compared_with_their_quantile(shape):
+    """Just below and above it, and far away, on grounds where it is a slope and where it is not."""
+    heights = np.random.default_rng(1).standard_normal(shape)
+    steep = np.quantile(np.hypot(*np.gradient(heights, 0.5)), 0.999)
+    for factor in (0.1, 0.9, 1 - 1e-12, 1.0, 1 + 1e-12, 1.1):
+        assert _is_gentle(heights, 0.5, factor * steep) == (factor > 1)
 
 
 def test_the_distance_to_a_line_is_that_of_its_nearest_point():

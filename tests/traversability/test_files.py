@@ -286,3 +286,25 @@ def test_a_small_file_that_unpacks_into_too_much_is_refused():
     assert len(data) < 100_000
     with pytest.raises(ArrayFileError, match="expected at most 1000000 bytes unpacked"):
         unpack(data, 1_000_000)
+
+
+def test_clouds_of_the_first_version_are_read(tmp_path):
+    """Their stamps and severities are plain arrays; written anew, the cloud is the same."""
+    count = len(POINTS)
+    columns = {
+        "points": np.asarray(POINTS, dtype=np.float32),
+        "stamps": np.arange(count) * 1.7e-5,
+        "severity": np.where(np.arange(count) % 3, np.inf, 0.25).astype(np.float32),
+    }
+    header = {"format": "andabata-cloud", "version": 1, "frame": "odom"}
+    old = tmp_path / "cloud.npz"
+    old.write_bytes(pack(columns, header))
+    cloud = read_cloud(old)
+    assert cloud.frame == "odom"
+    for name, column in columns.items():
+        assert getattr(cloud, name).tobytes() == column.tobytes()
+    new = tmp_path / "new.npz"
+    new.write_bytes(cloud_to_bytes(cloud))
+    again = read_cloud(new)
+    for name, column in columns.items():
+        assert getattr(again, name).tobytes() == column.tobytes()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from andabata.localization.localizer import Health
 from andabata.localization.noisy_ground_truth import (
@@ -42,6 +43,17 @@ def test_without_errors_it_is_the_truth():
     np.testing.assert_array_equal(localizer.pose.position, 0.0)
     assert localizer.health is Health.OK
     assert localizer.track.latest == pytest.approx(0.1)
+
+
+def test_errors_of_attitude_turn_the_true_rotation():
+    """Yaw, pitch and roll are scipy's, in this order, before the true rotation."""
+    config = NoisyGroundTruthConfig(yaw_sigma=0.5, tilt_sigma=0.2)
+    true = Rotation.from_euler("ZYX", [1.0, 0.2, -0.3])
+    localizer = NoisyGroundTruthLocalizer(config, np.random.default_rng(6))
+    localizer.reset(Pose(np.zeros(3), true.as_quat()), 0.0)
+    yaw, roll, pitch = np.random.default_rng(6).standard_normal(5)[2:] * [0.5, 0.2, 0.2]
+    expected = Rotation.from_euler("ZYX", [yaw, pitch, roll]) * true
+    np.testing.assert_allclose(localizer.pose.quaternion, expected.as_quat(), atol=1e-15)
 
 
 def test_errors_have_their_spread_and_correlation_time():

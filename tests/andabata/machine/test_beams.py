@@ -67,6 +67,27 @@ def test_bearings_are_those_of_the_rays_of_a_level_robot(table):
     np.testing.assert_allclose(np.exp(1j * differences), 1.0, atol=1e-5)
 
 
+def test_beams_do_not_depend_on_those_beside_them():
+    """Two sweeps of 700 beams, whose poses are found block by block, as beam by beam."""
+    rng = np.random.default_rng(3)
+    many = sweeps(
+        beam_period=0.0007,
+        elevations=np.linspace(-2.0, 2.0, 700, dtype=np.float32),
+        ranges=rng.uniform(1, 9, (2, 700)).astype(np.float32),
+    )
+    rows = np.flatnonzero(rng.random(1400) < 0.6)
+    points, times = place_beams(many, track(), HEIGHT, BeamTables(), rows)
+    rays = beam_rays(many, track(), HEIGHT, BeamTables())
+    for k in range(0, len(rows), 37):
+        one = rows[k : k + 1]
+        point, time = place_beams(many, track(), HEIGHT, BeamTables(), one)
+        np.testing.assert_array_equal(points[k], point[0])
+        assert times[k] == time[0] == many.stamps[one[0] // 700] + one[0] % 700 * 0.0007
+        ray = rays[one[0]]
+        along = ray[:3] + many.ranges.ravel()[one[0]] * ray[3:]
+        np.testing.assert_allclose(points[k], along, atol=1e-5)
+
+
 def test_each_ray_has_the_pose_and_head_angle_of_its_own_instant():
     """Rays equal those of scipy's rotations, beam by beam."""
     rays = beam_rays(sweeps(), track(), HEIGHT, BeamTables())

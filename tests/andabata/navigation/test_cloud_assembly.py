@@ -8,7 +8,12 @@ from pydantic import ValidationError
 
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import Sweeps
-from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig, SweepWindow
+from andabata.navigation.cloud_assembly import (
+    CloudAssembler,
+    CloudAssemblyConfig,
+    SweepWindow,
+    assembled_turn,
+)
 from tests.situations import pose_at
 from traversability.cloud import PointCloud
 
@@ -198,6 +203,28 @@ def test_a_cloud_is_moved_into_the_levelled_base():
     made.relative(pose_at(9.0, 9.0))
     np.testing.assert_allclose(found.points, [[2.0, -2.0, 0.6]], atol=1e-6)
     np.testing.assert_allclose(made.around(pose), found.points)
+
+
+def test_one_turn_by_several_tracks_is_what_assemblers_gather():
+    """Points, stamps and classes are bit-equal; the sweeps of the next turn are left out."""
+    config, angles = CloudAssemblyConfig(blind_deg=((10, 40),)), np.arange(0.0, 3.5, 0.1)
+    ranges = np.random.default_rng(2).uniform(0.2, 14.0, (len(angles), 3))
+    given = sweeps(angles, ranges=ranges, elevations=(-AHEAD, 0.8, AHEAD), classes=4)
+    moving = PoseTrack()
+    for stamp in (0.0, 9.0):
+        moving.append(stamp, np.array([0.3 * stamp, 0.1, 0.2]), LEVEL)
+    tracks, pose = (moving, standing()), pose_at(1.0, 2.0, 0.7)
+    cloud, placed = assembled_turn(config, HEIGHT, given, tracks, pose)
+    for k, track in enumerate(tracks):
+        made = CloudAssembler(config, HEIGHT)
+        made.add(given, track)
+        np.testing.assert_array_equal(placed[k], made.cloud.points)
+        if k == 0:
+            expected = made.relative(pose)
+            np.testing.assert_array_equal(cloud.points, expected.points)
+            np.testing.assert_array_equal(cloud.points, made.around(pose))
+            np.testing.assert_array_equal(cloud.stamps, expected.stamps)
+            np.testing.assert_array_equal(cloud.classes, expected.classes)
 
 
 def test_there_is_no_cloud_to_move_before_the_first():

@@ -202,7 +202,7 @@ def _laser_case(scene: Scene, seed: int) -> Case:
         config.elevations(0, 1),
         np.full((_SWEEPS, config.beams), np.inf, dtype=np.float32),
     )
-    rays = beam_rays(sweeps, track, robot.lidar_height, BeamTables()).copy()
+    rays = beam_rays(sweeps, track, robot.lidar_height, BeamTables())[0].copy()
     reach = SimulatedRobotConfig().assembly.sight
     budgets = np.random.default_rng(seed).standard_exponential(len(rays), dtype=np.float32)
     lidar = RotatingLidar(scene.rays, config, robot, np.random.default_rng(seed), reach)

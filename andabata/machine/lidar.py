@@ -1,5 +1,6 @@
 """Rotating 2D laser and horizontal scanner of stage 1, cast against a world's ray scene."""
 
+import math
 from itertools import pairwise
 from typing import Self
 
@@ -16,8 +17,10 @@ from terrain.classes import TRAITS
 from terrain.kernel import inlined_kernel, kernel
 from traversability.grid import PolarGrid
 from worlds.ray_geometry import NO_CLASS
+from worlds.ray_layout import Layout
+from worlds.ray_walk import cast_rays
 from worlds.rays import RayScene
-from worlds.walking import Walkers, cover_rays
+from worlds.walking import Walkers, WalkerTrack, cover_rays
 
 _DRAWS = np.uint64(3)
 """Number of random draws per beam: mixed pixel, noise, dropout."""
@@ -171,8 +174,8 @@ class RotatingLidar:
         self._height = robot.lidar_height
         self._rng = rng
         self._elevations = config.elevations(0, 1)  # The same for every sweep, except of a rosette.
+        self._beam_period, self._stride = config.beam_period, config.neighbour_stride
         self._tables = BeamTables()
-        self._budgets = np.empty(0, dtype=np.float32)
         errors = [config.noise, config.dropout, config.edge_step, config.mixed]
         self._errors = np.array([*errors, config.min_range, config.max_range])
 
@@ -185,65 +188,88 @@ class RotatingLidar:
             track: True poses of the robot over time.
         """
         config = self._config
-        first = int(np.ceil(start * config.sweep_hz - 1e-6))
-        last = int(np.ceil(end * config.sweep_hz - 1e-6))
+        first = math.ceil(start * config.sweep_hz - 1e-6)
+        last = math.ceil(end * config.sweep_hz - 1e-6)
         stamps = np.arange(first, last) / config.sweep_hz
-        elevations = config.elevations(first, last) if config.weave else self._elevations
-        empty = Sweeps(
+        ranges = np.empty((len(stamps), config.beams), dtype=np.float32)
+        classes = np.empty(ranges.shape, dtype=np.uint8)
+        sweeps = Sweeps(
             stamps=stamps,
             head_angles=stamps * config.head_rate,
             head_rate=config.head_rate,
-            beam_period=config.beam_period,
-            elevations=elevations,
-            ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
-        )
-        rays = beam_rays(empty, track, self._height, self._tables)
-        shape, key = empty.ranges.shape, np.uint64(self._rng.integers(2**63))
-        true, classes = self._cast(rays, key)
-        ranges = _measure(
-            true.reshape(shape),
-            classes.reshape(shape),
-            key,
-            _RETURNS,
-            self._errors,
-            config.neighbour_stride,
-        )
-        return Sweeps(
-            stamps=stamps,
-            head_angles=empty.head_angles,
-            head_rate=config.head_rate,
-            beam_period=config.beam_period,
-            elevations=elevations,
+            beam_period=self._beam_period,
+            elevations=config.elevations(first, last) if config.weave else self._elevations,
             ranges=ranges,
-            classes=classes.reshape(shape),
+            classes=classes,
         )
+        rays, times = beam_rays(sweeps, track, self._height, self._tables)
+        key = np.uint64(self._rng.integers(2**63))
+        scan_beams(
+            rays,
+            times,
+            self._rng.standard_exponential(len(rays), dtype=np.float32),
+            self._scene.layout,
+            None if self._walkers is None else self._walkers.track,
+            self._reach,
+            key,
+            self._errors,
+            self._stride,
+            ranges,
+            classes,
+        )
+        return sweeps
 
-    def _cast(
-        self, rays: NDArray[np.float32], key: np.uint64
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
 
-        A mixed pixel lies between a near surface and the one behind it, however far. All other
-        returns beyond the reach are left out, so that most of the world is never traversed.
-        """
-        if len(self._budgets) < len(rays):
-            self._budgets = np.empty(len(rays), dtype=np.float32)
-        budgets = self._budgets[: len(rays)]
-        self._rng.standard_exponential(dtype=np.float32, out=budgets)
-        ranges, classes = self._scene.cast(rays, budgets, self._reach)
-        times, _ = self._tables.buffers(len(rays))  # Those of the rays, as they were cast.
-        if self._walkers is not None:
-            cover_rays(rays, times, self._walkers.track, self._reach, ranges, classes)
-        stride = self._config.neighbour_stride
-        if np.isfinite(self._reach) and stride:
-            row = self._config.beams if stride == 1 else len(ranges)
-            edges = _possibly_mixed(ranges, row, stride, key, self._config.mixed)
-            if len(edges):
-                far = self._scene.cast(rays[edges], budgets[edges])
-                if self._walkers is not None:
-                    cover_rays(rays[edges], times[edges], self._walkers.track, np.inf, *far)
-                ranges[edges], classes[edges] = far
-        return ranges, classes
+@kernel
+def scan_beams(
+    rays: NDArray[np.float32],
+    times: NDArray[np.float64],
+    optical_depths: NDArray[np.float32],
+    layout: Layout,
+    walkers: WalkerTrack | None,
+    reach: float,
+    key: np.uint64,
+    errors: NDArray[np.float64],
+    stride: int,
+    ranges: NDArray[np.float32],
+    classes: NDArray[np.uint8],
+) -> None:
+    """Cast the beams of some sweeps and fill what the laser measures.
+
+    A mixed pixel lies between a near surface and the one behind it, however far: beams that may be
+    one are cast again without end. All other returns beyond the reach are left out, so that most of
+    the world is never traversed.
+
+    Args:
+        rays: Origin in the map [m] and unit direction of each beam, shape (s * b, 6).
+        times: Time of each beam [s], shape (s * b,).
+        optical_depths: Depth in porous objects at which each beam ends, shape (s * b,).
+        layout: The world.
+        walkers: Walkers of the world; None without any.
+        reach: Range up to which returns have to be right [m].
+        key: Key of the random numbers of the beams.
+        errors: ``noise``, ``dropout``, ``edge_step``, ``mixed``, ``min_range`` and ``max_range`` of
+            ``LidarConfig``, shape (6,).
+        stride: Number of beams from one to its neighbour, 0 without any.
+        ranges: Ranges that are filled [m], ``inf`` is no return, shape (s, b).
+        classes: Semantic classes that are filled, shape (s, b).
+    """
+    true, kinds = np.empty(len(rays), dtype=np.float32), classes.reshape(-1)
+    cast_rays(rays, optical_depths, reach, layout, true, kinds)
+    if walkers is not None:
+        cover_rays(rays, times, walkers, reach, true, kinds)
+    if stride and np.isfinite(reach):
+        row = ranges.shape[1] if stride == 1 else len(rays)
+        edges = _possibly_mixed(true, row, stride, key, errors[3])
+        far_rays = np.empty((6, len(edges)), dtype=np.float32).T
+        for n, k in enumerate(edges):
+            far_rays[n] = rays[k]
+        far, far_kinds = np.empty(len(edges), dtype=np.float32), kinds[edges]
+        cast_rays(far_rays, optical_depths[edges], np.inf, layout, far, far_kinds)
+        if walkers is not None:
+            cover_rays(far_rays, times[edges], walkers, np.inf, far, far_kinds)
+        true[edges], kinds[edges] = far, far_kinds
+    _measure(true.reshape(ranges.shape), key, errors, stride, ranges, classes)
 
 
 @inlined_kernel
@@ -286,31 +312,26 @@ def _possibly_mixed(
 @kernel
 def _measure(
     true: NDArray[np.float32],
-    classes: NDArray[np.uint8],
     key: np.uint64,
-    returns: NDArray[np.float32],
     errors: NDArray[np.float64],
     stride: int,
-) -> NDArray[np.float32]:
-    """Return measured ranges with noise, dropouts and mixed pixels; ``inf`` is no return.
+    ranges: NDArray[np.float32],
+    classes: NDArray[np.uint8],
+) -> None:
+    """Fill measured ranges with noise, dropouts and mixed pixels; ``inf`` is no return.
 
     A lost return loses its class; a mixed pixel keeps that of the surface behind. Each beam has its
     own draws, so that none depends on another's surface.
 
     Args:
         true: True ranges [m], shape (s, b).
-        classes: True semantic classes, changed in place, shape (s, b).
         key: Key of the random numbers.
-        returns: Probability that each semantic class returns a beam, shape (256,).
-        errors: ``noise``, ``dropout``, ``edge_step``, ``mixed``, ``min_range`` and ``max_range`` of
-            ``LidarConfig``, shape (6,).
+        errors: Errors as in ``scan_beams``.
         stride: Number of beams from one to its neighbour, 0 without any.
-
-    Returns:
-        Ranges [m], float32, shape (s, b).
+        ranges: Ranges that are filled [m], shape (s, b).
+        classes: True semantic classes, changed in place, shape (s, b).
     """
     noise, dropout, edge, mixed, min_range, max_range = errors
-    ranges = np.empty(true.shape, dtype=np.float32)
     last = true.shape[1] - 1
     sweeps, beams = true.shape[0] - 1, true.shape[1]
     for i in range(true.shape[0]):
@@ -337,12 +358,11 @@ def _measure(
             measured += noise * normal(uniform(key, number + _NOISE))
             # Dropout, and surfaces that return only a part of the beams.
             keep = uniform(key, number + _DROPOUT)
-            lost = keep >= (1 - dropout) * returns[classes[i, j]]
+            lost = keep >= (1 - dropout) * _RETURNS[classes[i, j]]
             if lost or not min_range <= measured <= max_range:
                 ranges[i, j], classes[i, j] = np.inf, NO_CLASS
             else:
                 ranges[i, j] = measured
-    return ranges
 
 
 class HorizontalScanner:

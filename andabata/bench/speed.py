@@ -20,7 +20,8 @@ from andabata.bench.speed_peers import Work
 from andabata.bench.table import Row, benchmark_row
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.localization.sigma_points import Workspace
-from andabata.machine.beams import BeamTables, beam_rays
+from andabata.machine.beam_rays import beam_rays
+from andabata.machine.beams import BeamTables
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack

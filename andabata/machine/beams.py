@@ -1,4 +1,4 @@
-"""Geometry of the vertical sweeps: rays to cast, and points from measured ranges.
+"""Geometry of the vertical sweeps: beams in the map, and points from measured ranges.
 
 Each beam has the pose of its own instant (motion compensation, "deskewing"). The same formula
 serves the simulated laser, which casts the rays, and the cloud assembly, which places the returns.
@@ -10,20 +10,12 @@ head's angle: both are rotations about an axis, so that the direction follows fr
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.pose import (
-    Interval,
-    PoseRow,
-    PoseTrack,
-    interpolate,
-    interval_of,
-    next_stretch,
-    pose_within,
-)
+from andabata.machine.pose import PoseRow, PoseTrack, interpolate
 from andabata.machine.sensor_readings import Sweeps
 from terrain.kernel import inlined_kernel, kernel
 from traversability.cloud import PointCloud
 
-_SIN, _COS = range(2)
+SIN, COS = range(2)
 """Rows of a table of sines and cosines."""
 
 _QX, _QY, _QZ, _QW = 3, 4, 5, 6
@@ -84,35 +76,6 @@ def _sin_cos(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.sin(angles), np.cos(angles)], axis=-2)
 
 
-def beam_rays(
-    sweeps: Sweeps, track: PoseTrack, lidar_height: float, tables: BeamTables
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return origin and direction of each beam, from the pose of its own instant, and its time.
-
-    Args:
-        sweeps: Sweeps to cast; their ranges are not read.
-        track: Poses of the robot over time.
-        lidar_height: Height of the optical centre above ``base_footprint`` [m].
-        tables: Cache of the laser.
-
-    Returns:
-        Rows of origin in the map [m] and unit direction, float32, shape (s * b, 6), and times [s],
-        shape (s * b,), both in buffers that the next call overwrites.
-    """
-    times, rays = tables.rays(sweeps.ranges.size)
-    _fill_rays(
-        sweeps.stamps,
-        sweeps.head_angles,
-        sweeps.beam_period,
-        *track.table,
-        *tables.sin_cos(sweeps),
-        lidar_height,
-        times,
-        rays,
-    )
-    return rays.T, times
-
-
 def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the bearings of beams in the laser's frame [rad], shape (k,).
 
@@ -126,92 +89,6 @@ def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64
     heads = sweeps.head_angles[sweep] + sweeps.head_rate * sweeps.beam_period * beam
     # A plane's other half has negative elevations: it points the other way.
     return np.asarray(heads + np.where(np.sin(tilts) < 0, np.pi, 0.0))
-
-
-@kernel
-def _fill_rays(
-    stamps: NDArray[np.float64],
-    heads: NDArray[np.float64],
-    period: float,
-    known: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    tilts: NDArray[np.float64],
-    height: float,
-    times: NDArray[np.float64],
-    rays: NDArray[np.float32],
-) -> None:
-    """Fill time, origin and direction of every beam, in the map.
-
-    Args:
-        stamps: Time of each sweep's first beam [s], increasing, shape (s,).
-        heads: Head angle of each sweep's first beam [rad], shape (s,).
-        period: Time from beam to beam [s].
-        known: Stamps of the track [s], increasing, shape (k,).
-        poses: Poses of the track, shape (k or more, 7).
-        steps: Sine and cosine of the head's rotation to each beam, shape (2, b).
-        tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, 2, b).
-        height: Height of the optical centre above the poses' origin [m].
-        times: Times that are filled [s], shape (s * b,).
-        rays: Components of the rays, filled, shape (6, s * b).
-    """
-    beams, after = steps.shape[1], 1
-    for sweep in range(len(stamps)):
-        first, tilt = sweep * beams, tilts[sweep % len(tilts)]
-        head = np.sin(heads[sweep]), np.cos(heads[sweep])
-        for beam in range(beams):
-            times[first + beam] = stamps[sweep] + beam * period
-        # Beams between the same two poses of the track: a loop that the compiler can pack.
-        beam = 0
-        while beam < beams:
-            after, until = next_stretch(known, times[first : first + beams], beam, after)
-            _fill_stretch(
-                times[first + beam : first + until],
-                interval_of(known, poses, after),
-                head,
-                (steps[_SIN, beam:until], steps[_COS, beam:until]),
-                (tilt[_SIN, beam:until], tilt[_COS, beam:until]),
-                height,
-                rays,
-                first + beam,
-            )
-            beam = until
-
-
-@kernel
-def _fill_stretch(
-    times: NDArray[np.float64],
-    interval: Interval,
-    head: tuple[float, float],
-    steps: tuple[NDArray[np.float64], NDArray[np.float64]],
-    tilts: tuple[NDArray[np.float64], NDArray[np.float64]],
-    height: float,
-    rays: NDArray[np.float32],
-    first: int,
-) -> None:
-    """Fill the rays of beams of a sweep whose times lie between the same two poses.
-
-    Args:
-        times: Times of the beams [s], shape (n,).
-        interval: The two poses.
-        head: Sine and cosine of the head angle of the sweep's first beam.
-        steps: Sines and cosines of the head's rotation to each of the beams, shape (n,) each.
-        tilts: Sines and cosines of their elevations from the zenith, shape (n,) each.
-        height: Height of the optical centre above the poses' origin [m].
-        rays: Components of all rays, those of the beams filled, shape (6, s * b).
-        first: Number of the first of these beams.
-    """
-    # Views that begin at zero: an index that might be negative would keep the loop from packing.
-    end = first + len(times)
-    x, y, z = rays[0, first:end], rays[1, first:end], rays[2, first:end]
-    u, v, w = rays[3, first:end], rays[4, first:end], rays[5, first:end]
-    step_sine, step_cosine, tilt_sine, tilt_cosine = *steps, *tilts
-    for k in range(len(times)):
-        pose = pose_within(interval, times[k])
-        step, tilt = (step_sine[k], step_cosine[k]), (tilt_sine[k], tilt_cosine[k])
-        origin, direction = _ray(pose, head, step, tilt, height)
-        x[k], y[k], z[k] = origin
-        u[k], v[k], w[k] = direction
 
 
 @kernel
@@ -232,14 +109,14 @@ def _place_returns(
 
     Args:
         rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        known: Stamps of the track, as in ``_fill_rays``.
-        track: Poses of the track, as in ``_fill_rays``.
+        known: Stamps of the track [s], shape (k,).
+        track: Poses of the track, shape (k or more, 7).
         mounting: Pose of the head in the base, shape (7,), or ``_NOT_MOUNTED``.
         stamps: Time of each sweep's first beam [s], shape (s,).
         period: Time from beam to beam [s].
         heads: Sine and cosine of the head angle of each sweep's first beam, shape (2, s).
-        steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
-        tilts: Sine and cosine of elevations, as in ``_fill_rays``.
+        steps: Sine and cosine of the head's rotation to each beam, shape (2, b).
+        tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, 2, b).
         height: Height of the optical centre above the poses' origin [m].
         ranges: Range of every beam of the sweeps [m], shape (s * b,).
     """
@@ -264,11 +141,11 @@ def _place_returns(
         for place in range(begin, end):
             n, column = rows[place], place - begin
             beam, tilt = n - sweeps[column] * beams, tilts[sweeps[column] % len(tilts)]
-            origin, direction = _ray(
+            origin, direction = beam_ray(
                 (x[column], y[column], z[column], i[column], j[column], k[column], w[column]),
-                (heads[_SIN, sweeps[column]], heads[_COS, sweeps[column]]),
-                (steps[_SIN, beam], steps[_COS, beam]),
-                (tilt[_SIN, beam], tilt[_COS, beam]),
+                (heads[SIN, sweeps[column]], heads[COS, sweeps[column]]),
+                (steps[SIN, beam], steps[COS, beam]),
+                (tilt[SIN, beam], tilt[COS, beam]),
                 height,
             )
             for c in range(3):
@@ -277,7 +154,7 @@ def _place_returns(
 
 
 @inlined_kernel
-def _ray(
+def beam_ray(
     pose: PoseRow,
     head: tuple[float, float],
     step: tuple[float, float],
@@ -287,9 +164,9 @@ def _ray(
     """Return origin [m] and unit direction of a beam in the map; angles as sine and cosine."""
     # Direction in the base: (sin(tilt) cos(h), sin(tilt) sin(h), cos(tilt)) at the head angle
     # h = head + step, by the addition theorems.
-    a = tilt[_SIN] * (head[_COS] * step[_COS] - head[_SIN] * step[_SIN])
-    b = tilt[_SIN] * (head[_SIN] * step[_COS] + head[_COS] * step[_SIN])
-    c = tilt[_COS]
+    a = tilt[SIN] * (head[COS] * step[COS] - head[SIN] * step[SIN])
+    b = tilt[SIN] * (head[SIN] * step[COS] + head[COS] * step[SIN])
+    c = tilt[COS]
     # Rotation matrix of the pose times that direction; its third column also carries the height.
     x, y, z, w = pose[_QX], pose[_QY], pose[_QZ], pose[_QW]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)

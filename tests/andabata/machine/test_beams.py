@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.machine.beam_rays import beam_rays
 from andabata.machine.beams import (
     BeamTables,
     beam_bearings,
-    beam_rays,
     place_beams,
     place_points,
     sweeps_to_cloud,

@@ -77,7 +77,7 @@ def test_beams_do_not_depend_on_those_beside_them():
     )
     rows = np.flatnonzero(rng.random(1400) < 0.6)
     points, times = place_beams(many, track(), HEIGHT, BeamTables(), rows)
-    rays = beam_rays(many, track(), HEIGHT, BeamTables())
+    rays = beam_rays(many, track(), HEIGHT, BeamTables())[0]
     for k in range(0, len(rows), 37):
         one = rows[k : k + 1]
         point, time = place_beams(many, track(), HEIGHT, BeamTables(), one)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.classes import TRAITS, SemanticClass
-from terrain.kernel import inlined_kernel, kernel
+from terrain.kernel import borrowing_kernel, inlined_kernel
 from worlds.ray_geometry import NO_CLASS, Hit, Ray, clip
 
 RATES = np.full(256, np.inf)
@@ -45,7 +45,7 @@ def misses_box(ray: Ray, boxes: NDArray[np.float64], k: int, max_range: float) -
     return begin > end
 
 
-@kernel
+@borrowing_kernel
 def cross(planes: NDArray[np.float64], first: int, last: int, ray: Ray) -> tuple[float, float]:
     """Return the ranges [m] at which a ray enters and leaves a convex object.
 
@@ -67,7 +67,7 @@ def cross(planes: NDArray[np.float64], first: int, last: int, ray: Ray) -> tuple
     return enter, leave
 
 
-@kernel
+@borrowing_kernel
 def absorb(hit: Hit, optical_depth: float, crossings: Crossings) -> Hit:
     """Return the hit of a ray that porous objects stop at an optical depth.
 

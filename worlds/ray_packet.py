@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from terrain.kernel import inlined_kernel, kernel
+from terrain.kernel import borrowing_kernel, inlined_kernel
 from worlds.ray_layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice
 
 PACKET = 64
@@ -39,7 +39,7 @@ class Packet(NamedTuple):
     most: tuple[float, float, float]
 
 
-@kernel
+@borrowing_kernel
 def packet_span(
     rays: NDArray[np.float32], lattice: Lattice, tops: NDArray[np.float64], max_range: float
 ) -> tuple[float, float]:

@@ -58,7 +58,6 @@ def timed_calls(robots: Sequence[SimulatedRobot]) -> tuple[TimedCall, ...]:
         TimedCall(scanner, "fill_quarters", "project"),
         TimedCall(scanner, "describe_cells", "features"),
         TimedCall(scanner, "classify_cells", "forest"),
-        TimedCall(robots[0].scene.rays, "cast", "cast"),
     ]
     for robot in robots:
         calls += _calls_of_sensors(robot) + _calls_of_steering(robot.navigator.steering)
@@ -116,8 +115,7 @@ def _stages(spent: Mapping[str, float]) -> dict[str, float]:
         "plant": spent["plant"],
         "proprioception": spent["proprioception"],
         "rays": rays,
-        "cast": spent["cast"],
-        "noise of ranges": spent["laser"] - rays - spent["cast"],
+        "cast, noise": spent["laser"] - rays,
         "filter": spent["filter"],
         "place": spent["place"],
         "store": spent["assemble"] - spent["place"],

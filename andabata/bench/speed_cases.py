@@ -14,7 +14,8 @@ from andabata.bench.perception_peers import PEERS
 from andabata.bench.speed_peers import Work
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.localization.sigma_points import Workspace
-from andabata.machine.beams import BeamTables, beam_rays
+from andabata.machine.beam_rays import beam_rays
+from andabata.machine.beams import BeamTables
 from andabata.machine.lidar import LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
@@ -49,7 +50,7 @@ def laser_case(scene: Scene, seed: int) -> Case:
         config.elevations(0, 1),
         np.full((_SWEEPS, config.beams), np.inf, dtype=np.float32),
     )
-    rays = beam_rays(sweeps, track, robot.lidar_height, BeamTables()).copy()
+    rays = beam_rays(sweeps, track, robot.lidar_height, BeamTables())[0].copy()
     reach = SimulatedRobotConfig().assembly.sight
     budgets = np.random.default_rng(seed).standard_exponential(len(rays), dtype=np.float32)
     lidar = RotatingLidar(scene.rays, config, robot, np.random.default_rng(seed), reach)

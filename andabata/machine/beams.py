@@ -1,4 +1,4 @@
-"""Geometry of the vertical sweeps: rays to cast, and points from measured ranges.
+"""Geometry of the vertical sweeps: beams in the map, and points from measured ranges.
 
 Each beam has the pose of its own instant (motion compensation, "deskewing"). The same formula
 serves the simulated laser, which casts the rays, and the cloud assembly, which places the returns.
@@ -10,13 +10,13 @@ head's angle: both are rotations about an axis, so that the direction follows fr
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.pose import PoseTrack, interpolate
+from andabata.machine.pose import PoseRow, PoseTrack, interpolate
 from andabata.machine.sensor_readings import Sweeps
 from terrain.kernel import inlined_kernel, kernel
 from traversability.cloud import PointCloud
 
-_SIN, _COS = range(2)
-"""Last axis of a table of sines and cosines."""
+SIN, COS = range(2)
+"""Rows of a table of sines and cosines."""
 
 _QX, _QY, _QZ, _QW = 3, 4, 5, 6
 """Components of a pose's quaternion; x, y, z [m] come before."""
@@ -39,20 +39,19 @@ class BeamTables:
         """Begin without beams."""
         self._elevations: NDArray[np.float32] | None = None
         self._step = np.nan
-        self._rays = np.empty((0, 6), dtype=np.float32)
-        self._times = np.empty(0)
+        self._times, self._rays = np.empty(0), np.empty((6, 0), dtype=np.float32)
 
-    def buffers(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        """Return buffers for times (count,) and rays (count, 6).
+    def rays(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """Return buffers for times (count,) and rays (6, count), the same for the same count.
 
-        The memory is the same at each call.
+        A component's numbers lie together, so that the compiler can pack the loop that fills them.
 
         Args:
             count: Number of beams.
         """
-        if len(self._rays) < count:
-            self._times, self._rays = np.empty(count), np.empty((count, 6), dtype=np.float32)
-        return self._times[:count], self._rays[:count]
+        if len(self._times) != count:
+            self._times, self._rays = np.empty(count), np.empty((6, count), dtype=np.float32)
+        return self._times, self._rays
 
     def sin_cos(self, sweeps: Sweeps) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return sine and cosine of the head's rotation to each beam, and of the elevations.
@@ -61,7 +60,7 @@ class BeamTables:
             sweeps: Sweeps whose beams are cast or placed.
 
         Returns:
-            Rotations, shape (b, 2), and elevations from the zenith, shape (1 or s, b, 2).
+            Rotations, shape (2, b), and elevations from the zenith, shape (1 or s, 2, b).
         """
         step = sweeps.head_rate * sweeps.beam_period
         if sweeps.elevations is not self._elevations or step != self._step:
@@ -73,31 +72,8 @@ class BeamTables:
 
 
 def _sin_cos(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sine and cosine in a last axis of two."""
-    return np.stack([np.sin(angles), np.cos(angles)], axis=-1)
-
-
-def beam_rays(
-    sweeps: Sweeps, track: PoseTrack, lidar_height: float, tables: BeamTables
-) -> NDArray[np.float32]:
-    """Return origin and direction of each beam, from the pose of its own instant.
-
-    Args:
-        sweeps: Sweeps to cast; their ranges are not read.
-        track: Poses of the robot over time.
-        lidar_height: Height of the optical centre above ``base_footprint`` [m].
-        tables: Cache of the laser.
-
-    Returns:
-        Rows of origin in the map [m] and unit direction, float32, shape (s * b, 6), in a buffer
-        that the next call overwrites.
-    """
-    times, rays = tables.buffers(sweeps.ranges.size)
-    heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
-    offsets = np.arange(sweeps.ranges.shape[1]) * sweeps.beam_period
-    np.add.outer(sweeps.stamps, offsets, out=times.reshape(sweeps.ranges.shape))
-    _fill_rays(*track.table, times, heads, steps, tilts, lidar_height, rays)
-    return rays
+    """Return sines and cosines as two rows in the place of each row of angles."""
+    return np.stack([np.sin(angles), np.cos(angles)], axis=-2)
 
 
 def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -113,45 +89,6 @@ def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64
     heads = sweeps.head_angles[sweep] + sweeps.head_rate * sweeps.beam_period * beam
     # A plane's other half has negative elevations: it points the other way.
     return np.asarray(heads + np.where(np.sin(tilts) < 0, np.pi, 0.0))
-
-
-@kernel
-def _fill_rays(
-    known: NDArray[np.float64],
-    track: NDArray[np.float64],
-    times: NDArray[np.float64],
-    heads: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    tilts: NDArray[np.float64],
-    height: float,
-    rays: NDArray[np.float32],
-) -> None:
-    """Fill origin and direction of every beam, in the map.
-
-    Args:
-        known: Stamps of the track's poses [s], shape (k,).
-        track: Poses of the robot: x, y, z [m] and quaternion, shape (k or more, 7).
-        times: Time of each beam [s], shape (s * b,).
-        heads: Sine and cosine of the head angle of each sweep's first beam, shape (s, 2).
-        steps: Sine and cosine of the head's rotation to each beam, shape (b, 2).
-        tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, b, 2).
-        height: Height of the optical centre above the poses' origin [m].
-        rays: Rays that are filled, shape (s * b, 6).
-    """
-    beams = tilts.shape[1]
-    poses, after = np.empty((7, _BLOCK)), 1
-    for sweep in range(len(heads)):
-        for begin in range(0, beams, _BLOCK):
-            end, before = min(begin + _BLOCK, beams), sweep * beams
-            moments = times[before + begin : before + end]
-            after = interpolate(known, track, moments, poses, after)
-            for beam in range(begin, end):
-                origin, direction = _ray(
-                    sweep, beam, beam - begin, poses, heads, steps, tilts, height
-                )
-                for c in range(3):
-                    rays[before + beam, c] = origin[c]
-                    rays[before + beam, 3 + c] = direction[c]
 
 
 @kernel
@@ -172,20 +109,21 @@ def _place_returns(
 
     Args:
         rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        known: Stamps of the track, as in ``_fill_rays``.
-        track: Poses of the robot, as in ``_fill_rays``.
+        known: Stamps of the track [s], shape (k,).
+        track: Poses of the track, shape (k or more, 7).
         mounting: Pose of the head in the base, shape (7,), or ``_NOT_MOUNTED``.
         stamps: Time of each sweep's first beam [s], shape (s,).
         period: Time from beam to beam [s].
-        heads: Sine and cosine of head angles, as in ``_fill_rays``.
-        steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
-        tilts: Sine and cosine of elevations, as in ``_fill_rays``.
+        heads: Sine and cosine of the head angle of each sweep's first beam, shape (2, s).
+        steps: Sine and cosine of the head's rotation to each beam, shape (2, b).
+        tilts: Sine and cosine of the elevation from the zenith, shape (1 or s, 2, b).
         height: Height of the optical centre above the poses' origin [m].
         ranges: Range of every beam of the sweeps [m], shape (s * b,).
     """
-    beams = tilts.shape[1]
+    beams = tilts.shape[2]
     points, times = np.empty((len(rows), 3), dtype=np.float32), np.empty(len(rows))
     poses, sweeps = np.empty((7, _BLOCK)), np.empty(_BLOCK, dtype=np.int64)
+    x, y, z, i, j, k, w = poses
     sweep, after = 0, 1
     for begin in range(0, len(rows), _BLOCK):
         end = min(begin + _BLOCK, len(rows))
@@ -201,36 +139,36 @@ def _place_returns(
         if len(mounting):
             _apply_mounting(poses, mounting, end - begin)
         for place in range(begin, end):
-            k, column = rows[place], place - begin
-            beam = k - sweeps[column] * beams
-            origin, direction = _ray(
-                sweeps[column], beam, column, poses, heads, steps, tilts, height
+            n, column = rows[place], place - begin
+            beam, tilt = n - sweeps[column] * beams, tilts[sweeps[column] % len(tilts)]
+            origin, direction = beam_ray(
+                (x[column], y[column], z[column], i[column], j[column], k[column], w[column]),
+                (heads[SIN, sweeps[column]], heads[COS, sweeps[column]]),
+                (steps[SIN, beam], steps[COS, beam]),
+                (tilt[SIN, beam], tilt[COS, beam]),
+                height,
             )
             for c in range(3):
-                points[place, c] = origin[c] + ranges[k] * direction[c]
+                points[place, c] = origin[c] + ranges[n] * direction[c]
     return points, times
 
 
 @inlined_kernel
-def _ray(
-    sweep: int,
-    beam: int,
-    column: int,
-    poses: NDArray[np.float64],
-    heads: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    tilts: NDArray[np.float64],
+def beam_ray(
+    pose: PoseRow,
+    head: tuple[float, float],
+    step: tuple[float, float],
+    tilt: tuple[float, float],
     height: float,
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return origin [m] and unit direction of a beam in the map, at the pose of a column."""
+    """Return origin [m] and unit direction of a beam in the map; angles as sine and cosine."""
     # Direction in the base: (sin(tilt) cos(h), sin(tilt) sin(h), cos(tilt)) at the head angle
     # h = head + step, by the addition theorems.
-    plane = sweep % len(tilts)
-    outward, c = tilts[plane, beam, _SIN], tilts[plane, beam, _COS]
-    a = outward * (heads[sweep, _COS] * steps[beam, _COS] - heads[sweep, _SIN] * steps[beam, _SIN])
-    b = outward * (heads[sweep, _SIN] * steps[beam, _COS] + heads[sweep, _COS] * steps[beam, _SIN])
+    a = tilt[SIN] * (head[COS] * step[COS] - head[SIN] * step[SIN])
+    b = tilt[SIN] * (head[SIN] * step[COS] + head[COS] * step[SIN])
+    c = tilt[COS]
     # Rotation matrix of the pose times that direction; its third column also carries the height.
-    x, y, z, w = poses[_QX, column], poses[_QY, column], poses[_QZ, column], poses[_QW, column]
+    x, y, z, w = pose[_QX], pose[_QY], pose[_QZ], pose[_QW]
     r02, r12 = 2 * (x * z + y * w), 2 * (y * z - x * w)
     r22 = 1 - 2 * (x * x + y * y)
     direction = (
@@ -238,11 +176,7 @@ def _ray(
         2 * (x * y + z * w) * a + (1 - 2 * (x * x + z * z)) * b + r12 * c,
         2 * (x * z - y * w) * a + 2 * (y * z + x * w) * b + r22 * c,
     )
-    origin = (
-        poses[0, column] + r02 * height,
-        poses[1, column] + r12 * height,
-        poses[2, column] + r22 * height,
-    )
+    origin = pose[0] + r02 * height, pose[1] + r12 * height, pose[2] + r22 * height
     return origin, direction
 
 

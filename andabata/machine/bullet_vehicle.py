@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
-from andabata.machine.clock import TICK
+from andabata.machine.clock import TICK, TICK_HZ
 from andabata.machine.mover_contact import Contact, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -99,7 +99,7 @@ class BulletVehicle:
         self._prepare_wheels()
         corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
         self._contacts = corners * [robot.wheelbase, robot.track]
-        self._stamp = 0.0
+        self._ticks = 0
         self._contact = Contact.NONE
         self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
         self._tipped = False
@@ -187,7 +187,7 @@ class BulletVehicle:
         self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
         self._contact, self._tipped = Contact.NONE, False
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
-        self._stamp = self._work = 0.0
+        self._ticks, self._work = 0, 0.0
         self._contact = Contact.NONE
 
     def drive(
@@ -225,7 +225,7 @@ class BulletVehicle:
             rows.append(pose + speeds)
             self._work += power * TICK
             self._tipped |= turn[_UP] < upright
-        self._stamp += ticks * TICK
+        self._ticks += ticks
         return np.array(rows).reshape(ticks, 9)
 
     def _touches(self) -> bool:
@@ -318,7 +318,7 @@ class BulletVehicle:
         # pybullet reports the velocity of the centre of mass; base_footprint lies below it.
         lever = np.array([0.0, 0.0, -self._robot.centre_of_mass])
         return VehicleState(
-            stamp=self._stamp,
+            stamp=self._ticks / TICK_HZ,
             pose=Pose(np.array(pose[:3]), np.array(pose[3:])),
             linear=turn.T @ np.array(linear) + np.cross(spin, lever),
             angular=spin,

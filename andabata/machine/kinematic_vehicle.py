@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.clock import TICK
+from andabata.machine.clock import TICK, TICK_HZ
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.mover_contact import Contact, touches_mover, walker_contact
 from andabata.machine.pose import Pose
@@ -92,13 +92,15 @@ class KinematicVehicle:
             rng: Source of wheel slip.
             config: Response, slip and limits.
         """
-        self._ground, self._truth = world.ground, world.truth
         self._kinematics = SkidSteer(robot)
         self._config = config or KinematicConfig()
         self._robot, self._rng = robot, rng
         self._parameters = plant_parameters(robot, self._config)
-        self._contact = contact_map(self._truth, self._parameters.outline)
-        self._heights = np.ascontiguousarray(self._ground.heights)
+        ground, truth, outline = world.ground, world.truth, self._parameters.outline
+        heights = np.ascontiguousarray(ground.heights)
+        self._ground: WheelGround = (heights, ground.cell, self._parameters.wheels)
+        cells = contact_map(truth, outline)
+        self._contact: ContactMap = (cells, truth.x_min, truth.y_min, truth.cell, outline)
         self._last = np.zeros(9)
         self.place(Start(0.0, 0.0, 0.0))
 
@@ -106,7 +108,7 @@ class KinematicVehicle:
         """Put the body down at rest and set its time to zero."""
         self._motion = np.zeros(8)
         self._motion[:3] = start.x, start.y, start.yaw
-        self._stamp = 0.0
+        self._ticks = 0
         self._flags = np.zeros(2, dtype=np.bool_)
         self._touched = Contact.NONE
         self._drive(WheelSpeeds(0.0, 0.0), np.zeros((1, 2)))
@@ -121,7 +123,7 @@ class KinematicVehicle:
         """
         if not (math.isfinite(wheels.left) and math.isfinite(wheels.right)):
             raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
-        self._stamp += ticks * TICK
+        self._ticks += ticks
         self._flags[_COLLIDED] = False
         self._touched = Contact.NONE
         noise = self._rng.standard_normal((ticks, 2))
@@ -158,15 +160,15 @@ class KinematicVehicle:
         self._commanded = wheels
         rows = np.empty((len(noise), 9))
         rows[:, _LEFT], rows[:, _RIGHT] = wheels.left, wheels.right
-        truth, parameters = self._truth, self._parameters
+        parameters = self._parameters
         drive_ticks(
             self._motion,
             np.array(self._kinematics.twist(wheels)),
             parameters.slip * noise,
             parameters.limits,
             parameters.sliding,
-            (self._heights, self._ground.cell, parameters.wheels),
-            (self._contact, truth.x_min, truth.y_min, truth.cell, parameters.outline),
+            self._ground,
+            self._contact,
             rows,
             self._flags,
         )
@@ -176,13 +178,13 @@ class KinematicVehicle:
     @property
     def state(self) -> VehicleState:
         """True state of the body."""
-        collided, tipped = bool(self._flags[_COLLIDED]), bool(self._flags[_TIPPED])
-        speed, lateral = self._motion[_SPEED], self._motion[_LATERAL_SPEED]
+        collided, tipped = self._flags.tolist()
+        motion, moves = self._motion.tolist(), not collided
         return VehicleState(
-            stamp=self._stamp,
+            stamp=self._ticks / TICK_HZ,
             pose=Pose(self._last[:3], self._last[3:7]),
-            linear=np.array([speed, lateral, 0.0]) * (not collided),
-            angular=np.array([0.0, 0.0, self._motion[_YAW_RATE] * (not collided)]),
+            linear=np.array([motion[_SPEED] * moves, motion[_LATERAL_SPEED] * moves, 0.0]),
+            angular=np.array([0.0, 0.0, motion[_YAW_RATE] * moves]),
             wheels=self._commanded,
             collided=collided,
             tipped=tipped,

@@ -1,5 +1,6 @@
 """Rotating 2D laser and horizontal scanner of stage 1, cast against a world's ray scene."""
 
+import math
 from itertools import pairwise
 from typing import Self
 
@@ -7,29 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.machine.beams import BeamTables, beam_rays
-from andabata.machine.counter_rng import normal, uniform
+from andabata.machine.beam_rays import beam_rays
+from andabata.machine.beams import BeamTables
 from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.ranging import measure_beams
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
-from terrain.classes import TRAITS
-from terrain.kernel import inlined_kernel, kernel
 from traversability.grid import PolarGrid
-from worlds.ray_geometry import NO_CLASS
 from worlds.rays import RayScene
 from worlds.walking import Walkers, cover_rays
-
-_DRAWS = np.uint64(3)
-"""Number of random draws per beam: mixed pixel, noise, dropout."""
-
-_NOISE, _DROPOUT = np.uint64(1), np.uint64(2)
-"""Numbers of a beam's draws after the one of its mixed pixel."""
-
-_RETURNS = np.ones(256, dtype=np.float32)
-"""Probability that a surface of each semantic class returns a beam."""
-
-for _semantic, _traits in TRAITS.items():
-    _RETURNS[_semantic] = _traits.returns
 
 
 class LidarConfig(BaseModel):
@@ -171,8 +158,8 @@ class RotatingLidar:
         self._height = robot.lidar_height
         self._rng = rng
         self._elevations = config.elevations(0, 1)  # The same for every sweep, except of a rosette.
+        self._beam_period, self._stride = config.beam_period, config.neighbour_stride
         self._tables = BeamTables()
-        self._budgets = np.empty(0, dtype=np.float32)
         errors = [config.noise, config.dropout, config.edge_step, config.mixed]
         self._errors = np.array([*errors, config.min_range, config.max_range])
 
@@ -185,164 +172,36 @@ class RotatingLidar:
             track: True poses of the robot over time.
         """
         config = self._config
-        first = int(np.ceil(start * config.sweep_hz - 1e-6))
-        last = int(np.ceil(end * config.sweep_hz - 1e-6))
+        first = math.ceil(start * config.sweep_hz - 1e-6)
+        last = math.ceil(end * config.sweep_hz - 1e-6)
         stamps = np.arange(first, last) / config.sweep_hz
-        elevations = config.elevations(first, last) if config.weave else self._elevations
-        empty = Sweeps(
+        ranges = np.empty((len(stamps), config.beams), dtype=np.float32)
+        classes = np.empty(ranges.shape, dtype=np.uint8)
+        sweeps = Sweeps(
             stamps=stamps,
             head_angles=stamps * config.head_rate,
             head_rate=config.head_rate,
-            beam_period=config.beam_period,
-            elevations=elevations,
-            ranges=np.full((len(stamps), config.beams), np.inf, dtype=np.float32),
-        )
-        rays = beam_rays(empty, track, self._height, self._tables)
-        shape, key = empty.ranges.shape, np.uint64(self._rng.integers(2**63))
-        true, classes = self._cast(rays, key)
-        ranges = _measure(
-            true.reshape(shape),
-            classes.reshape(shape),
-            key,
-            _RETURNS,
-            self._errors,
-            config.neighbour_stride,
-        )
-        return Sweeps(
-            stamps=stamps,
-            head_angles=empty.head_angles,
-            head_rate=config.head_rate,
-            beam_period=config.beam_period,
-            elevations=elevations,
+            beam_period=self._beam_period,
+            elevations=config.elevations(first, last) if config.weave else self._elevations,
             ranges=ranges,
-            classes=classes.reshape(shape),
+            classes=classes,
         )
-
-    def _cast(
-        self, rays: NDArray[np.float32], key: np.uint64
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return true ranges [m] and classes; beyond ``reach`` only of beams that may be mixed.
-
-        A mixed pixel lies between a near surface and the one behind it, however far. All other
-        returns beyond the reach are left out, so that most of the world is never traversed.
-        """
-        if len(self._budgets) < len(rays):
-            self._budgets = np.empty(len(rays), dtype=np.float32)
-        budgets = self._budgets[: len(rays)]
-        self._rng.standard_exponential(dtype=np.float32, out=budgets)
-        ranges, classes = self._scene.cast(rays, budgets, self._reach)
-        times, _ = self._tables.buffers(len(rays))  # Those of the rays, as they were cast.
-        if self._walkers is not None:
-            cover_rays(rays, times, self._walkers.track, self._reach, ranges, classes)
-        stride = self._config.neighbour_stride
-        if np.isfinite(self._reach) and stride:
-            row = self._config.beams if stride == 1 else len(ranges)
-            edges = _possibly_mixed(ranges, row, stride, key, self._config.mixed)
-            if len(edges):
-                far = self._scene.cast(rays[edges], budgets[edges])
-                if self._walkers is not None:
-                    cover_rays(rays[edges], times[edges], self._walkers.track, np.inf, *far)
-                ranges[edges], classes[edges] = far
-        return ranges, classes
-
-
-@inlined_kernel
-def _mixing_draw(key: np.uint64, beam: int) -> np.float64:
-    """Return a beam's first draw, which decides on a mixed pixel and on its place."""
-    return uniform(key, _DRAWS * np.uint64(beam))
-
-
-@kernel
-def _possibly_mixed(
-    ranges: NDArray[np.float32], row: int, stride: int, key: np.uint64, mixed: float
-) -> NDArray[np.int64]:
-    """Return the beams without a return that draw a mixed pixel and have a neighbour with one.
-
-    Args:
-        ranges: True ranges within reach [m], shape (k,).
-        row: Number of beams of a row, in which neighbours lie.
-        stride: Number of beams from one to its neighbour.
-        key: Key of the random numbers.
-        mixed: Probability of a mixed pixel.
-
-    Returns:
-        Numbers of the beams, shape (m,).
-    """
-    found = np.empty(len(ranges), dtype=np.int64)
-    count = 0
-    for first in range(0, len(ranges), row):
-        last = first + row - 1
-        for k in range(first, last + 1):
-            if np.isfinite(ranges[k]):
-                continue
-            before = k - stride >= first and np.isfinite(ranges[k - stride])
-            after = k + stride <= last and np.isfinite(ranges[k + stride])
-            if (before or after) and _mixing_draw(key, k) < mixed:
-                found[count] = k
-                count += 1
-    return found[:count]
-
-
-@kernel
-def _measure(
-    true: NDArray[np.float32],
-    classes: NDArray[np.uint8],
-    key: np.uint64,
-    returns: NDArray[np.float32],
-    errors: NDArray[np.float64],
-    stride: int,
-) -> NDArray[np.float32]:
-    """Return measured ranges with noise, dropouts and mixed pixels; ``inf`` is no return.
-
-    A lost return loses its class; a mixed pixel keeps that of the surface behind. Each beam has its
-    own draws, so that none depends on another's surface.
-
-    Args:
-        true: True ranges [m], shape (s, b).
-        classes: True semantic classes, changed in place, shape (s, b).
-        key: Key of the random numbers.
-        returns: Probability that each semantic class returns a beam, shape (256,).
-        errors: ``noise``, ``dropout``, ``edge_step``, ``mixed``, ``min_range`` and ``max_range`` of
-            ``LidarConfig``, shape (6,).
-        stride: Number of beams from one to its neighbour, 0 without any.
-
-    Returns:
-        Ranges [m], float32, shape (s, b).
-    """
-    noise, dropout, edge, mixed, min_range, max_range = errors
-    ranges = np.empty(true.shape, dtype=np.float32)
-    last = true.shape[1] - 1
-    sweeps, beams = true.shape[0] - 1, true.shape[1]
-    for i in range(true.shape[0]):
-        for j in range(true.shape[1]):
-            here = true[i, j]
-            if not np.isfinite(here):
-                ranges[i, j], classes[i, j] = np.inf, NO_CLASS
-                continue
-            beam = i * beams + j
-            number = _DRAWS * np.uint64(beam)
-            # Nearer of the two neighbours: along the sweep of a 2D laser, from column to column of
-            # a multi-beam one.
-            near = here
-            if stride == 1:
-                near = min(true[i, max(j - 1, 0)], true[i, min(j + 1, last)])
-            elif stride == beams:
-                near = min(true[max(i - 1, 0), j], true[min(i + 1, sweeps), j])
-            # Mixed pixel: the one draw says that there is one and, scaled, where it falls.
-            measured = np.float64(here)
-            if here - near > edge:
-                mix = _mixing_draw(key, beam)
-                if mix < mixed:
-                    measured = near + mix / mixed * (here - near)
-            measured += noise * normal(uniform(key, number + _NOISE))
-            # Dropout, and surfaces that return only a part of the beams.
-            keep = uniform(key, number + _DROPOUT)
-            lost = keep >= (1 - dropout) * returns[classes[i, j]]
-            if lost or not min_range <= measured <= max_range:
-                ranges[i, j], classes[i, j] = np.inf, NO_CLASS
-            else:
-                ranges[i, j] = measured
-    return ranges
+        rays, times = beam_rays(sweeps, track, self._height, self._tables)
+        key = np.uint64(self._rng.integers(2**63))
+        measure_beams(
+            rays,
+            times,
+            self._rng.standard_exponential(len(rays), dtype=np.float32),
+            self._scene.layout,
+            None if self._walkers is None else self._walkers.track,
+            self._reach,
+            key,
+            self._errors,
+            self._stride,
+            ranges,
+            classes,
+        )
+        return sweeps
 
 
 class HorizontalScanner:

@@ -2,12 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from terrain.kernel import kernel
+from terrain.kernel import inlined_kernel, kernel
+
+PoseRow = tuple[float, float, float, float, float, float, float]
+"""A pose in compiled code: x, y, z [m] and quaternion x, y, z, w."""
 
 _QUATERNION = 3
 """First column of the quaternion in a row of x, y, z and quaternion x, y, z, w."""
@@ -194,64 +198,97 @@ def interpolate(
     Returns:
         Known pose after the last stamp, from which a search for the next ones had best begin.
     """
-    count, last = len(stamps), len(known) - 1
-    if last == 0:
-        for c in range(7):
-            out[c, :count] = poses[0, c]
-        return after
-    begin = 0
-    while begin < count:
-        # The search continues at the last interval: for increasing stamps it costs nothing.
-        while after > 1 and known[after - 1] > stamps[begin]:
-            after -= 1
-        while after < last and known[after] < stamps[begin]:
-            after += 1
-        # All stamps of an interval at once: loops without a search are compiled to wide operations.
-        low = known[after - 1] if after > 1 else -np.inf
-        high = known[after] if after < last else np.inf
-        end = begin + 1
-        while end < count and low <= stamps[end] <= high:
-            end += 1
-        _mix(known, poses, after, stamps, begin, end, out)
+    end = 0
+    while end < len(stamps):
         begin = end
+        after, end = next_stretch(known, stamps, begin, after)
+        # Stamps of an interval at once, as views that begin at zero: the compiler packs the loop.
+        interval, times = interval_of(known, poses, after), stamps[begin:end]
+        x, y, z = out[0, begin:end], out[1, begin:end], out[2, begin:end]
+        qx, qy, qz, qw = out[3, begin:end], out[4, begin:end], out[5, begin:end], out[6, begin:end]
+        for k in range(len(times)):
+            x[k], y[k], z[k], qx[k], qy[k], qz[k], qw[k] = pose_within(interval, times[k])
     return after
 
 
-@kernel
-def _mix(
-    known: NDArray[np.float64],
-    poses: NDArray[np.float64],
-    after: int,
-    stamps: NDArray[np.float64],
-    begin: int,
-    end: int,
-    out: NDArray[np.float64],
-) -> None:
-    """Interpolate at the stamps ``begin`` to ``end``, which lie before the known pose ``after``."""
-    times = stamps[begin:end]
-    # The rows of x and y hold intermediate results until the rotation is done.
-    share, scale = out[0, begin:end], out[1, begin:end]
-    start, length = known[after - 1], known[after] - known[after - 1]
-    for k in range(len(times)):
-        # Clamped: before the first and after the last pose, those.
-        share[k] = min(max((times[k] - start) / length, 0.0), 1.0)
-        scale[k] = 0.0
-    for c in range(_QUATERNION, 7):
-        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
-        for k in range(len(times)):
-            row[k] = (1 - share[k]) * a + share[k] * b
-            scale[k] += row[k] ** 2
+class Interval(NamedTuple):
+    """Two poses of a track between which poses are interpolated, the same one twice if alone.
+
+    Attributes:
+        begin: Stamp of the earlier pose [s].
+        end: Stamp of the later one [s].
+        first: Earlier pose.
+        second: Later pose.
+    """
+
+    begin: float
+    end: float
+    first: PoseRow
+    second: PoseRow
+
+
+@inlined_kernel
+def next_stretch(
+    known: NDArray[np.float64], stamps: NDArray[np.float64], begin: int, after: int
+) -> tuple[int, int]:
+    """Return the known pose after a stamp, and the end of the stamps before the same one.
+
+    Args:
+        known: Stamps of the known poses [s], increasing, shape (k,).
+        stamps: Stamps [s], shape (n,).
+        begin: Number of the stamp.
+        after: Known pose at which the search begins: for increasing stamps it costs nothing.
+
+    Returns:
+        Number of the pose, from 1 on and the last one's at most, and of the first stamp, after
+        ``begin``, that lies in another interval.
+    """
+    last = len(known) - 1
+    while after > 1 and known[after - 1] > stamps[begin]:
+        after -= 1
+    while after < last and known[after] < stamps[begin]:
+        after += 1
+    low = known[after - 1] if after > 1 else -np.inf
+    high = known[after] if after < last else np.inf
+    end = begin + 1
+    while end < len(stamps) and low <= stamps[end] <= high:
+        end += 1
+    return after, end
+
+
+@inlined_kernel
+def interval_of(known: NDArray[np.float64], poses: NDArray[np.float64], after: int) -> Interval:
+    """Return the interval that ends with a known pose, of a track with but one pose that one."""
+    last = min(after, len(known) - 1)
+    end = known[last] if last == after else np.inf
+    return Interval(known[after - 1], end, _pose_row(poses, after - 1), _pose_row(poses, last))
+
+
+@inlined_kernel
+def _pose_row(poses: NDArray[np.float64], row: int) -> PoseRow:
+    """Return one of some poses, shape (k, 7)."""
+    x, y, z, i, j, k, w = poses[row]
+    return x, y, z, i, j, k, w
+
+
+@inlined_kernel
+def pose_within(interval: Interval, stamp: float) -> PoseRow:
+    """Return the pose at a stamp, clamped to the first and the second pose of an interval."""
+    share = (stamp - interval.begin) / (interval.end - interval.begin)
+    share = min(max(share, 0.0), 1.0)
+    a, b = interval.first, interval.second
+    x, y, z = _mix(share, a[0], b[0]), _mix(share, a[1], b[1]), _mix(share, a[2], b[2])
+    i, j, k = _mix(share, a[3], b[3]), _mix(share, a[4], b[4]), _mix(share, a[5], b[5])
+    w = _mix(share, a[6], b[6])
     # A linear mix of two unit quaternions is shorter than one.
-    for k in range(len(times)):
-        scale[k] = 1.0 / np.sqrt(scale[k])
-    for c in range(_QUATERNION, 7):
-        row = out[c, begin:end]
-        for k in range(len(times)):
-            row[k] *= scale[k]
-    for c in range(_QUATERNION - 1, -1, -1):
-        row, a, b = out[c, begin:end], poses[after - 1, c], poses[after, c]
-        for k in range(len(times)):
-            row[k] = (1 - share[k]) * a + share[k] * b
+    scale = 1.0 / np.sqrt(i * i + j * j + k * k + w * w)
+    return x, y, z, i * scale, j * scale, k * scale, w * scale
+
+
+@inlined_kernel
+def _mix(share: float, a: float, b: float) -> float:
+    """Return the mean of two numbers, the second with a share of the weight."""
+    return (1 - share) * a + share * b
 
 
 @kernel

@@ -193,6 +193,7 @@ class Proprioception:
         densities = [imu.gyro_noise / root, imu.acceleration_noise / root]
         walks = [imu.gyro_walk * root, imu.acceleration_walk * root]
         self._noise_sigma = np.repeat([*densities, *walks, config.compass.noise], 3)
+        self._count_angle = 2 * np.pi / config.encoders.counts
         self._sigma = np.array([gnss.noise, gnss.noise, gnss.noise * gnss.vertical_ratio])
 
     def reset(self, pose: NDArray[np.float64], rng: np.random.Generator) -> None:
@@ -222,7 +223,6 @@ class Proprioception:
                 speed [rad/s] at each tick; shape (k, 10).
         """
         noise = self._rng.standard_normal((len(rows), _NOISE_COLUMNS))
-        noise *= self._noise_sigma
         inertial = np.empty((len(rows), 7))
         encoders = np.empty((len(rows), 3))
         mag = np.empty((len(rows), 4))
@@ -233,8 +233,9 @@ class Proprioception:
             self._bias,
             self._flux,
             self._hard_iron,
-            2 * np.pi / self._config.encoders.counts,
+            self._count_angle,
             noise,
+            self._noise_sigma,
             inertial,
             encoders,
             mag,
@@ -252,8 +253,10 @@ class Proprioception:
                     self._take_fix(row)
         latency = self._config.gnss.latency
         due = [fix for fix in self._pending if fix[0] + latency <= now]
+        if not due:
+            return np.empty((0, 5))
         self._pending = self._pending[len(due) :]
-        return np.array(due).reshape(-1, 5)
+        return np.array(due)
 
     def _take_fix(self, row: NDArray[np.float64]) -> None:
         """Take a fix at a true row; a lost one is reported as no fix."""
@@ -293,6 +296,7 @@ def _sample_ticks(
     hard_iron: NDArray[np.float64],
     step: float,
     noise: NDArray[np.float64],
+    sigma: NDArray[np.float64],
     imu: NDArray[np.float64],
     encoders: NDArray[np.float64],
     mag: NDArray[np.float64],
@@ -310,12 +314,15 @@ def _sample_ticks(
         flux: Magnetic flux density in the map [uT], shape (3,).
         hard_iron: Field of the robot itself in the base frame [uT], shape (3,).
         step: Angle of an encoder count [rad].
-        noise: Scaled noise of each tick, shape (k, 15).
+        noise: Standard normal noise of each tick, scaled in place, shape (k, 15).
+        sigma: Standard deviations of the noise, shape (15,).
         imu: Inertial rows that are filled, shape (k, 7).
         encoders: Encoder rows that are filled, shape (k, 3).
         mag: Magnetometer rows that are filled [T], shape (k, 4).
     """
     for k in range(len(rows)):
+        for c in range(_NOISE_COLUMNS):
+            noise[k, c] *= sigma[c]
         # Biases of gyro and accelerometer walk.
         for c in range(6):
             bias[c] += noise[k, _NOISE_WALK + c]

@@ -1,7 +1,6 @@
 """Simulator of a robot in a world: plant and sensors on one clock, a control period at a time."""
 
 import math
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -23,6 +22,9 @@ from traversability.grid import PolarGrid
 from worlds.rays import RayScene
 from worlds.walking import Walkers
 from worlds.world import Start, World
+
+_TICKS = np.arange(1, TICKS_PER_STEP + 1)
+"""Numbers of a control period's ticks after those before it."""
 
 
 def reseed(stream: np.random.Generator, rng: np.random.Generator) -> None:
@@ -127,7 +129,7 @@ class Simulator:
         if self.proprioception is not None:
             pose = np.concatenate([state.pose.position, state.pose.quaternion])
             self.proprioception.reset(pose, self._rng)
-        return self._sense(replace(state, stamp=0.0), np.empty((0, 10)))
+        return self._sense(state, np.empty((0, 10)))
 
     def _reseed(self) -> None:
         """Seed the streams of plant and laser."""
@@ -144,7 +146,7 @@ class Simulator:
         """
         # Ticks are counted in whole numbers and divided; see ``andabata.machine.clock``.
         rows = np.empty((TICKS_PER_STEP, 10))
-        rows[:, 0] = (self._tick + 1 + np.arange(TICKS_PER_STEP)) / TICK_HZ
+        rows[:, 0] = (self._tick + _TICKS) / TICK_HZ
         walkers = None
         if self.walkers is not None:
             x, y = self.vehicle.state.pose.position[:2].tolist()
@@ -152,7 +154,7 @@ class Simulator:
         rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP, walkers)
         self._tick += TICKS_PER_STEP
         self._track.extend(rows[:, :8])
-        return self._sense(replace(self.vehicle.state, stamp=self._tick / TICK_HZ), rows, skip_scan)
+        return self._sense(self.vehicle.state, rows, skip_scan)
 
     def _sense(
         self, state: VehicleState, rows: NDArray[np.float64], skip_scan: bool = False

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.clock import TICK
+from andabata.machine.clock import TICK, TICK_HZ
 from andabata.machine.mover_contact import Contact, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -54,9 +54,9 @@ class WheelsVehicle:
         z, roll, pitch = fit_wheel_plane(heights, cell, x, y, c, s, self._corners)
         turn = np.array(quaternion(roll, pitch, start.yaw))
         up = np.array(axes_of(turn).up) * self._body.height
-        self._state, self._stamp = WheelsState.at_rest(np.array([x, y, z]) + up, turn), 0.0
+        self._state, self._ticks = WheelsState.at_rest(np.array([x, y, z]) + up, turn), 0
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
-        self._state.work[0] = self._stamp = 0.0
+        self._state.work[0], self._ticks = 0.0, 0
         self._contact = Contact.NONE
 
     def drive(
@@ -74,7 +74,7 @@ class WheelsVehicle:
         targets = np.array([wheels.left, wheels.right])
         drive_ticks(self._state, targets, self._body, around, rows, contacts)
         self._contact = self._first_contact(rows, contacts, walkers)
-        self._stamp += ticks * TICK
+        self._ticks += ticks
         return rows
 
     def _first_contact(
@@ -105,7 +105,7 @@ class WheelsVehicle:
         below = np.array([0.0, 0.0, -self._body.height])
         left, right = state.speeds.reshape(2, 2).mean(axis=1).tolist()
         return VehicleState(
-            stamp=self._stamp,
+            stamp=self._ticks / TICK_HZ,
             pose=Pose(state.place + below @ axes, state.quaternion.copy()),
             linear=axes @ motion.velocity + np.cross(angular, below),
             angular=angular,

@@ -42,7 +42,7 @@ def useful_beams(
 
     Args:
         ranges: Ranges of the sweeps [m], shape (s, b).
-        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
+        tilts: Sine and cosine of the beams' elevations, shape (1 or s, 2, b).
         limits: Ranges that are kept.
         stride: Number of dense beams of which one is kept.
     """
@@ -53,7 +53,7 @@ def useful_beams(
         row = i % len(tilts)
         for j in range(beams):
             distance = ranges[i, j]
-            outward = distance * abs(tilts[row, j, 0])
+            outward = distance * abs(tilts[row, 0, j])
             near = distance < limits.max_range and outward > limits.body_radius
             # The turning head measures the ground beside the robot again and again.
             if near and (distance > limits.dense_range or j % stride == 0):

@@ -83,7 +83,6 @@ def test_stages_leave_out_what_they_call():
             "proprioception": 2.0,
             "laser": 100.0,
             "rays": 30.0,
-            "cast": 20.0,
             "filter": 3.0,
         },
         **{"assemble": 10.0, "place": 4.0, "scan": 50.0, "project": 5.0, "features": 6.0},
@@ -91,7 +90,7 @@ def test_stages_leave_out_what_they_call():
         **{"ground cells": 60.0, "plan": 40.0, "policy": 10.0},
     }
     stages = chain._stages(spent)
-    assert stages["noise of ranges"] == 50.0
+    assert stages["cast, noise"] == 70.0
     assert stages["store"] == 6.0
     assert stages["carry, scan"] == 32.0
     assert list(stages)[-4:] == ["ground cells", "plan", "policy", "rest of steering"]
@@ -114,7 +113,7 @@ def test_all_names_of_a_real_robot_exist_and_their_times_add_up(capsys):
         "plant",
         "proprioception",
         "rays",
-        "cast",
+        "cast, noise",
         "filter",
         "project",
         "features",

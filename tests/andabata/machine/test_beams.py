@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.machine.beam_rays import beam_rays
 from andabata.machine.beams import (
     BeamTables,
     beam_bearings,
-    beam_rays,
     place_beams,
     place_points,
     sweeps_to_cloud,
@@ -62,7 +62,7 @@ def test_bearings_are_those_of_the_rays_of_a_level_robot(table):
     for stamp in (0.0, 2.0):
         poses.append(stamp, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
     given = sweeps(elevations=np.array(table, dtype=np.float32))
-    rays, rows = beam_rays(given, poses, HEIGHT, BeamTables()), np.array([5, 0, 1, 3, 4])
+    rays, rows = beam_rays(given, poses, HEIGHT, BeamTables())[0], np.array([5, 0, 1, 3, 4])
     differences = beam_bearings(given, rows) - np.arctan2(rays[rows, 4], rays[rows, 3])
     np.testing.assert_allclose(np.exp(1j * differences), 1.0, atol=1e-5)
 
@@ -77,7 +77,7 @@ def test_beams_do_not_depend_on_those_beside_them():
     )
     rows = np.flatnonzero(rng.random(1400) < 0.6)
     points, times = place_beams(many, track(), HEIGHT, BeamTables(), rows)
-    rays = beam_rays(many, track(), HEIGHT, BeamTables())
+    rays = beam_rays(many, track(), HEIGHT, BeamTables())[0]
     for k in range(0, len(rows), 37):
         one = rows[k : k + 1]
         point, time = place_beams(many, track(), HEIGHT, BeamTables(), one)
@@ -90,7 +90,7 @@ def test_beams_do_not_depend_on_those_beside_them():
 
 def test_each_ray_has_the_pose_and_head_angle_of_its_own_instant():
     """Rays equal those of scipy's rotations, beam by beam."""
-    rays = beam_rays(sweeps(), track(), HEIGHT, BeamTables())
+    rays = beam_rays(sweeps(), track(), HEIGHT, BeamTables())[0]
     np.testing.assert_allclose(rays, expected_rays(track()), atol=2e-6)
 
 
@@ -117,9 +117,9 @@ def test_tables_follow_the_beams_that_they_are_given():
     """A cache that served other beams gives the same rays as a new one."""
     tables = BeamTables()
     beam_rays(sweeps(elevations=np.zeros(3, dtype=np.float32)), track(), HEIGHT, tables)
-    rays = beam_rays(sweeps(), track(), HEIGHT, tables).copy()
-    np.testing.assert_array_equal(rays, beam_rays(sweeps(), track(), HEIGHT, BeamTables()))
-    other = beam_rays(sweeps(head_rate=-1.5), track(), HEIGHT, tables)
+    rays = beam_rays(sweeps(), track(), HEIGHT, tables)[0].copy()
+    np.testing.assert_array_equal(rays, beam_rays(sweeps(), track(), HEIGHT, BeamTables())[0])
+    other = beam_rays(sweeps(head_rate=-1.5), track(), HEIGHT, tables)[0]
     assert not np.array_equal(rays, other)
 
 

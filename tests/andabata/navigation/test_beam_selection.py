@@ -6,7 +6,7 @@ import pytest
 from andabata.navigation.beam_selection import RangeLimits, is_hidden, useful_beams
 
 LIMITS = RangeLimits(max_range=10.0, body_radius=0.5, dense_range=2.0)
-LEVEL = np.array([[[1.0, 0.0]] * 4])
+LEVEL = np.array([[[1.0] * 4, [0.0] * 4]])
 """Sine and cosine of the elevation of four level beams."""
 
 
@@ -18,7 +18,7 @@ def test_beams_out_of_range_and_on_the_robot_are_left_out():
 
 def test_a_beam_along_the_axis_is_on_the_robot():
     """The distance from the axis counts, not the range."""
-    tilts = np.array([[[0.1, 0.99], [1.0, 0.0]]])
+    tilts = np.array([[[0.1, 1.0], [0.99, 0.0]]])
     assert useful_beams(np.float32([[4.0, 4.0]]), tilts, LIMITS, 1).tolist() == [1]
 
 

@@ -7,6 +7,8 @@ A beam's direction in the head's plane is its elevation, the plane's direction i
 head's angle: both are rotations about an axis, so that the direction follows from sines of sums.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,40 @@ _SIN, _COS = range(2)
 
 _QX, _QY, _QZ, _QW = 3, 4, 5, 6
 """Columns of a pose's quaternion; x, y, z [m] come before."""
+
+
+class BeamLimits(NamedTuple):
+    """Beams that are placed.
+
+    Attributes:
+        max_range: Range from which on returns are left out [m].
+        body_radius: Distance from the vertical axis up to which returns are left out [m].
+        dense_range: Range up to which one beam in ``dense_stride`` is placed [m].
+        dense_stride: Number of beams of which one is placed there.
+    """
+
+    max_range: float = np.inf
+    body_radius: float = -np.inf
+    dense_range: float = -np.inf
+    dense_stride: int = 1
+
+
+EVERY_RETURN = BeamLimits()
+"""Limits that leave out beams without a return alone."""
+
+
+class PlacedBeams(NamedTuple):
+    """End points of beams.
+
+    Attributes:
+        points: Points in the map [m], float32, shape (k, 3).
+        times: Their times [s], float64, shape (k,).
+        rows: Numbers of the beams, counted through all sweeps, int64, shape (k,).
+    """
+
+    points: NDArray[np.float32]
+    times: NDArray[np.float64]
+    rows: NDArray[np.int64]
 
 
 class BeamTables:
@@ -72,7 +108,9 @@ class BeamTables:
 
 def _sin_cos(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sine and cosine in a last axis of two."""
-    return np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+    found = np.empty((*angles.shape, 2))
+    found[..., _SIN], found[..., _COS] = np.sin(angles), np.cos(angles)
+    return found
 
 
 def beam_rays(
@@ -115,27 +153,6 @@ def beam_bearings(sweeps: Sweeps, rows: NDArray[np.int64]) -> NDArray[np.float64
 
 
 @kernel
-def _beam_times(
-    rows: NDArray[np.int64],
-    stamps: NDArray[np.float64],
-    period: float,
-    beams: int,
-    times: NDArray[np.float64],
-) -> None:
-    """Fill the times at which some beams are emitted.
-
-    Args:
-        rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        stamps: Time of each sweep's first beam [s], shape (s,).
-        period: Time from beam to beam [s].
-        beams: Number of beams of a sweep.
-        times: Times that are filled [s], shape (k,).
-    """
-    for place, k in enumerate(rows):
-        times[place] = stamps[k // beams] + (k % beams) * period
-
-
-@kernel
 def _fill_rays(
     poses: NDArray[np.float64],
     heads: NDArray[np.float64],
@@ -164,7 +181,7 @@ def _fill_rays(
 
 
 @kernel
-def _place_returns(
+def _fill_points(
     rows: NDArray[np.int64],
     poses: NDArray[np.float64],
     heads: NDArray[np.float64],
@@ -172,25 +189,28 @@ def _place_returns(
     tilts: NDArray[np.float64],
     height: float,
     ranges: NDArray[np.float32],
-) -> NDArray[np.float32]:
-    """Return the end points of some beams [m], float32, shape (k, 3).
+    points: NDArray[np.float32],
+) -> None:
+    """Fill the end points of some beams.
 
     Args:
-        rows: Numbers of the beams, counted through all sweeps, shape (k,).
-        poses: Pose of each of these beams' instants, shape (k, 7).
+        rows: Numbers of the beams, counted through all sweeps, in order, shape (k,).
+        poses: Pose of each of these beams' instants, shape (k or more, 7).
         heads: Sine and cosine of head angles, as in ``_fill_rays``.
         steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
         tilts: Sine and cosine of elevations, as in ``_fill_rays``.
         height: Height of the optical centre above the poses' origin [m].
-        ranges: Range of every beam of the sweeps [m], shape (s * b,).
+        ranges: Ranges of the sweeps [m], shape (s, b).
+        points: Points that are filled [m], shape (k, 3).
     """
-    points = np.empty((len(rows), 3), dtype=np.float32)
+    sweep, beams = 0, ranges.shape[1]
     for place, k in enumerate(rows):
-        sweep, beam = divmod(k, tilts.shape[1])
+        while k >= (sweep + 1) * beams:
+            sweep += 1
+        beam = k - sweep * beams
         origin, direction = _ray(sweep, beam, place, poses, heads, steps, tilts, height)
         for c in range(3):
-            points[place, c] = origin[c] + ranges[k] * direction[c]
-    return points
+            points[place, c] = origin[c] + ranges[sweep, beam] * direction[c]
 
 
 @inlined_kernel
@@ -233,8 +253,8 @@ def place_beams(
     track: PoseTrack,
     lidar_height: float,
     tables: BeamTables,
-    rows: NDArray[np.int64] | None = None,
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    limits: BeamLimits = EVERY_RETURN,
+) -> PlacedBeams:
     """Return the end points of beams, each placed with the pose of its own instant.
 
     Args:
@@ -243,24 +263,91 @@ def place_beams(
         lidar_height: Height of the optical centre above ``base_footprint`` [m], for sweeps without
             a mounting in ``base_link``.
         tables: Cache of the laser.
-        rows: Numbers of the beams, counted through all sweeps; None for those with a return.
-
-    Returns:
-        Points in the map [m], float32, shape (m, 3), and their times [s], shape (m,).
+        limits: Beams that are placed.
     """
-    if rows is None:
-        rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    ranges = sweeps.ranges.ravel()
-    _, poses, _ = tables.buffers(len(rows))
-    times = np.empty(len(rows))
-    _beam_times(rows, sweeps.stamps, sweeps.beam_period, sweeps.ranges.shape[1], times)
-    interpolate(*track.table, times, poses)
-    if sweeps.mounting is not None:
-        lift = lidar_height if sweeps.frame == "sensor" else 0.0
-        _apply_mounting(poses, sweeps.mounting, lift, len(rows))
-        lidar_height = 0.0
-    heads, (steps, tilts) = _sin_cos(sweeps.head_angles), tables.sin_cos(sweeps)
-    return _place_returns(rows, poses, heads, steps, tilts, lidar_height, ranges), times
+    is_in_base = sweeps.mounting is not None and sweeps.frame != "sensor"
+    return PlacedBeams(
+        *_place_beams(
+            *(sweeps.stamps, sweeps.beam_period, sweeps.ranges, sweeps.mounting),
+            *(_sin_cos(sweeps.head_angles), *tables.sin_cos(sweeps), limits),
+            *(*track.table, 0.0 if is_in_base else lidar_height),
+            tables.buffers(sweeps.ranges.size)[1],
+        )
+    )
+
+
+@kernel
+def _place_beams(
+    stamps: NDArray[np.float64],
+    period: float,
+    ranges: NDArray[np.float32],
+    mounting: NDArray[np.float64] | None,
+    heads: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    tilts: NDArray[np.float64],
+    limits: BeamLimits,
+    known: NDArray[np.float64],
+    track: NDArray[np.float64],
+    height: float,
+    poses: NDArray[np.float64],
+) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.int64]]:
+    """Return points, times and numbers of the beams that are placed; see ``PlacedBeams``.
+
+    Args:
+        stamps: Time of each sweep's first beam [s], shape (s,).
+        period: Time from beam to beam [s].
+        ranges: Ranges of the sweeps [m], shape (s, b).
+        mounting: Pose of the head in the base, shape (7,), or None.
+        heads: Sine and cosine of head angles, as in ``_fill_rays``.
+        steps: Sine and cosine of the head's rotation, as in ``_fill_rays``.
+        tilts: Sine and cosine of elevations, as in ``_fill_rays``.
+        limits: Beams that are placed.
+        known: Stamps of the poses of the track [s], shape (m,).
+        track: Poses of the track, shape (m or more, 7).
+        height: Height of the optical centre, or of its mounting, above the base [m].
+        poses: Memory for a pose of each beam, shape (s * b or more, 7).
+    """
+    rows, times = _select_beams(stamps, period, ranges, tilts, limits)
+    interpolate(known, track, times, poses)
+    if mounting is not None:
+        _apply_mounting(poses, mounting, height, len(rows))
+    above = height if mounting is None else 0.0
+    points = np.empty((len(rows), 3), dtype=np.float32)
+    _fill_points(rows, poses, heads, steps, tilts, above, ranges, points)
+    return points, times, rows
+
+
+@kernel
+def _select_beams(
+    stamps: NDArray[np.float64],
+    period: float,
+    ranges: NDArray[np.float32],
+    tilts: NDArray[np.float64],
+    limits: BeamLimits,
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the numbers of the beams within limits, counted through all sweeps, and their times.
+
+    Args:
+        stamps: Time of each sweep's first beam [s], shape (s,).
+        period: Time from beam to beam [s].
+        ranges: Ranges of the sweeps [m], shape (s, b).
+        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
+        limits: Beams that are placed.
+    """
+    beams, count = ranges.shape[1], 0
+    rows, times = np.empty(ranges.size, dtype=np.int64), np.empty(ranges.size)
+    for i in range(ranges.shape[0]):
+        plane = i % len(tilts)
+        for j in range(beams):
+            distance = ranges[i, j]
+            outward = distance * abs(tilts[plane, j, _SIN])
+            # NaN and what is infinitely far is no return.
+            near = distance < limits.max_range and outward > limits.body_radius
+            # The turning head measures the ground beside the robot again and again.
+            if near and (distance > limits.dense_range or j % limits.dense_stride == 0):
+                rows[count], times[count] = i * beams + j, stamps[i] + j * period
+                count += 1
+    return rows[:count].copy(), times[:count].copy()
 
 
 @kernel
@@ -309,10 +396,9 @@ def sweeps_to_cloud(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
         sweeps: Sweeps that were measured.
         tables: Cache of the laser.
     """
-    rows = np.flatnonzero(np.isfinite(sweeps.ranges))
-    points, times = place_beams(sweeps, _STILL, 0.0, tables, rows)
+    points, times, rows = place_beams(sweeps, _STILL, 0.0, tables)
     times = np.round(times * 1e9) / 1e9
-    classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
+    classes = None if sweeps.classes is None else sweeps.classes.take(rows)
     return PointCloud(points, "sensor", times, classes)
 
 

@@ -1,17 +1,23 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
-from collections import deque
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from andabata.machine.beams import BeamTables, beam_bearings, place_beams, place_points
+from andabata.machine.beams import (
+    BeamLimits,
+    BeamTables,
+    PlacedBeams,
+    beam_bearings,
+    place_beams,
+    place_points,
+)
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
+from andabata.navigation.sweep_window import SweepBuffer, SweepWindow
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
@@ -61,48 +67,6 @@ class CloudAssemblyConfig(BaseModel):
         return self.max_range + 0.5
 
 
-@dataclass(frozen=True)
-class SweepWindow:
-    """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
-
-    Attributes:
-        parts: Placed points with stamps, in ``odom``, oldest first; none is empty.
-        settled: Stamp up to which places were measured with what lies beside them [s]: the head has
-            turned on since.
-    """
-
-    parts: tuple[PointCloud, ...]
-    settled: float
-
-    def since(
-        self, stamp: float
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], tuple[float, float]]:
-        """Return what was measured around the places that have settled since a stamp.
-
-        That is one swath of the head, as far before these places as it has turned past them: what
-        was measured half a turn earlier lies centimetres off, and would be a step beside them.
-
-        Args:
-            stamp: An earlier ``settled`` [s], so that every place comes once.
-
-        Returns:
-            Points [m], shape (n, 3), their ages before the newest of them [s], float32, shape (n,),
-            and the ages of what has settled, from the first on, less than the second.
-        """
-        lag = self.parts[-1].newest - self.settled
-        swath: list[PointCloud] = []
-        # Parts are in order: those before the first old one are older still.
-        for part in reversed(self.parts):
-            if part.newest <= stamp - lag:
-                break
-            swath.insert(0, part)
-        stamps = [part.stamps for part in swath if part.stamps is not None]
-        newest = max(part.newest for part in swath)
-        ages = np.concatenate([(newest - times).astype(np.float32) for times in stamps])
-        due = (newest - self.settled, newest - stamp)
-        return np.concatenate([part.points for part in swath]), ages, due
-
-
 class CloudAssembler:
     """Gathers placed beams for a (half) turn of the head; the complete cloud replaces the last one.
 
@@ -121,9 +85,13 @@ class CloudAssembler:
             lidar_height: Height of the optical centre above ``base_footprint`` [m].
         """
         self._config = config
+        self._limits = BeamLimits(
+            config.max_range, config.body_radius, config.dense_range, config.dense_stride
+        )
         self._height = lidar_height
         self._tables = BeamTables()
         self._moved = np.empty(0, dtype=np.float32)
+        self._window = SweepBuffer()
         self.reset()
 
     def reset(self) -> None:
@@ -132,7 +100,7 @@ class CloudAssembler:
         self.refused = 0
         self._newest = -np.inf
         self._parts: list[PointCloud] = []
-        self._window: deque[tuple[PointCloud, float]] = deque()
+        self._window.clear()
         self._settled = -np.inf
         self._turn: int | None = None
         self._begin = 0.0
@@ -144,10 +112,10 @@ class CloudAssembler:
             sweeps: New sweeps, oldest first.
             track: Estimated poses by stamp.
         """
-        for k in range(len(sweeps.stamps)):
-            turn = int(np.floor(sweeps.head_angles[k] / self._config.turn + 1e-9))
+        for k, angle in enumerate(sweeps.head_angles.tolist()):
+            turn = math.floor(angle / self._config.turn + 1e-9)
             if self._turn is None:
-                self._turn, self._begin = turn, float(sweeps.head_angles[k])
+                self._turn, self._begin = turn, angle
             elif turn != self._turn:
                 self._gather(_slice(sweeps, 0, k), track)
                 self._complete()
@@ -158,30 +126,33 @@ class CloudAssembler:
 
     def _gather(self, sweeps: Sweeps, track: PoseTrack) -> None:
         """Keep the useful beams of some sweeps of one half turn."""
-        if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
+        stamps = sweeps.stamps
+        if not len(stamps) or not self._placeable(float(stamps[0]), float(stamps[-1]), track):
             return
-        config = self._config
-        rows = _useful_beams(
-            sweeps.ranges,
-            self._tables.sin_cos(sweeps)[1],
-            _Limits(config.max_range, config.body_radius, config.dense_range),
-            config.dense_stride,
-        )
-        if config.blind_deg:
-            rows = rows[~_is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
-        points, times = place_beams(sweeps, track, self._height, self._tables, rows)
-        classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
+        points, times, rows = self._place(sweeps, track)
+        classes = None if sweeps.classes is None else sweeps.classes.take(rows)
         part = PointCloud(points, "odom", times, classes)
         self._parts.append(part)
-        if len(part):
+        if len(rows):
             self._keep(part, float(sweeps.head_angles[-1]))
+
+    def _place(self, sweeps: Sweeps, track: PoseTrack) -> PlacedBeams:
+        """Return the end points of the useful beams: in range, neither body nor mast."""
+        placed = place_beams(sweeps, track, self._height, self._tables, self._limits)
+        if self._config.blind_deg:
+            bearings = beam_bearings(sweeps, placed.rows)
+            seen = ~_is_hidden(bearings, self._config.blind_deg)
+            points, times, rows = placed
+            placed = PlacedBeams(points[seen], times[seen], rows[seen])
+        return placed
 
     def _keep(self, part: PointCloud, angle: float) -> None:
         """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
-        self._window.append((part, angle))
-        while abs(angle - self._window[0][1]) > self._config.turn:
-            self._window.popleft()
-        for past, before in reversed(self._window):
+        window, parts = self._window, self._window.parts
+        window.append(part, angle)
+        while abs(angle - parts[0][1]) > self._config.turn:
+            window.remove_oldest()
+        for past, before in reversed(parts):
             if abs(angle - before) >= self._config.settle:
                 self._settled = past.newest
                 break
@@ -206,21 +177,24 @@ class CloudAssembler:
             seen &= ~_is_hidden(np.arctan2(y, x), config.blind_deg)
         kept = frame.select(seen)
         points = place_points(kept, track, self._height)
-        if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
+        if kept.stamps is None or not len(points):
             return
         first, last = float(kept.stamps.min()), float(kept.stamps.max())
+        if not self._placeable(first, last, track):
+            return
         if not self._parts or first - self._begin > config.span + config.stale:
             self._parts, self._begin = [], first
         self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
-            self._window = deque((part, 0.0) for part in self._parts)
+            self._window.clear()
+            for part in self._parts:
+                self._window.append(part)
             self._settled = last
             self._replace()
 
-    def _placeable(self, stamps: NDArray[np.float64], track: PoseTrack) -> bool:
-        """Return True if poses are known at these stamps [s]; count it if not."""
-        early, late = track.earliest - _SLACK, track.latest + _SLACK
-        good = bool(((stamps >= early) & (stamps <= late)).all())
+    def _placeable(self, first: float, last: float, track: PoseTrack) -> bool:
+        """Return True if poses are known from one stamp to another [s]; count it if not."""
+        good = first >= track.earliest - _SLACK and last <= track.latest + _SLACK
         self.refused += not good
         return good
 
@@ -241,7 +215,12 @@ class CloudAssembler:
     @property
     def window(self) -> SweepWindow:
         """Swath of the last half turn of the head, or of a 3D laser's last clouds."""
-        return SweepWindow(tuple(part for part, _ in self._window), self._settled)
+        return self._window.window(self._settled)
+
+    @property
+    def parts(self) -> tuple[PointCloud, ...]:
+        """Clouds that the window is made of, in ``odom`` with stamps, oldest first."""
+        return tuple(part for part, _ in self._window.parts)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.
@@ -289,48 +268,6 @@ def _is_hidden(
         width = 360.0 if abs(end - begin) >= 360.0 else (end - begin) % 360.0
         hidden |= (np.degrees(bearings) - begin) % 360.0 <= width
     return hidden
-
-
-class _Limits(NamedTuple):
-    """Ranges of beams that are kept; see ``CloudAssemblyConfig``.
-
-    Attributes:
-        max_range: Largest range [m].
-        body_radius: Least distance from the vertical axis [m].
-        dense_range: Range below which beams are thinned [m].
-    """
-
-    max_range: float
-    body_radius: float
-    dense_range: float
-
-
-@kernel
-def _useful_beams(
-    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: _Limits, stride: int
-) -> NDArray[np.int64]:
-    """Return the indices of beams to keep: in range, not the robot's body, thinned where dense.
-
-    Args:
-        ranges: Ranges of the sweeps [m], shape (s, b).
-        tilts: Sine and cosine of the beams' elevations, shape (1 or s, b, 2).
-        limits: Ranges that are kept.
-        stride: Number of dense beams of which one is kept.
-    """
-    beams = ranges.shape[1]
-    found = np.empty(ranges.size, dtype=np.int64)
-    count = 0
-    for i in range(ranges.shape[0]):
-        row = i % len(tilts)
-        for j in range(beams):
-            distance = ranges[i, j]
-            outward = distance * abs(tilts[row, j, 0])
-            near = distance < limits.max_range and outward > limits.body_radius
-            # The turning head measures the ground beside the robot again and again.
-            if near and (distance > limits.dense_range or j % stride == 0):
-                found[count] = i * beams + j
-                count += 1
-    return found[:count]
 
 
 @kernel

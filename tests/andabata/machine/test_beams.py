@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import (
+    BeamLimits,
     BeamTables,
     beam_bearings,
     beam_rays,
@@ -75,21 +76,27 @@ def test_each_ray_has_the_pose_and_head_angle_of_its_own_instant():
 
 def test_returns_lie_on_their_rays_at_their_times():
     """A return is origin plus range times direction; beams without return are left out."""
-    points, times = place_beams(sweeps(), track(), HEIGHT, BeamTables())
+    points, times, rows = place_beams(sweeps(), track(), HEIGHT, BeamTables())
     rays = expected_rays(track())
     ranges = sweeps().ranges.ravel()
     kept = np.isfinite(ranges)
+    np.testing.assert_array_equal(rows, np.flatnonzero(kept))
     expected = rays[kept, :3] + ranges[kept, None] * rays[kept, 3:]
     np.testing.assert_allclose(points, expected, atol=1e-5)
     np.testing.assert_allclose(times, [0.5, 0.54, 1.0, 1.02, 1.04])
 
 
-def test_chosen_rows_alone_are_placed():
-    """Rows count beams through all sweeps."""
-    points, times = place_beams(sweeps(), track(), HEIGHT, BeamTables(), np.array([4]))
-    whole, _ = place_beams(sweeps(), track(), HEIGHT, BeamTables())
-    np.testing.assert_array_equal(points[0], whole[3])
-    assert times == pytest.approx([1.02])
+def test_beams_within_limits_alone_are_placed():
+    """A beam has the same point whichever others are placed, and its number among all."""
+    limits = BeamLimits(max_range=4.0, dense_range=10.0, dense_stride=2)
+    points, times, rows = place_beams(sweeps(), track(), HEIGHT, BeamTables(), limits)
+    whole = place_beams(sweeps(), track(), HEIGHT, BeamTables())
+    ranges = sweeps().ranges.ravel()
+    kept = (ranges < 4.0) & (np.arange(6) % 3 % 2 == 0)
+    assert 0 < kept.sum() < len(whole.rows)
+    np.testing.assert_array_equal(rows, np.flatnonzero(kept))
+    np.testing.assert_array_equal(points, whole.points[np.isin(whole.rows, rows)])
+    np.testing.assert_array_equal(times, whole.times[np.isin(whole.rows, rows)])
 
 
 def test_tables_follow_the_beams_that_they_are_given():
@@ -107,12 +114,12 @@ def test_a_mounting_moves_and_turns_the_head(frame, lift):
     """A mounted head's points are those of its own pose on the base."""
     turn = Rotation.from_euler("ZYX", [0.5, -0.3, 0.2])
     mounting = np.array([0.1, -0.2, 0.4, *turn.as_quat()])
-    points, times = place_beams(
+    points, times, _ = place_beams(
         sweeps(mounting=mounting, frame=frame), track(), HEIGHT, BeamTables()
     )
     still = PoseTrack(1)
     still.append(0.0, np.zeros(3), np.array([0, 0, 0, 1.0]))
-    head, _ = place_beams(sweeps(), still, 0.0, BeamTables())
+    head = place_beams(sweeps(), still, 0.0, BeamTables()).points
     rows = track().at(times)
     inner = turn.apply(head) + np.array([0.1, -0.2, 0.4 + lift])
     expected = rows[:, :3] + Rotation.from_quat(rows[:, 3:]).apply(inner)
@@ -126,7 +133,7 @@ def test_a_cloud_of_sweeps_is_placed_like_the_sweeps():
     assert cloud.frame == "sensor"
     np.testing.assert_array_equal(cloud.classes, [0, 2, 3, 4, 5])
     placed = place_points(cloud, track(), HEIGHT)
-    expected, _ = place_beams(sweeps(), track(), HEIGHT, tables)
+    expected = place_beams(sweeps(), track(), HEIGHT, tables).points
     np.testing.assert_allclose(placed, expected, atol=2e-5)
 
 

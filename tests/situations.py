@@ -9,7 +9,7 @@ from andabata.navigation.controller import ControllerInput
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
-from andabata.navigation.sweep_window import SweepBuffer
+from andabata.navigation.sweep_window import Part, SweepBuffer
 from traversability.cartesian.classifier import GroundClassifier, Stage
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
@@ -88,8 +88,8 @@ class StubAssembler:
     def show_parts(self, parts, settled):
         """Replace the window by some parts, settled up to a stamp."""
         self._buffer.clear()
-        for part in parts:
-            self._buffer.append(part)
+        for cloud in parts:
+            self._buffer.append(Part(cloud, cloud.newest))
         self.window = self._buffer.window(settled)
 
 

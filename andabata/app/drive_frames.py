@@ -196,11 +196,12 @@ class FrameSource:
             with_plan: True to copy what the planner knows.
         """
         localizer, truth = self._localizer, result.readings.truth
+        window = None if self._assembler is None else self._assembler.window
         covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
         return DriveFrame(
             pose=self._pose(result),
             scan=None if self._scan is None else self._scan[0],
-            parts=() if self._assembler is None else self._assembler.parts,
+            parts=() if window is None else tuple(part.cloud for part in window.parts),
             n_positions=len(self.positions),
             walkers=None if self._walkers is None else self._walkers.track.last(1).copy(),
             stamp=result.readings.stamp,

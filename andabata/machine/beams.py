@@ -51,11 +51,13 @@ class PlacedBeams(NamedTuple):
         points: Points in the map [m], float32, shape (k, 3).
         times: Their times [s], float64, shape (k,).
         rows: Numbers of the beams, counted through all sweeps, int64, shape (k,).
+        newest: Time of the newest of them [s]; minus infinity for none.
     """
 
     points: NDArray[np.float32]
     times: NDArray[np.float64]
     rows: NDArray[np.int64]
+    newest: float
 
 
 class BeamTables:
@@ -290,8 +292,8 @@ def _place_beams(
     track: NDArray[np.float64],
     height: float,
     poses: NDArray[np.float64],
-) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.int64]]:
-    """Return points, times and numbers of the beams that are placed; see ``PlacedBeams``.
+) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.int64], float]:
+    """Return points, times and numbers of the beams that are placed, and the newest time.
 
     Args:
         stamps: Time of each sweep's first beam [s], shape (s,).
@@ -314,7 +316,10 @@ def _place_beams(
     above = height if mounting is None else 0.0
     points = np.empty((len(rows), 3), dtype=np.float32)
     _fill_points(rows, poses, heads, steps, tilts, above, ranges, points)
-    return points, times, rows
+    newest = -np.inf
+    for time in times:
+        newest = max(newest, time)
+    return points, times, rows, newest
 
 
 @kernel
@@ -396,7 +401,7 @@ def sweeps_to_cloud(sweeps: Sweeps, tables: BeamTables) -> PointCloud:
         sweeps: Sweeps that were measured.
         tables: Cache of the laser.
     """
-    points, times, rows = place_beams(sweeps, _STILL, 0.0, tables)
+    points, times, rows, _ = place_beams(sweeps, _STILL, 0.0, tables)
     times = np.round(times * 1e9) / 1e9
     classes = None if sweeps.classes is None else sweeps.classes.take(rows)
     return PointCloud(points, "sensor", times, classes)

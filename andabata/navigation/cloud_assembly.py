@@ -17,7 +17,7 @@ from andabata.machine.beams import (
 )
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
-from andabata.navigation.sweep_window import SweepBuffer, SweepWindow
+from andabata.navigation.sweep_window import Part, SweepBuffer, SweepWindow
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
@@ -129,12 +129,12 @@ class CloudAssembler:
         stamps = sweeps.stamps
         if not len(stamps) or not self._placeable(float(stamps[0]), float(stamps[-1]), track):
             return
-        points, times, rows = self._place(sweeps, track)
+        points, times, rows, newest = self._place(sweeps, track)
         classes = None if sweeps.classes is None else sweeps.classes.take(rows)
-        part = PointCloud(points, "odom", times, classes)
-        self._parts.append(part)
+        cloud = PointCloud(points, "odom", times, classes)
+        self._parts.append(cloud)
         if len(rows):
-            self._keep(part, float(sweeps.head_angles[-1]))
+            self._keep(Part(cloud, newest, float(sweeps.head_angles[-1])))
 
     def _place(self, sweeps: Sweeps, track: PoseTrack) -> PlacedBeams:
         """Return the end points of the useful beams: in range, neither body nor mast."""
@@ -142,18 +142,18 @@ class CloudAssembler:
         if self._config.blind_deg:
             bearings = beam_bearings(sweeps, placed.rows)
             seen = ~_is_hidden(bearings, self._config.blind_deg)
-            points, times, rows = placed
-            placed = PlacedBeams(points[seen], times[seen], rows[seen])
+            points, times, rows = placed.points[seen], placed.times[seen], placed.rows[seen]
+            placed = PlacedBeams(points, times, rows, float(times.max(initial=-np.inf)))
         return placed
 
-    def _keep(self, part: PointCloud, angle: float) -> None:
-        """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
-        window, parts = self._window, self._window.parts
-        window.append(part, angle)
-        while abs(angle - parts[0][1]) > self._config.turn:
+    def _keep(self, part: Part) -> None:
+        """Keep a part of the last half turn of the head."""
+        window, config = self._window, self._config
+        window.append(part)
+        while abs(part.angle - window.parts[0].angle) > config.turn:
             window.remove_oldest()
-        for past, before in reversed(parts):
-            if abs(angle - before) >= self._config.settle:
+        for past in reversed(window.parts):
+            if abs(part.angle - past.angle) >= config.settle:
                 self._settled = past.newest
                 break
 
@@ -187,8 +187,8 @@ class CloudAssembler:
         self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
             self._window.clear()
-            for part in self._parts:
-                self._window.append(part)
+            for cloud in self._parts:
+                self._window.append(Part(cloud, cloud.newest))
             self._settled = last
             self._replace()
 
@@ -216,11 +216,6 @@ class CloudAssembler:
     def window(self) -> SweepWindow:
         """Swath of the last half turn of the head, or of a 3D laser's last clouds."""
         return self._window.window(self._settled)
-
-    @property
-    def parts(self) -> tuple[PointCloud, ...]:
-        """Clouds that the window is made of, in ``odom`` with stamps, oldest first."""
-        return tuple(part for part, _ in self._window.parts)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.

@@ -13,6 +13,20 @@ _CAPACITY = 1 << 17
 """Number of points for which there is memory at first: two half turns of 1081 beams."""
 
 
+class Part(NamedTuple):
+    """Points that were placed at once, at least one.
+
+    Attributes:
+        cloud: Placed points with stamps, in ``odom``.
+        newest: Stamp of the newest of them [s].
+        angle: Angle of the head at their end [rad].
+    """
+
+    cloud: PointCloud
+    newest: float
+    angle: float = 0.0
+
+
 class Swath(NamedTuple):
     """Points around places that have settled; see ``SweepWindow.since``.
 
@@ -36,14 +50,14 @@ class SweepWindow:
     Attributes:
         points: Placed points in ``odom``, part after part, oldest first [m], float32, shape (n, 3).
         stamps: Their times [s], float64, shape (n,).
-        parts: Number of points and newest stamp [s] of each part; none is empty.
+        parts: The parts.
         settled: Stamp up to which places were measured with what lies beside them [s]: the head has
             turned on since.
     """
 
     points: NDArray[np.float32]
     stamps: NDArray[np.float64]
-    parts: tuple[tuple[int, float], ...]
+    parts: tuple[Part, ...]
     settled: float
 
     def since(self, stamp: float) -> Swath:
@@ -55,13 +69,13 @@ class SweepWindow:
         Args:
             stamp: An earlier ``settled`` [s], so that every place comes once.
         """
-        newest = self.parts[-1][1]
+        newest = self.parts[-1].newest
         lag, begin = newest - self.settled, len(self.points)
         # Parts are in order: those before the first old one are older still.
-        for count, last in reversed(self.parts):
-            if last <= stamp - lag:
+        for part in reversed(self.parts):
+            if part.newest <= stamp - lag:
                 break
-            newest, begin = max(newest, last), begin - count
+            newest, begin = max(newest, part.newest), begin - len(part.cloud)
         due = (newest - self.settled, newest - stamp)
         return Swath(self.points[begin:], self.stamps[begin:], newest, due)
 
@@ -70,7 +84,7 @@ class SweepBuffer:
     """Memory of a window: parts come at its end and go at its begin.
 
     Attributes:
-        parts: Parts with the angle of the head at the end of each [rad], oldest first.
+        parts: Parts, oldest first.
     """
 
     def __init__(self) -> None:
@@ -81,31 +95,28 @@ class SweepBuffer:
 
     def clear(self) -> None:
         """Forget all parts."""
-        self.parts: deque[tuple[PointCloud, float]] = deque()
+        self.parts: deque[Part] = deque()
         self._begin = self._end = 0
 
-    def append(self, part: PointCloud, angle: float = 0.0) -> None:
+    def append(self, part: Part) -> None:
         """Add a part.
-
-        Args:
-            part: Placed points with stamps, at least one.
-            angle: Angle of the head at its end [rad].
 
         Raises:
             ValueError: If the part has no points, or they have no stamps.
         """
-        if part.stamps is None or not len(part):
+        points, stamps = part.cloud.points, part.cloud.stamps
+        if stamps is None or not len(stamps):
             raise ValueError("stamps: expected points with stamps, got none")
-        if self._end + len(part) > len(self._stamps):
-            self._make_room(len(part))
-        begin, self._end = self._end, self._end + len(part)
-        self._points[begin : self._end] = part.points
-        self._stamps[begin : self._end] = part.stamps
-        self.parts.append((part, angle))
+        if self._end + len(stamps) > len(self._stamps):
+            self._make_room(len(stamps))
+        begin, self._end = self._end, self._end + len(stamps)
+        self._points[begin : self._end] = points
+        self._stamps[begin : self._end] = stamps
+        self.parts.append(part)
 
     def remove_oldest(self) -> None:
         """Remove the oldest part."""
-        self._begin += len(self.parts.popleft()[0])
+        self._begin += len(self.parts.popleft().cloud)
 
     def window(self, settled: float) -> SweepWindow:
         """Return the window, in memory that may be written to when the next part is added.
@@ -115,8 +126,7 @@ class SweepBuffer:
         """
         points = self._points[self._begin : self._end]
         stamps = self._stamps[self._begin : self._end]
-        parts = tuple((len(part), part.newest) for part, _ in self.parts)
-        return SweepWindow(points, stamps, parts, settled)
+        return SweepWindow(points, stamps, tuple(self.parts), settled)
 
     def _make_room(self, count: int) -> None:
         """Move all points to the begin of memory that has room for some more."""

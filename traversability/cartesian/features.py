@@ -80,7 +80,7 @@ class _Ground(NamedTuple):
         hit: Elevation cells that points fell into; see ``ElevationGrid``.
         flat: Flat elevation cells.
         first: First elevation cell of ``flat``, counted from the origin, whose ground cell begins
-            there, shape (2,).
+            there: row and column.
         cell: Edge of an elevation cell [m].
     """
 
@@ -88,7 +88,7 @@ class _Ground(NamedTuple):
     ages: NDArray[np.float32]
     hit: NDArray[np.uint32]
     flat: FlatCells
-    first: NDArray[np.int64]
+    first: tuple[int, int]
     cell: float
 
 
@@ -121,7 +121,7 @@ class GroundFeatures:
         self._count = 0
         self._output = _make_output(0)
         self._flat, self._work = no_flat_cells(0), make_workspace(0)
-        self._filled = np.zeros((0, 2), dtype=np.int64)
+        self._filled, self._n_filled = np.zeros((0, 2), dtype=np.int32), 0
 
     def describe(
         self,
@@ -142,13 +142,12 @@ class GroundFeatures:
         table = elevation.table
         if len(self._flat.heights) != len(table):
             self._flat, self._work = no_flat_cells(len(table)), make_workspace(len(table))
-            self._filled = self._filled[:0]
-        # Windows are made of whole ground cells, and so is the grid around them.
-        first = elevation.centre // EDGE_CELLS * EDGE_CELLS - len(table) // 2
-        ground = _Ground(table, elevation.ages, elevation.hit, self._flat, first, elevation.cell)
-        self._filled = _fill_flat(ground, self._filled)
-        due = (np.float32(span[0]), np.float32(span[1]))
-        self._count = _describe(ground, here, due, self._work, self._output)
+            self._filled, self._n_filled = np.zeros((table.size, 2), dtype=np.int32), 0
+        self._n_filled, self._count = _describe_cloud(
+            *(table, elevation.ages, elevation.hit, elevation.centre, elevation.cell),
+            *(here, span, self._filled, self._n_filled),
+            *(self._flat, self._work, self._output),
+        )
 
     @property
     def cells(self) -> NDArray[np.int64]:
@@ -217,17 +216,57 @@ def label_ground_cells(
 
 
 @kernel
-def _fill_flat(ground: _Ground, filled: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Write the flat elevation cells of a cloud, and return their places, shape (k, 2).
+def _describe_cloud(
+    table: NDArray[np.float32],
+    ages: NDArray[np.float32],
+    hit: NDArray[np.uint32],
+    centre: NDArray[np.int64],
+    cell: float,
+    here: NDArray[np.float64],
+    span: tuple[float, float],
+    filled: NDArray[np.int32],
+    n_filled: int,
+    flat: FlatCells,
+    work: Workspace,
+    found: _Output,
+) -> tuple[int, int]:
+    """Describe the ground cells of a cloud; return how many cells are flat, and how many described.
+
+    Args:
+        table: Columns of each elevation cell; see ``ElevationGrid``.
+        ages: Age of each elevation cell [s].
+        hit: Elevation cells that points fell into.
+        centre: Elevation cell of the robot.
+        cell: Edge of an elevation cell [m].
+        here: Position of the robot [m], shape (2,).
+        span: Ages of the cells that are due [s], from the first on and below the second.
+        filled: Places of the flat cells, those of the cloud before, which are replaced.
+        n_filled: Number of flat cells of the cloud before.
+        flat: Flat cells of the cloud before, which are replaced.
+        work: Memory for planes.
+        found: Output; its first rows are written.
+    """
+    for k in range(n_filled):
+        remove_flat_cell(flat, filled[k, 0], filled[k, 1])
+    # Windows are made of whole ground cells, and so is the grid around them.
+    half = len(table) // 2
+    row = centre[0] // EDGE_CELLS * EDGE_CELLS - half
+    column = centre[1] // EDGE_CELLS * EDGE_CELLS - half
+    ground = _Ground(table, ages, hit, flat, (row, column), cell)
+    n_filled = _fill_flat(ground, filled)
+    due = (np.float32(span[0]), np.float32(span[1]))
+    return n_filled, _describe(ground, here, due, work, found)
+
+
+@kernel
+def _fill_flat(ground: _Ground, found: NDArray[np.int32]) -> int:
+    """Write the flat elevation cells of a cloud, and return their number.
 
     Args:
         ground: Cloud in elevation cells; ``flat`` is changed in place.
-        filled: Places that the cloud before has filled, shape (k, 2).
+        found: Output in the first rows, their places.
     """
-    for k in range(len(filled)):
-        remove_flat_cell(ground.flat, filled[k, 0], filled[k, 1])
-    table, hit, n = ground.table, ground.hit, len(ground.table)
-    found, count = np.empty((len(hit), 2), dtype=np.int64), 0
+    table, hit, n, count = ground.table, ground.hit, len(ground.table), 0
     for k in range(len(hit)):
         u, v = hit[k, 0], hit[k, 1]
         spread = table[u, v, HIGHEST] - table[u, v, LOWEST]
@@ -236,7 +275,7 @@ def _fill_flat(ground: _Ground, filled: NDArray[np.int64]) -> NDArray[np.int64]:
             add_flat_cell(ground.flat, i, j, np.float64(table[u, v, MEAN]), ground.cell)
             found[count, 0], found[count, 1] = i, j
             count += 1
-    return found[:count]
+    return count
 
 
 @kernel

@@ -76,7 +76,7 @@ def test_each_ray_has_the_pose_and_head_angle_of_its_own_instant():
 
 def test_returns_lie_on_their_rays_at_their_times():
     """A return is origin plus range times direction; beams without return are left out."""
-    points, times, rows = place_beams(sweeps(), track(), HEIGHT, BeamTables())
+    points, times, rows, newest = place_beams(sweeps(), track(), HEIGHT, BeamTables())
     rays = expected_rays(track())
     ranges = sweeps().ranges.ravel()
     kept = np.isfinite(ranges)
@@ -84,12 +84,13 @@ def test_returns_lie_on_their_rays_at_their_times():
     expected = rays[kept, :3] + ranges[kept, None] * rays[kept, 3:]
     np.testing.assert_allclose(points, expected, atol=1e-5)
     np.testing.assert_allclose(times, [0.5, 0.54, 1.0, 1.02, 1.04])
+    assert newest == times[-1]
 
 
 def test_beams_within_limits_alone_are_placed():
     """A beam has the same point whichever others are placed, and its number among all."""
     limits = BeamLimits(max_range=4.0, dense_range=10.0, dense_stride=2)
-    points, times, rows = place_beams(sweeps(), track(), HEIGHT, BeamTables(), limits)
+    points, times, rows, _ = place_beams(sweeps(), track(), HEIGHT, BeamTables(), limits)
     whole = place_beams(sweeps(), track(), HEIGHT, BeamTables())
     ranges = sweeps().ranges.ravel()
     kept = (ranges < 4.0) & (np.arange(6) % 3 % 2 == 0)
@@ -114,7 +115,7 @@ def test_a_mounting_moves_and_turns_the_head(frame, lift):
     """A mounted head's points are those of its own pose on the base."""
     turn = Rotation.from_euler("ZYX", [0.5, -0.3, 0.2])
     mounting = np.array([0.1, -0.2, 0.4, *turn.as_quat()])
-    points, times, _ = place_beams(
+    points, times, *_ = place_beams(
         sweeps(mounting=mounting, frame=frame), track(), HEIGHT, BeamTables()
     )
     still = PoseTrack(1)

@@ -92,7 +92,7 @@ def test_what_the_head_has_passed_is_settled_before_the_turn_ends_and_only_once(
         now = (step + 1) / 10
         assembler.add(lidar.sweeps(step / 10, now, track), track)
         recent = assembler.window
-        if recent.parts and (assembler.parts[-1].classes == SemanticClass.POST).any():
+        if recent.parts and (recent.parts[-1].cloud.classes == SemanticClass.POST).any():
             passed.append(now)
         if step % 5 == 4 and recent.settled > before:
             swath = recent.since(before)

@@ -228,7 +228,7 @@ def test_the_window_holds_the_last_turn_of_the_head():
     np.testing.assert_allclose(stamps, np.arange(6.0 - 3.0, 6.05, 0.25))
     made.add(sweeps(6.25, ranges=np.inf), standing())
     assert made.window.stamps.tolist() == stamps
-    assert [part.newest for part in made.parts] == stamps
+    assert [part.newest for part in made.window.parts] == stamps
 
 
 def test_a_place_settles_when_the_head_has_turned_on():

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from andabata.navigation import sweep_window
-from andabata.navigation.sweep_window import SweepBuffer
+from andabata.navigation.sweep_window import Part, SweepBuffer
 from traversability.cloud import PointCloud
 
 
 def part(stamp, count=1):
     """Return points that were measured at a time, and tell it by their places."""
-    return PointCloud(np.full((count, 3), stamp, np.float32), "odom", np.full(count, float(stamp)))
+    stamps = np.full(count, float(stamp))
+    return Part(PointCloud(np.full((count, 3), stamp, np.float32), "odom", stamps), float(stamp))
 
 
 def filled(stamps, **options):
@@ -44,7 +45,7 @@ def test_a_part_without_points_is_refused():
     empty = PointCloud(np.empty((0, 3), np.float32), "odom", np.empty(0))
     for bad in (empty, PointCloud(np.zeros((1, 3), np.float32))):
         with pytest.raises(ValueError, match="stamps: expected points with stamps"):
-            SweepBuffer().append(bad)
+            SweepBuffer().append(Part(bad, 0.0))
 
 
 def test_parts_move_through_the_memory(monkeypatch):
@@ -55,10 +56,10 @@ def test_parts_move_through_the_memory(monkeypatch):
         buffer.append(part(k, count=1 + k % 5))
         while len(buffer.parts) > (3 if k < 20 else 8):
             buffer.remove_oldest()
-        expected = np.concatenate([each.stamps for each, _ in buffer.parts])
+        expected = np.concatenate([each.cloud.stamps for each in buffer.parts])
         window = buffer.window(0.0)
         np.testing.assert_array_equal(window.stamps, expected)
         np.testing.assert_array_equal(window.points[:, 2], expected)
-        assert window.parts == tuple((len(each), each.newest) for each, _ in buffer.parts)
+        assert window.parts == tuple(buffer.parts)
     buffer.clear()
     assert not len(buffer.window(0.0).points)

@@ -244,7 +244,7 @@ def test_points_and_beams_are_placed_alike():
         np.random.default_rng(rng).uniform(1, 9, (200, 16)).astype(np.float32),
     )
     track = moving_track()
-    points, times, _ = place_beams(sweeps, track, 0.7, BeamTables())
+    points, times, *_ = place_beams(sweeps, track, 0.7, BeamTables())
     cloud = sweeps_to_cloud(sweeps, BeamTables())
     np.testing.assert_allclose(place_points(cloud, track, 0.7), points, atol=2e-5)
     np.testing.assert_allclose(cloud.stamps, times, atol=1e-9)
@@ -268,7 +268,7 @@ def test_beams_of_a_mounted_head_leave_from_where_it_sits(frame):
     pose = np.concatenate([place.position, place.quaternion])
     mounted = replace(bare, mounting=pose, frame=frame)
     lift = np.array([0, 0, 0.7 if frame == "sensor" else 0.0])
-    points, times, _ = place_beams(mounted, track, 0.7, BeamTables())
+    points, times, *_ = place_beams(mounted, track, 0.7, BeamTables())
     in_head = place_beams(bare, still_track(), 0.0, BeamTables()).points
     for k in range(0, len(points), 37):
         base = Pose(*np.split(track.at(times[k : k + 1])[0], [3])).matrix

@@ -207,7 +207,7 @@ def spinning(scene, **fields):
     )  # fmt: skip
     lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
     sweeps = lidar.sweeps(0.0, 0.1, moving_track())
-    points, _ = place_beams(sweeps, moving_track(), ROBOT.lidar_height, BeamTables())
+    points = place_beams(sweeps, moving_track(), ROBOT.lidar_height, BeamTables()).points
     return points, sweeps.classes.ravel()[np.isfinite(sweeps.ranges.ravel())]
 
 

@@ -123,9 +123,9 @@ def test_a_turning_laser_smears_a_walker(make_ground):
     seen = []
     for _ in range(45):
         sweeps = made.step(STILL).sweeps
-        rows = np.flatnonzero(sweeps.classes.ravel() == SemanticClass.WALKER)
-        points, times = place_beams(sweeps, track, ROBOT.lidar_height, BeamTables(), rows)
-        seen.append(np.column_stack([points, times]))
+        points, times, rows, _ = place_beams(sweeps, track, ROBOT.lidar_height, BeamTables())
+        on_walker = sweeps.classes.take(rows) == SemanticClass.WALKER
+        seen.append(np.column_stack([points, times])[on_walker])
     x, y, z, t = np.concatenate(seen).T
     assert len(x) > 300
     # From the side that faces the laser; beams of a period's end may go on into the next one.

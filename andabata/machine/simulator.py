@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
-from andabata.machine.beams import BeamTables, sweeps_to_cloud
+from andabata.machine.beam_placement import sweeps_to_cloud
+from andabata.machine.beams import BeamTables
 from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar

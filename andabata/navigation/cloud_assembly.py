@@ -7,14 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from andabata.machine.beams import (
+from andabata.machine.beam_placement import (
     BeamLimits,
-    BeamTables,
     PlacedBeams,
-    beam_bearings,
     place_beams,
     place_points,
 )
+from andabata.machine.beams import BeamTables, beam_bearings
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.sweep_window import Part, SweepBuffer, SweepWindow

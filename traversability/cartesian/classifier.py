@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.binned_trees import BinnedTrees, add_binned_leaves, bin_trees
+from traversability.binned_trees import BinnedTrees, bin_trees, sum_binned_leaves
 from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
@@ -108,7 +108,7 @@ class Stage:
             ValueError: If the rows have another shape, which the kernels do not check.
         """
         self.check(rows)
-        return _log_odds(np.ascontiguousarray(rows), self.binned, self.trees.base)
+        return sum_binned_leaves(np.ascontiguousarray(rows), self.binned, self.trees.base)
 
     def check(self, rows: NDArray[np.float32]) -> None:
         """Check the shape of rows, which the kernels do not.
@@ -238,14 +238,6 @@ class GroundClassifier:
 
 
 @kernel
-def _log_odds(rows: NDArray[np.float32], trees: BinnedTrees, base: float) -> NDArray[np.float64]:
-    """Return the log odds of rows, by trees whose sums begin at a base."""
-    found = np.full(len(rows), base)
-    add_binned_leaves(rows, trees, found)
-    return found
-
-
-@kernel
 def _log_odds_of_both(
     features: NDArray[np.float32],
     cells: NDArray[np.int64],
@@ -266,8 +258,9 @@ def _log_odds_of_both(
         second: Trees of the second stage.
         second_base: Begin of their sums.
     """
-    rows = add_context(features, _log_odds(features, first, first_base), cells, due)
-    return _log_odds(rows, second, second_base)
+    odds = sum_binned_leaves(features, first, first_base)
+    rows = add_context(features, odds, cells, due)
+    return sum_binned_leaves(rows, second, second_base)
 
 
 def ground_samples(

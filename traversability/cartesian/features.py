@@ -80,7 +80,7 @@ class _Ground(NamedTuple):
         hit: Elevation cells that points fell into; see ``ElevationGrid``.
         flat: Flat elevation cells.
         first: First elevation cell of ``flat``, counted from the origin, whose ground cell begins
-            there: row and column.
+            there, shape (2,).
         cell: Edge of an elevation cell [m].
     """
 
@@ -88,7 +88,7 @@ class _Ground(NamedTuple):
     ages: NDArray[np.float32]
     hit: NDArray[np.uint32]
     flat: FlatCells
-    first: tuple[int, int]
+    first: NDArray[np.int64]
     cell: float
 
 
@@ -121,7 +121,7 @@ class GroundFeatures:
         self._count = 0
         self._output = _make_output(0)
         self._flat, self._work = no_flat_cells(0), make_workspace(0)
-        self._filled, self._n_filled = np.zeros((0, 2), dtype=np.int32), 0
+        self._n_flat = 0
 
     def describe(
         self,
@@ -142,11 +142,12 @@ class GroundFeatures:
         table = elevation.table
         if len(self._flat.heights) != len(table):
             self._flat, self._work = no_flat_cells(len(table)), make_workspace(len(table))
-            self._filled, self._n_filled = np.zeros((table.size, 2), dtype=np.int32), 0
-        self._n_filled, self._count = _describe_cloud(
-            *(table, elevation.ages, elevation.hit, elevation.centre, elevation.cell),
-            *(here, span, self._filled, self._n_filled),
-            *(self._flat, self._work, self._output),
+            self._n_flat = 0
+        # Windows are made of whole ground cells, and so is the grid around them.
+        first = elevation.centre // EDGE_CELLS * EDGE_CELLS - len(table) // 2
+        ground = _Ground(table, elevation.ages, elevation.hit, self._flat, first, elevation.cell)
+        self._n_flat, self._count = _describe_cloud(
+            ground, self._n_flat, here, span, self._work, self._output
         )
 
     @property
@@ -217,63 +218,43 @@ def label_ground_cells(
 
 @kernel
 def _describe_cloud(
-    table: NDArray[np.float32],
-    ages: NDArray[np.float32],
-    hit: NDArray[np.uint32],
-    centre: NDArray[np.int64],
-    cell: float,
+    ground: _Ground,
+    n_flat: int,
     here: NDArray[np.float64],
     span: tuple[float, float],
-    filled: NDArray[np.int32],
-    n_filled: int,
-    flat: FlatCells,
     work: Workspace,
     found: _Output,
 ) -> tuple[int, int]:
     """Describe the ground cells of a cloud; return how many cells are flat, and how many described.
 
     Args:
-        table: Columns of each elevation cell; see ``ElevationGrid``.
-        ages: Age of each elevation cell [s].
-        hit: Elevation cells that points fell into.
-        centre: Elevation cell of the robot.
-        cell: Edge of an elevation cell [m].
+        ground: Cloud in elevation cells; ``flat`` holds those of the cloud before.
+        n_flat: Number of flat cells of the cloud before.
         here: Position of the robot [m], shape (2,).
         span: Ages of the cells that are due [s], from the first on and below the second.
-        filled: Places of the flat cells, those of the cloud before, which are replaced.
-        n_filled: Number of flat cells of the cloud before.
-        flat: Flat cells of the cloud before, which are replaced.
         work: Memory for planes.
         found: Output; its first rows are written.
     """
-    for k in range(n_filled):
-        remove_flat_cell(flat, filled[k, 0], filled[k, 1])
-    # Windows are made of whole ground cells, and so is the grid around them.
-    half = len(table) // 2
-    row = centre[0] // EDGE_CELLS * EDGE_CELLS - half
-    column = centre[1] // EDGE_CELLS * EDGE_CELLS - half
-    ground = _Ground(table, ages, hit, flat, (row, column), cell)
-    n_filled = _fill_flat(ground, filled)
+    places = ground.flat.places
+    for k in range(n_flat):
+        remove_flat_cell(ground.flat, places[k, 0], places[k, 1])
+    n_flat = _fill_flat(ground)
     due = (np.float32(span[0]), np.float32(span[1]))
-    return n_filled, _describe(ground, here, due, work, found)
+    return n_flat, _describe(ground, here, due, work, found)
 
 
 @kernel
-def _fill_flat(ground: _Ground, found: NDArray[np.int32]) -> int:
-    """Write the flat elevation cells of a cloud, and return their number.
-
-    Args:
-        ground: Cloud in elevation cells; ``flat`` is changed in place.
-        found: Output in the first rows, their places.
-    """
+def _fill_flat(ground: _Ground) -> int:
+    """Write the flat elevation cells of a cloud into ``ground.flat``, and return their number."""
     table, hit, n, count = ground.table, ground.hit, len(ground.table), 0
+    places = ground.flat.places
     for k in range(len(hit)):
         u, v = hit[k, 0], hit[k, 1]
         spread = table[u, v, HIGHEST] - table[u, v, LOWEST]
         if table[u, v, POINTS] > 0 and spread <= _MAX_FLAT:
             i, j = (u - ground.first[0]) & (n - 1), (v - ground.first[1]) & (n - 1)
             add_flat_cell(ground.flat, i, j, np.float64(table[u, v, MEAN]), ground.cell)
-            found[count, 0], found[count, 1] = i, j
+            places[count, 0], places[count, 1] = i, j
             count += 1
     return count
 

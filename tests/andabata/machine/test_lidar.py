@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from andabata.machine.beams import BeamTables, place_beams
+from andabata.machine.beam_placement import place_beams
+from andabata.machine.beams import BeamTables
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from andabata.machine.beams import BeamTables, place_beams
+from andabata.machine.beam_placement import place_beams
+from andabata.machine.beams import BeamTables
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.lidar import LidarConfig
 from andabata.machine.mover_contact import Contact

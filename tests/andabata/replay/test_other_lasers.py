@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.machine.beams import BeamTables, place_beams, place_points, sweeps_to_cloud
+from andabata.machine.beam_placement import place_beams, place_points, sweeps_to_cloud
+from andabata.machine.beams import BeamTables
 from andabata.machine.lidar import LidarConfig
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps

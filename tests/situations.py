@@ -5,11 +5,11 @@ import numpy as np
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
-from andabata.navigation.cloud_assembly import SweepWindow
 from andabata.navigation.controller import ControllerInput
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
+from andabata.navigation.sweep_window import Part, SweepBuffer
 from traversability.cartesian.classifier import GroundClassifier, Stage
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
@@ -78,12 +78,19 @@ class StubAssembler:
     """Assembler of which layers read the window alone."""
 
     def __init__(self):
-        self.window = SweepWindow((), -np.inf)
+        self._buffer = SweepBuffer()
+        self.window = self._buffer.window(-np.inf)
 
     def show(self, points, stamp=0.0):
         """Replace the window by one cloud, all of it measured and settled at one time."""
-        cloud = PointCloud(points, "odom", np.full(len(points), stamp))
-        self.window = SweepWindow((cloud,), stamp)
+        self.show_parts([PointCloud(points, "odom", np.full(len(points), stamp))], stamp)
+
+    def show_parts(self, parts, settled):
+        """Replace the window by some parts, settled up to a stamp."""
+        self._buffer.clear()
+        for cloud in parts:
+            self._buffer.append(Part(cloud, cloud.newest))
+        self.window = self._buffer.window(settled)
 
 
 def layers_of(assembler, classifier=None, ground=None, low_obstacles=None):

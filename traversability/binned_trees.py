@@ -82,6 +82,22 @@ def bin_trees(nodes: TreeNodes, n_columns: int) -> BinnedTrees:
 
 
 @kernel
+def sum_binned_leaves(
+    features: NDArray[np.float32], trees: BinnedTrees, base: float
+) -> NDArray[np.float64]:
+    """Return the sum of the leaves that each row reaches, and a base, float64, shape (n,).
+
+    Args:
+        features: Features, float32, shape (n, f).
+        trees: Trees of ``bin_trees``.
+        base: Number at which the sums begin.
+    """
+    found = np.full(len(features), base)
+    add_binned_leaves(features, trees, found)
+    return found
+
+
+@kernel
 def add_binned_leaves(
     features: NDArray[np.float32], trees: BinnedTrees, sums: NDArray[np.float64]
 ) -> None:

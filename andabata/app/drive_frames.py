@@ -201,7 +201,7 @@ class FrameSource:
         return DriveFrame(
             pose=self._pose(result),
             scan=None if self._scan is None else self._scan[0],
-            parts=() if window is None else window.parts,
+            parts=() if window is None else tuple(part.cloud for part in window.parts),
             n_positions=len(self.positions),
             walkers=None if self._walkers is None else self._walkers.track.last(1).copy(),
             stamp=result.readings.stamp,

@@ -104,11 +104,11 @@ class GroundCellRecorder:
             return
         if window.settled <= self._settled:
             return
-        points, ages, span = window.since(self._settled)
+        points, stamps, newest, span = window.since(self._settled)
         self._settled = window.settled
         odometry, true = self._localizer.odometry, truth.pose
         here, yaw = odometry.position[:2], odometry.yaw
-        self._elevation.describe(points, here, ages)
+        self._elevation.describe(points, here, stamps, newest)
         self._features.describe(self._elevation, here, span)
         due = self._features.due
         ground = self._classifier.log_odds(self._features.values, self._features.cells, due)

@@ -1,8 +1,7 @@
 """Levelled 3D clouds from what a laser measured in motion (section 4.2)."""
 
-from collections import deque
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from andabata.machine.beams import BeamTables, beam_bearings, place_beams, place
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.beam_selection import RangeLimits, is_hidden, useful_beams
+from andabata.navigation.sweep_window import Part, SweepBuffer, SweepWindow
 from terrain.kernel import kernel
 from traversability.cloud import PointCloud, joined
 
@@ -61,48 +61,6 @@ class CloudAssemblyConfig(BaseModel):
         return self.max_range + 0.5
 
 
-@dataclass(frozen=True)
-class SweepWindow:
-    """What was measured last in every direction: a whole cloud at any time, not at the turn's end.
-
-    Attributes:
-        parts: Placed points with stamps, in ``odom``, oldest first; none is empty.
-        settled: Stamp up to which places were measured with what lies beside them [s]: the head has
-            turned on since.
-    """
-
-    parts: tuple[PointCloud, ...]
-    settled: float
-
-    def since(
-        self, stamp: float
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], tuple[float, float]]:
-        """Return what was measured around the places that have settled since a stamp.
-
-        That is one swath of the head, as far before these places as it has turned past them: what
-        was measured half a turn earlier lies centimetres off, and would be a step beside them.
-
-        Args:
-            stamp: An earlier ``settled`` [s], so that every place comes once.
-
-        Returns:
-            Points [m], shape (n, 3), their ages before the newest of them [s], float32, shape (n,),
-            and the ages of what has settled, from the first on, less than the second.
-        """
-        lag = self.parts[-1].newest - self.settled
-        swath: list[PointCloud] = []
-        # Parts are in order: those before the first old one are older still.
-        for part in reversed(self.parts):
-            if part.newest <= stamp - lag:
-                break
-            swath.insert(0, part)
-        stamps = [part.stamps for part in swath if part.stamps is not None]
-        newest = max(part.newest for part in swath)
-        ages = np.concatenate([(newest - times).astype(np.float32) for times in stamps])
-        due = (newest - self.settled, newest - stamp)
-        return np.concatenate([part.points for part in swath]), ages, due
-
-
 class CloudAssembler:
     """Gathers placed beams for a (half) turn of the head; the complete cloud replaces the last one.
 
@@ -124,6 +82,7 @@ class CloudAssembler:
         self._height = lidar_height
         self._tables = BeamTables()
         self._moved = np.empty(0, dtype=np.float32)
+        self._window = SweepBuffer()
         self.reset()
 
     def reset(self) -> None:
@@ -132,7 +91,7 @@ class CloudAssembler:
         self.refused = 0
         self._newest = -np.inf
         self._parts: list[PointCloud] = []
-        self._window: deque[tuple[PointCloud, float]] = deque()
+        self._window.clear()
         self._settled = -np.inf
         self._turn: int | None = None
         self._begin = 0.0
@@ -144,10 +103,10 @@ class CloudAssembler:
             sweeps: New sweeps, oldest first.
             track: Estimated poses by stamp.
         """
-        for k in range(len(sweeps.stamps)):
-            turn = int(np.floor(sweeps.head_angles[k] / self._config.turn + 1e-9))
+        for k, angle in enumerate(sweeps.head_angles.tolist()):
+            turn = math.floor(angle / self._config.turn + 1e-9)
             if self._turn is None:
-                self._turn, self._begin = turn, float(sweeps.head_angles[k])
+                self._turn, self._begin = turn, angle
             elif turn != self._turn:
                 self._gather(_slice(sweeps, 0, k), track)
                 self._complete()
@@ -158,23 +117,25 @@ class CloudAssembler:
 
     def _gather(self, sweeps: Sweeps, track: PoseTrack) -> None:
         """Keep the useful beams of some sweeps of one half turn."""
-        if not len(sweeps.stamps) or not self._placeable(sweeps.stamps, track):
+        stamps = sweeps.stamps
+        if not len(stamps) or not self._placeable(float(stamps[0]), float(stamps[-1]), track):
             return
         rows = _rows_kept(sweeps, self._config, self._tables)
         points, times = place_beams(sweeps, track, self._height, self._tables, rows)
         classes = None if sweeps.classes is None else sweeps.classes.ravel()[rows]
-        part = PointCloud(points, "odom", times, classes)
-        self._parts.append(part)
-        if len(part):
-            self._keep(part, float(sweeps.head_angles[-1]))
+        cloud = PointCloud(points, "odom", times, classes)
+        self._parts.append(cloud)
+        if len(rows):
+            self._keep(Part(cloud, cloud.newest, float(sweeps.head_angles[-1])))
 
-    def _keep(self, part: PointCloud, angle: float) -> None:
-        """Keep a part of the last half turn, measured up to an angle of the head [rad]."""
-        self._window.append((part, angle))
-        while abs(angle - self._window[0][1]) > self._config.turn:
-            self._window.popleft()
-        for past, before in reversed(self._window):
-            if abs(angle - before) >= self._config.settle:
+    def _keep(self, part: Part) -> None:
+        """Keep a part of the last half turn of the head."""
+        window, config = self._window, self._config
+        window.append(part)
+        while abs(part.angle - window.parts[0].angle) > config.turn:
+            window.remove_oldest()
+        for past in reversed(window.parts):
+            if abs(part.angle - past.angle) >= config.settle:
                 self._settled = past.newest
                 break
 
@@ -198,21 +159,24 @@ class CloudAssembler:
             seen &= ~is_hidden(np.arctan2(y, x), config.blind_deg)
         kept = frame.select(seen)
         points = place_points(kept, track, self._height)
-        if kept.stamps is None or not len(points) or not self._placeable(kept.stamps, track):
+        if kept.stamps is None or not len(points):
             return
         first, last = float(kept.stamps.min()), float(kept.stamps.max())
+        if not self._placeable(first, last, track):
+            return
         if not self._parts or first - self._begin > config.span + config.stale:
             self._parts, self._begin = [], first
         self._parts.append(PointCloud(points, "odom", kept.stamps))
         if last - self._begin >= config.span:
-            self._window = deque((part, 0.0) for part in self._parts)
+            self._window.clear()
+            for cloud in self._parts:
+                self._window.append(Part(cloud, cloud.newest))
             self._settled = last
             self._replace()
 
-    def _placeable(self, stamps: NDArray[np.float64], track: PoseTrack) -> bool:
-        """Return True if poses are known at these stamps [s]; count it if not."""
-        early, late = track.earliest - _SLACK, track.latest + _SLACK
-        good = bool(((stamps >= early) & (stamps <= late)).all())
+    def _placeable(self, first: float, last: float, track: PoseTrack) -> bool:
+        """Return True if poses are known from one stamp to another [s]; count it if not."""
+        good = first >= track.earliest - _SLACK and last <= track.latest + _SLACK
         self.refused += not good
         return good
 
@@ -233,7 +197,7 @@ class CloudAssembler:
     @property
     def window(self) -> SweepWindow:
         """Swath of the last half turn of the head, or of a 3D laser's last clouds."""
-        return SweepWindow(tuple(part for part, _ in self._window), self._settled)
+        return self._window.window(self._settled)
 
     def relative(self, pose: Pose) -> PointCloud:
         """Return the cloud moved into the levelled ``base_footprint`` of a pose.

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from terrain.kernel import kernel
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.binned_trees import BinnedTrees, add_binned_leaves, bin_trees
+from traversability.binned_trees import BinnedTrees, bin_trees, sum_binned_leaves
 from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
@@ -95,7 +96,7 @@ class Stage:
         """
         if self.trees.vote != "logistic":
             raise ValueError(f"vote: expected 'logistic', got {self.trees.vote!r}")
-        _ = self._binned
+        _ = self.binned
 
     def log_odds(self, rows: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the log odds of ground cells for being non-traversable, shape (n,).
@@ -106,14 +107,23 @@ class Stage:
         Raises:
             ValueError: If the rows have another shape, which the kernels do not check.
         """
+        self.check(rows)
+        return sum_binned_leaves(np.ascontiguousarray(rows), self.binned, self.trees.base)
+
+    def check(self, rows: NDArray[np.float32]) -> None:
+        """Check the shape of rows, which the kernels do not.
+
+        Args:
+            rows: Features in the order of ``names``, float32, shape (n, c).
+
+        Raises:
+            ValueError: If the rows have another shape.
+        """
         if rows.ndim != 2 or rows.shape[1] != len(self.names):
             raise ValueError(f"features: expected shape (n, {len(self.names)}), got {rows.shape}")
-        found = np.full(len(rows), self.trees.base)
-        add_binned_leaves(np.ascontiguousarray(rows), self._binned, found)
-        return found
 
     @cached_property
-    def _binned(self) -> BinnedTrees:
+    def binned(self) -> BinnedTrees:
         """Trees laid out for the kernel, kept: they are used with every cloud."""
         return bin_trees(self.trees.laid_out(self.names), len(self.names))
 
@@ -165,8 +175,16 @@ class GroundClassifier:
         Raises:
             ValueError: If the features have another shape.
         """
-        return self.second.log_odds(
-            add_context(features, self.first.log_odds(features), cells, due)
+        first, second = self.first, self.second
+        first.check(features)
+        return _log_odds_of_both(
+            np.ascontiguousarray(features),
+            cells,
+            due,
+            first.binned,
+            first.trees.base,
+            second.binned,
+            second.trees.base,
         )
 
     def to_bytes(self) -> bytes:
@@ -217,6 +235,32 @@ class GroundClassifier:
             OSError: If it cannot be read.
         """
         return cls.from_bytes(path.read_bytes(), str(path))
+
+
+@kernel
+def _log_odds_of_both(
+    features: NDArray[np.float32],
+    cells: NDArray[np.int64],
+    due: NDArray[np.bool_] | None,
+    first: BinnedTrees,
+    first_base: float,
+    second: BinnedTrees,
+    second_base: float,
+) -> NDArray[np.float64]:
+    """Return the second stage's log odds, with the first's as context.
+
+    Args:
+        features: Features of all ground cells of a cloud, shape (n, f).
+        cells: The ground cells, shape (n, 2).
+        due: True for those that are asked for, shape (n,), or None.
+        first: Trees of the first stage.
+        first_base: Begin of their sums.
+        second: Trees of the second stage.
+        second_base: Begin of their sums.
+    """
+    odds = sum_binned_leaves(features, first, first_base)
+    rows = add_context(features, odds, cells, due)
+    return sum_binned_leaves(rows, second, second_base)
 
 
 def ground_samples(

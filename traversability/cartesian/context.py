@@ -27,9 +27,12 @@ MAX_LOG_ODDS = 8.0
 NO_NEIGHBOUR = -9.0
 """Log odds in place of a neighbour without points, less than any."""
 
+_N_FEATURES = len(CONTEXT_FEATURES)
+
 _OWN, _BESIDE_MEAN, _BESIDE_LEAST, _BESIDE_MOST = range(4)
 
 
+@kernel
 def add_context(
     features: NDArray[np.float32],
     log_odds: NDArray[np.float64],
@@ -48,7 +51,7 @@ def add_context(
         Features in the order of ``CONTEXT_FEATURES``, float32.
     """
     asked = np.ones(len(cells), dtype=np.bool_) if due is None else due
-    found = np.empty((np.count_nonzero(asked), len(CONTEXT_FEATURES)), dtype=np.float32)
+    found = np.empty((np.count_nonzero(asked), _N_FEATURES), dtype=np.float32)
     if len(cells):
         _add_context(features, log_odds, cells, asked, found)
     return found

@@ -1,5 +1,7 @@
 """Elevation grid: the ground and low obstacles of one cloud, in cells of a decimetre."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,6 +68,9 @@ class ElevationGrid:
         self._hit = np.zeros((cells**2 + 1, 2), dtype=np.uint32)
         self._hit[:-1] = np.indices((cells, cells)).reshape(2, -1).T
         self._n_hit = cells**2
+        m = cells // _CROWN_REACH
+        self._blocks = np.zeros((2, m, m), dtype=np.float32)
+        self._places = np.empty(0, dtype=np.int32)
         _empty(self.table, self.ages, self.hit)
 
     @property
@@ -77,24 +82,79 @@ class ElevationGrid:
         self,
         points: NDArray[np.float32],
         here: NDArray[np.float64],
-        ages: NDArray[np.float32] | None = None,
+        stamps: NDArray[np.float64] | None = None,
+        newest: float = 0.0,
     ) -> None:
         """Replace the contents of the grid by those of a cloud.
 
         Args:
             points: Points in the grid's frame [m], float32, shape (n, 3).
             here: Position of the robot in the frame [m], shape (2,).
-            ages: Time from each point to the newest one [s], float32, shape (n,); None for points
-                of one moment.
+            stamps: Time of each point [s], float64, shape (n,); None for points of one moment.
+            newest: Time of the newest of them [s].
         """
-        self.centre[:] = np.floor(here / self.cell).astype(np.int64)
-        times = np.zeros(len(points), dtype=np.float32) if ages is None else ages
-        # A few thousand of all cells.
-        _empty(self.table, self.ages, self.hit)
-        places = np.empty(len(points), dtype=np.int32)
-        self._n_hit = _find_lowest(points, self.centre, self.cell, places, self.table, self._hit)
-        _find_bases(self.table, self.hit, self._bases)
-        _add_points(points, times, places, self._bases, self.table, self.ages)
+        if len(self._places) < len(points):
+            self._places = np.empty(len(points), dtype=np.int32)
+        memory = _Memory(
+            *(self.table, self.ages, self.centre, self._hit, self._bases),
+            *(self._blocks, self._places),
+        )
+        self._n_hit = _describe(points, stamps, newest, here, self.cell, memory, self._n_hit)
+
+
+class _Memory(NamedTuple):
+    """Memory of an elevation grid; see ``ElevationGrid``.
+
+    Attributes:
+        table: Cells, shape (n, n, 4).
+        ages: Their ages, shape (n, n).
+        centre: Cell of the robot.
+        hit: Cells that points fell into in the first rows, shape (n * n + 1, 2).
+        bases: Height from which each cell counts; see ``_find_bases``.
+        blocks: Lowest z of each block of cells, and of it and those around it, shape (2, n / 8,
+            n / 8).
+        places: Cell of each point, rows one after the other, ``_OUTSIDE`` for none.
+    """
+
+    table: NDArray[np.float32]
+    ages: NDArray[np.float32]
+    centre: NDArray[np.int64]
+    hit: NDArray[np.uint32]
+    bases: NDArray[np.float32]
+    blocks: NDArray[np.float32]
+    places: NDArray[np.int32]
+
+
+@kernel
+def _describe(
+    points: NDArray[np.float32],
+    stamps: NDArray[np.float64] | None,
+    newest: float,
+    here: NDArray[np.float64],
+    cell: float,
+    memory: _Memory,
+    n_hit: int,
+) -> int:
+    """Replace the contents of a grid; return the number of cells that points fell into.
+
+    Args:
+        points: Points [m], shape (m, 3).
+        stamps: Their times [s], shape (m,), or None for points of one moment.
+        newest: Time of the newest of them [s].
+        here: Position of the robot [m], shape (2,).
+        cell: Edge of a cell [m].
+        memory: Memory of the grid, changed in place.
+        n_hit: Number of cells that points of the cloud before fell into.
+    """
+    table, ages, places = memory.table, memory.ages, memory.places
+    for axis in range(2):
+        memory.centre[axis] = int(np.floor(here[axis] / cell))
+    # A few thousand of all cells.
+    _empty(table, ages, memory.hit[:n_hit])
+    n_hit = _find_lowest(points, memory.centre, cell, places, table, memory.hit)
+    _find_bases(table, memory.hit[:n_hit], memory.bases, memory.blocks)
+    _add_points(points, stamps, newest, places, memory.bases, table, ages)
+    return n_hit
 
 
 @kernel
@@ -156,7 +216,10 @@ def _find_lowest(
 
 @kernel
 def _find_bases(
-    table: NDArray[np.float32], hit: NDArray[np.uint32], bases: NDArray[np.float32]
+    table: NDArray[np.float32],
+    hit: NDArray[np.uint32],
+    bases: NDArray[np.float32],
+    memory: NDArray[np.float32],
 ) -> None:
     """Write the height from which each cell that was hit counts: its lowest z.
 
@@ -167,14 +230,15 @@ def _find_bases(
         table: Cells with their lowest z, shape (n, n, 4).
         hit: Cells that were hit, shape (k, 2).
         bases: Output, minus infinity for crowns, which no point is below; shape (n, n).
+        memory: Memory for blocks of cells; see ``_Memory``.
     """
-    m, deep = len(table) // _CROWN_REACH, np.float32(MAX_HEIGHT)
-    blocks = np.full((m, m), np.inf, dtype=np.float32)
+    (blocks, around), deep = memory, np.float32(MAX_HEIGHT)
+    blocks[:] = np.inf
     for k in range(len(hit)):
         i, j = hit[k, 0], hit[k, 1]
         a, b = i // _CROWN_REACH, j // _CROWN_REACH
         blocks[a, b] = min(blocks[a, b], table[i, j, LOWEST])
-    around = _lowest_around(blocks)
+    _find_lowest_around(blocks, around)
     for k in range(len(hit)):
         i, j = hit[k, 0], hit[k, 1]
         a, b = i // _CROWN_REACH, j // _CROWN_REACH
@@ -186,16 +250,16 @@ def _find_bases(
 
 
 @kernel
-def _lowest_around(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the lowest value of each block and the eight around it; indices wrap around."""
+def _find_lowest_around(blocks: NDArray[np.float32], found: NDArray[np.float32]) -> None:
+    """Write the lowest value of each block and the eight around it; indices wrap around."""
     m = len(blocks)
-    found = blocks.copy()
     for a in range(m):
         for b in range(m):
+            lowest = blocks[a, b]
             for u in range(a - 1, a + 2):
                 for v in range(b - 1, b + 2):
-                    found[a, b] = min(found[a, b], blocks[u & (m - 1), v & (m - 1)])
-    return found
+                    lowest = min(lowest, blocks[u & (m - 1), v & (m - 1)])
+            found[a, b] = lowest
 
 
 @kernel
@@ -212,7 +276,8 @@ def _is_over_ground(table: NDArray[np.float32], i: int, j: int) -> bool:
 @kernel
 def _add_points(
     points: NDArray[np.float32],
-    times: NDArray[np.float32],
+    stamps: NDArray[np.float64] | None,
+    newest: float,
     places: NDArray[np.int32],
     bases: NDArray[np.float32],
     table: NDArray[np.float32],
@@ -222,13 +287,14 @@ def _add_points(
 
     Args:
         points: Points [m], shape (m, 3).
-        times: Their ages [s], shape (m,).
+        stamps: Their times [s], shape (m,), or None for points of one moment.
+        newest: Time of the newest of them [s].
         places: Cell of each point, rows one after the other, ``_OUTSIDE`` for none, shape (m,).
         bases: Height from which each cell counts; see ``_find_bases``.
         table: Cells, changed in place, shape (n, n, 4).
         ages: Ages of the cells, changed in place, shape (n, n).
     """
-    cells, newest, lowest = table.reshape(-1, 4), ages.ravel(), bases.ravel()
+    cells, youngest, lowest = table.reshape(-1, 4), ages.ravel(), bases.ravel()
     for k in range(len(points)):
         if places[k] == _OUTSIDE:
             continue
@@ -241,4 +307,5 @@ def _add_points(
             cells[place, POINTS], cells[place, MEAN] = count, mean + (z - mean) / count
         if z < base + np.float32(MAX_HEIGHT):
             cells[place, HIGHEST] = max(cells[place, HIGHEST], z)
-            newest[place] = min(newest[place], times[k])
+            age = np.float32(0.0 if stamps is None else newest - stamps[k])
+            youngest[place] = min(youngest[place], age)

@@ -121,7 +121,7 @@ class GroundFeatures:
         self._count = 0
         self._output = _make_output(0)
         self._flat, self._work = no_flat_cells(0), make_workspace(0)
-        self._filled = np.zeros((0, 2), dtype=np.int64)
+        self._n_flat = 0
 
     def describe(
         self,
@@ -142,13 +142,13 @@ class GroundFeatures:
         table = elevation.table
         if len(self._flat.heights) != len(table):
             self._flat, self._work = no_flat_cells(len(table)), make_workspace(len(table))
-            self._filled = self._filled[:0]
+            self._n_flat = 0
         # Windows are made of whole ground cells, and so is the grid around them.
         first = elevation.centre // EDGE_CELLS * EDGE_CELLS - len(table) // 2
         ground = _Ground(table, elevation.ages, elevation.hit, self._flat, first, elevation.cell)
-        self._filled = _fill_flat(ground, self._filled)
-        due = (np.float32(span[0]), np.float32(span[1]))
-        self._count = _describe(ground, here, due, self._work, self._output)
+        self._n_flat, self._count = _describe_cloud(
+            ground, self._n_flat, here, span, self._work, self._output
+        )
 
     @property
     def cells(self) -> NDArray[np.int64]:
@@ -217,26 +217,46 @@ def label_ground_cells(
 
 
 @kernel
-def _fill_flat(ground: _Ground, filled: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Write the flat elevation cells of a cloud, and return their places, shape (k, 2).
+def _describe_cloud(
+    ground: _Ground,
+    n_flat: int,
+    here: NDArray[np.float64],
+    span: tuple[float, float],
+    work: Workspace,
+    found: _Output,
+) -> tuple[int, int]:
+    """Describe the ground cells of a cloud; return how many cells are flat, and how many described.
 
     Args:
-        ground: Cloud in elevation cells; ``flat`` is changed in place.
-        filled: Places that the cloud before has filled, shape (k, 2).
+        ground: Cloud in elevation cells; ``flat`` holds those of the cloud before.
+        n_flat: Number of flat cells of the cloud before.
+        here: Position of the robot [m], shape (2,).
+        span: Ages of the cells that are due [s], from the first on and below the second.
+        work: Memory for planes.
+        found: Output; its first rows are written.
     """
-    for k in range(len(filled)):
-        remove_flat_cell(ground.flat, filled[k, 0], filled[k, 1])
-    table, hit, n = ground.table, ground.hit, len(ground.table)
-    found, count = np.empty((len(hit), 2), dtype=np.int64), 0
+    places = ground.flat.places
+    for k in range(n_flat):
+        remove_flat_cell(ground.flat, places[k, 0], places[k, 1])
+    n_flat = _fill_flat(ground)
+    due = (np.float32(span[0]), np.float32(span[1]))
+    return n_flat, _describe(ground, here, due, work, found)
+
+
+@kernel
+def _fill_flat(ground: _Ground) -> int:
+    """Write the flat elevation cells of a cloud into ``ground.flat``, and return their number."""
+    table, hit, n, count = ground.table, ground.hit, len(ground.table), 0
+    places = ground.flat.places
     for k in range(len(hit)):
         u, v = hit[k, 0], hit[k, 1]
         spread = table[u, v, HIGHEST] - table[u, v, LOWEST]
         if table[u, v, POINTS] > 0 and spread <= _MAX_FLAT:
             i, j = (u - ground.first[0]) & (n - 1), (v - ground.first[1]) & (n - 1)
             add_flat_cell(ground.flat, i, j, np.float64(table[u, v, MEAN]), ground.cell)
-            found[count, 0], found[count, 1] = i, j
+            places[count, 0], places[count, 1] = i, j
             count += 1
-    return found[:count]
+    return count
 
 
 @kernel

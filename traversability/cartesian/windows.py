@@ -48,10 +48,12 @@ class FlatCells(NamedTuple):
             comparison; float64, shape (n, n).
         moments: Moments of the flat cells of each ground cell, positions counted from the middle of
             the window, float64, shape (n / 2, n / 2, _N_MOMENTS).
+        places: Row and column of each flat cell, in the first rows, int32, shape (n * n, 2).
     """
 
     heights: NDArray[np.float64]
     moments: NDArray[np.float64]
+    places: NDArray[np.int32]
 
 
 class _Plane(NamedTuple):
@@ -92,7 +94,8 @@ class Workspace(NamedTuple):
 def no_flat_cells(n: int) -> FlatCells:
     """Return memory for a window of n by n elevation cells, none of them flat."""
     m = n // EDGE_CELLS
-    return FlatCells(np.full((n, n), np.nan), np.zeros((m, m, _N_MOMENTS)))
+    places = np.zeros((n * n, 2), dtype=np.int32)
+    return FlatCells(np.full((n, n), np.nan), np.zeros((m, m, _N_MOMENTS)), places)
 
 
 def make_workspace(n: int) -> Workspace:

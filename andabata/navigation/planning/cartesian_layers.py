@@ -81,9 +81,9 @@ class CartesianLayers:
         window = self._assembler.window
         if window.settled <= self._settled:
             return
-        points, ages, due = window.since(self._settled)
-        self._elevation.describe(points, position, ages)
-        self.low_obstacles.update(self._elevation, position, due)
+        swath = window.since(self._settled)
+        self._elevation.describe(swath.points, position, swath.stamps, swath.newest)
+        self.low_obstacles.update(self._elevation, position, swath.due)
         if self.ground is not None:
-            self.ground.update(self._elevation, position, due)
+            self.ground.update(self._elevation, position, swath.due)
         self._settled = window.settled

@@ -69,7 +69,13 @@ class GroundLayer:
             classifier: Classifier of ground cells.
             config: Settings.
         """
-        self._config = config
+        self._weights = _Weights(
+            memory=config.memory,
+            max_log_odds=config.max_log_odds,
+            # A miss near the robot costs more than a false alarm: decide rather for blocked.
+            near=math.log(config.miss_cost),
+            near_range=config.near_range,
+        )
         self._classifier = classifier
         self._features = GroundFeatures()
         self._grid = RollingGrid(EDGE_CELLS * classifier.cell, cells, ("log_odds",))
@@ -78,7 +84,7 @@ class GroundLayer:
     @property
     def max_log_odds(self) -> float:
         """Largest log odds."""
-        return self._config.max_log_odds
+        return self._weights.max_log_odds
 
     @property
     def cell(self) -> float:
@@ -108,19 +114,12 @@ class GroundLayer:
             ages: Ages of the cells that count [s], from the first on, less than the second; see
                 ``GroundFeatures.describe``.
         """
-        self.follow(position)
-        config, features = self._config, self._features
+        features = self._features
         features.describe(elevation, position, ages)
         verdicts = self._classifier.log_odds(features.values, features.cells, features.due)
-        weights = _Weights(
-            memory=config.memory,
-            max_log_odds=config.max_log_odds,
-            # A miss near the robot costs more than a false alarm: decide rather for blocked.
-            near=math.log(config.miss_cost),
-            near_range=config.near_range,
-        )
+        self.follow(position)
         ranges = features.values[:, _RANGE]
-        _accumulate(self.log_odds, features.cells, features.due, ranges, verdicts, weights)
+        _accumulate(self.log_odds, features.cells, features.due, ranges, verdicts, self._weights)
 
     def follow(self, position: NDArray[np.float64]) -> None:
         """Move the square to the robot and forget what it leaves behind.

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
 from traversability.cartesian.elevation_grid import ANY_AGE, MEAN, POINTS, ElevationGrid
-from traversability.cartesian.rolling_grid import PowerOfTwo, RollingGrid
+from traversability.cartesian.rolling_grid import PowerOfTwo, RollingGrid, follow
 
 _BESIDE = 3
 """Number of cells from a cell to those on either side that it is compared with."""
@@ -92,6 +92,22 @@ class Threshold(NamedTuple):
     decay: float
 
 
+class _Memory(NamedTuple):
+    """Memory of the layer, wrapped around.
+
+    Attributes:
+        sums: Number of points and sum of their heights in each cell, shape (n, n, 2).
+        centre: Cell of the robot, shape (2,).
+        heights: Heights of obstacles [m], shape (n, n).
+        heights_centre: Cell of the robot where heights are kept, shape (2,).
+    """
+
+    sums: NDArray[np.float32]
+    centre: NDArray[np.int64]
+    heights: NDArray[np.float32]
+    heights_centre: NDArray[np.int64]
+
+
 class LowObstacleLayer:
     """Remembers how far the ground stands out, in a square that moves with the robot, in ``odom``.
 
@@ -112,6 +128,14 @@ class LowObstacleLayer:
         # Heights are looked through as a whole: they have memory of their own.
         self._heights = RollingGrid(cell, config.cells, ("height",))
         self.heights = self._heights["height"]
+        grid, heights = self._grid, self._heights
+        self._memory = _Memory(grid.values, grid.centre, self.heights, heights.centre)
+        self._reach = Reach(
+            config.min_range, config.max_range, config.max_height, config.max_points
+        )
+        self._threshold = Threshold(
+            config.min_points, config.min_height, config.roughness_factor, config.decay
+        )
 
     @property
     def centre(self) -> NDArray[np.int64]:
@@ -136,16 +160,42 @@ class LowObstacleLayer:
             position: Position of the robot there [m], shape (2,).
             ages: Ages of the cells that count [s]: from the first on, less than the second.
         """
-        config, cell = self.config, self._grid.cell
-        self._grid.follow(position)
-        self._heights.follow(position)
-        due = _find_due(elevation.hit, elevation.ages, (np.float32(ages[0]), np.float32(ages[1])))
-        reach = Reach(config.min_range, config.max_range, config.max_height, config.max_points)
-        _accumulate(elevation.table, due, self._grid.values, self.centre, position, cell, reach)
-        threshold = Threshold(
-            config.min_points, config.min_height, config.roughness_factor, config.decay
+        _update(
+            *(elevation.hit, elevation.ages, elevation.table, ages, position),
+            *(self._grid.cell, self._memory, self._reach, self._threshold),
         )
-        _detect(self._grid.values, due, threshold, self.heights)
+
+
+@kernel
+def _update(
+    hit: NDArray[np.uint32],
+    ages: NDArray[np.float32],
+    table: NDArray[np.float32],
+    span: tuple[float, float],
+    position: NDArray[np.float64],
+    cell: float,
+    memory: _Memory,
+    reach: Reach,
+    threshold: Threshold,
+) -> None:
+    """Move the layer to the robot and take in a cloud.
+
+    Args:
+        hit: Rows and columns of the cells that points fell into; see ``ElevationGrid``.
+        ages: Age of each cell [s].
+        table: Columns of each cell.
+        span: Ages of the cells that count [s], from the first on and below the second.
+        position: Position of the robot [m], shape (2,).
+        cell: Edge of a cell [m].
+        memory: Memory of the layer, changed in place.
+        reach: Points that count.
+        threshold: Conditions of an obstacle.
+    """
+    follow(memory.sums, memory.centre, position, cell)
+    follow(memory.heights, memory.heights_centre, position, cell)
+    due = _find_due(hit, ages, (np.float32(span[0]), np.float32(span[1])))
+    _accumulate(table, due, memory.sums, memory.centre, position, cell, reach)
+    _detect(memory.sums, due, threshold, memory.heights)
 
 
 @kernel

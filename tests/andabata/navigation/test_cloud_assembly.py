@@ -8,12 +8,7 @@ from pydantic import ValidationError
 
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import Sweeps
-from andabata.navigation.cloud_assembly import (
-    CloudAssembler,
-    CloudAssemblyConfig,
-    SweepWindow,
-    assembled_turn,
-)
+from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig, assembled_turn
 from tests.situations import pose_at
 from traversability.cloud import PointCloud
 
@@ -147,7 +142,7 @@ def test_what_a_mast_hides_is_dropped(blind, hidden):
     made, track = assembler(turn=100.0, blind_deg=blind), standing()
     made.add(sweeps(angles, np.zeros(8)), track)
     made.add(behind, track)
-    points = np.concatenate([part.points for part in made.window.parts] or [np.empty((0, 3))])
+    points = made.window.points
     np.testing.assert_allclose(
         points[:, :2],
         5.0 * np.tile(np.stack([np.cos(expected), np.sin(expected)], 1), (2, 1)),
@@ -251,47 +246,24 @@ def test_a_cloud_grows_old():
 def test_the_window_holds_the_last_turn_of_the_head():
     """Parts older than a turn leave it; without points it does not grow."""
     made = turned(np.arange(0.0, 6.05, 0.25))
-    stamps = [float(part.stamps[0]) for part in made.window.parts]
+    stamps = made.window.stamps.tolist()
     np.testing.assert_allclose(stamps, np.arange(6.0 - 3.0, 6.05, 0.25))
     made.add(sweeps(6.25, ranges=np.inf), standing())
-    assert len(made.window.parts) == len(stamps)
+    assert made.window.stamps.tolist() == stamps
+    assert [part.newest for part in made.window.parts] == stamps
 
 
 def test_a_place_settles_when_the_head_has_turned_on():
     """Settled is the stamp of what lies half a radian of head angle or more behind."""
     made = turned([])
-    assert made.window == SweepWindow((), -np.inf)
+    assert (made.window.parts, made.window.settled) == ((), -np.inf)
     settled = []
     for angle in (0.0, 0.25, 0.5, 0.75):
         made.add(sweeps(angle), standing())
         settled.append(made.window.settled)
     assert settled == [-np.inf, -np.inf, 0.0, 0.25]
     made.reset()
-    assert made.window == SweepWindow((), -np.inf)
-
-
-def test_each_place_of_the_window_comes_once_with_its_neighbours():
-    """Since a stamp come the settled places after it, and as much before as lies after them."""
-    made = turned(np.arange(0.0, 3.05, 0.25))
-    window = made.window
-    assert window.settled == 2.5
-    points, ages, due = window.since(1.5)
-    assert points.dtype == ages.dtype == np.float32
-    # The head is 0.5 s past the settled places: the swath begins 0.5 s before the stamp.
-    np.testing.assert_allclose(ages, 3.0 - np.arange(1.25, 3.05, 0.25))
-    assert due == (0.5, 1.5)
-    counted = (ages >= due[0]) & (ages < due[1])
-    np.testing.assert_allclose(3.0 - ages[counted], [1.75, 2.0, 2.25, 2.5])
-    whole, ages, due = window.since(-np.inf)
-    assert len(whole) == 13
-    assert ((ages >= due[0]) & (ages < due[1])).sum() == 11
-
-
-def test_a_part_without_points_has_no_newest_stamp():
-    """A window of nothing cannot be asked what came since."""
-    empty = PointCloud(np.empty((0, 3), np.float32), "odom", np.empty(0))
-    with pytest.raises(ValueError, match="stamps: expected points with stamps"):
-        SweepWindow((empty,), 0.0).since(-1.0)
+    assert (made.window.parts, made.window.settled) == ((), -np.inf)
 
 
 def test_the_newest_stamp_is_asked_for_once():

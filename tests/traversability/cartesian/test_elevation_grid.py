@@ -7,10 +7,10 @@ from tests.traversability.cartesian.ground_clouds import HERE, flat, sheet
 from traversability.cartesian.elevation_grid import HIGHEST, LOWEST, MEAN, POINTS, ElevationGrid
 
 
-def described(points, here=HERE, ages=None, **sizes):
-    """Return the elevation grid of a list of points."""
+def described(points, here=HERE, stamps=None, **sizes):
+    """Return the elevation grid of a list of points, with the age that each has at time 0."""
     elevation = ElevationGrid(**sizes)
-    elevation.describe(np.asarray(points, dtype=np.float32), np.asarray(here, float), ages)
+    elevation.describe(np.asarray(points, dtype=np.float32), np.asarray(here, float), stamps)
     return elevation
 
 
@@ -58,7 +58,7 @@ def test_the_ground_ends_at_25_cm_and_objects_at_120(height, in_ground, in_highe
 def test_the_age_of_a_cell_is_that_of_its_newest_point():
     """Crowns do not count, and cells without points are infinitely old."""
     points = [[0.05, 0.05, 0.0], [0.05, 0.05, 0.1], [0.05, 0.05, 3.0], [1.05, 0.05, 0.0]]
-    elevation = described(points, ages=np.float32([3.0, 2.0, 1.0, 5.0]))
+    elevation = described(points, stamps=-np.array([3.0, 2.0, 1.0, 5.0]))
     assert elevation.ages[0, 0] == 2.0
     assert elevation.ages[10, 0] == 5.0
     assert np.isinf(elevation.ages[5, 5])

@@ -196,7 +196,7 @@ def test_cells_are_due_by_the_age_of_their_newest_points():
     ground = sheet(flat, half=3.0, spacing=0.05)
     old = ground[:, 0] < 1.0
     elevation, features = ElevationGrid(), GroundFeatures()
-    elevation.describe(ground, HERE, np.where(old, 2.0, 1.0).astype(np.float32))
+    elevation.describe(ground, HERE, np.where(old, -2.0, -1.0))
     features.describe(elevation, HERE, (1.0, 2.0))
     x = 0.2 * features.cells[:, 0] + 0.1
     np.testing.assert_array_equal(features.due, x > 1.0)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from andabata.models import shipped_ground_classifier
-from andabata.navigation.cloud_assembly import SweepWindow
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
@@ -27,7 +26,7 @@ def cloud(stamp, rock=True, side=None):
 def show(assembler, *clouds, settled=None):
     """Make some clouds the window, settled up to a stamp."""
     last = float(clouds[-1].stamps.max())
-    assembler.window = SweepWindow(clouds, last if settled is None else settled)
+    assembler.show_parts(clouds, last if settled is None else settled)
 
 
 @pytest.fixture

@@ -125,9 +125,9 @@ def test_only_cells_of_the_asked_ages_are_classified_as_in_the_whole_cloud():
     """Half of the ground was measured a second before the other half."""
     rng = np.random.default_rng(6)
     points = np.concatenate([ground(rng), trunk(2.1, 0.1, rng), trunk(-2.1, 0.1, rng)])
-    ages = np.where(points[:, 0] < 0.4, np.float32(1.5), np.float32(0.5))
+    stamps = np.where(points[:, 0] < 0.4, -1.5, -0.5)
     elevation = ElevationGrid()
-    elevation.describe(points, ORIGIN, ages)
+    elevation.describe(points, ORIGIN, stamps)
     whole, parts = layer_of(), layer_of()
     whole.update(elevation, ORIGIN)
     parts.update(elevation, ORIGIN, (1.0, 2.0))

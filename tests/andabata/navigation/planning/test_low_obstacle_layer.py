@@ -272,8 +272,8 @@ def test_only_cells_of_the_asked_ages_change():
     """A cell that is not due keeps its height and takes in nothing."""
     elevation, layer = ElevationGrid(CELL), layer_of()
     points = grid_points({(20, 0): 0.05, (20, 10): 0.05})
-    ages = np.where(points[:, 1] < 0.5, np.float32(1.5), np.float32(0.5))
-    elevation.describe(points, ORIGIN, ages)
+    stamps = np.where(points[:, 1] < 0.5, -1.5, -0.5)
+    elevation.describe(points, ORIGIN, stamps)
     layer.update(elevation, ORIGIN, (1.0, 1.5))
     assert not layer.heights.any()
     layer.update(elevation, ORIGIN, (1.5, 2.0))

@@ -19,7 +19,7 @@ _Share = tuple[int, ...]
 
 _environments: dict[tuple[int, _Files], OffroadEnv] = {}
 _batches: dict[int, PlanarVectorEnv] = {}
-_shelf = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
+_scenes = SceneCache(4)  # Few worlds of a pool are drawn again soon, and each takes 17 MB.
 
 _ROBOTS = {"offroad": 8, "spn": 16, "td3": 32}
 """Number of planar robots that a process drives side by side, by task."""
@@ -92,9 +92,9 @@ def _play(
     name = hash(config.model_dump_json())
     if isinstance(config, RoomConfig) or is_planar(config):
         if name not in _batches:
-            _batches[name] = make_batch(config, _ROBOTS[config.task], _shelf)
+            _batches[name] = make_batch(config, _ROBOTS[config.task], _scenes)
         return play_together(_batches[name], actor, action_repeat, specs, explore)
     key = (name, files)
     if key not in _environments:
-        _environments[key] = OffroadEnv(config, Models.from_bytes(files), _shelf)
+        _environments[key] = OffroadEnv(config, Models.from_bytes(files), _scenes)
     return [play(_environments[key], actor, action_repeat, spec, explore) for spec in specs]

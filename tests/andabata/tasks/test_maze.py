@@ -1,5 +1,8 @@
 """The maze's task on many robots: what each would do alone."""
 
+import gc
+import weakref
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from andabata.tasks.offroad import OffroadEnv, stage_config
 from rl.mlp import MlpPolicy
 from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play, play_together
+from worlds.scenes import SceneCache
 
 SMALL = stage_config("Maze2D").model_copy(
     update={"seeds": (0, 1, 2), "terminations": TerminationConfig(time_limit=40.0)}
@@ -103,6 +107,19 @@ def test_gymnasium_makes_it():
     states, *_ = env.step(env.action_space.sample())
     assert env.observation_space.contains(states)
     env.close()
+
+
+def test_worlds_are_not_kept_with_their_maps():
+    """Tasks stay for the next drive there; the world goes with the cache of scenes."""
+    cache = SceneCache(1)
+    robots = MazeVectorEnv(SMALL, 1, cache)
+    world = weakref.ref(cache.get("maze", 0).world)
+    first, _ = robots.reset(seed=5, options={"world_seed": 0, "task": 0})
+    robots.reset(options={"world_seed": 1, "task": 0})
+    gc.collect()
+    assert world() is None
+    again, _ = robots.reset(seed=5, options={"world_seed": 0, "task": 0})
+    np.testing.assert_array_equal(again, first)
 
 
 def test_impossible_calls_are_named(scenes):

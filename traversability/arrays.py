@@ -25,7 +25,7 @@ _NUMBERS = ("<f4", "<f8")
 """Types of such arrays."""
 
 _TRIED_BYTES = 4096
-"""Number of bytes at the end of an array that are compressed as a trial."""
+"""Number of bytes at the end of an array's file that are compressed as a trial."""
 
 _MAX_RATIO = 0.85
 """Share of their size below which those bytes have to shrink for the array to be compressed."""
@@ -74,11 +74,11 @@ def _entry(name: str, array: Array) -> ZipEntry:
         raise ValueError(f"{name}: expected numbers, got Python objects")
     begin = io.BytesIO()
     np.lib.format.write_array_header_1_0(begin, np.lib.format.header_data_from_array_1_0(array))
-    content = array.reshape(-1).view(np.uint8).data
-    tried = content[-_TRIED_BYTES:]
+    head, content = begin.getvalue(), array.reshape(-1).view(np.uint8).data
+    tried = (head + bytes(content[-_TRIED_BYTES:]))[-_TRIED_BYTES:]
     packs = len(zlib.compress(tried, 1)) < _MAX_RATIO * len(tried)
     strategy = zlib.Z_DEFAULT_STRATEGY if packs else None
-    return ZipEntry(f"{name}.npy", (begin.getvalue(), content), strategy)
+    return ZipEntry(f"{name}.npy", (head, content), strategy)
 
 
 def _little(array: Array) -> "np.dtype[Any]":

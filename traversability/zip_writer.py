@@ -18,6 +18,9 @@ _STORED, _DEFLATED = 0, 8
 _VERSION = 20
 """Version of the format that readers of deflated entries need: 2.0."""
 
+_MADE_BY = 3 << 8 | _VERSION
+"""What made the file, on every system: Unix, whose permissions entries have."""
+
 _DAY = 1 << 5 | 1
 """First day that the format knows: 1980-01-01."""
 
@@ -75,7 +78,7 @@ def zip_archive(entries: Sequence[ZipEntry]) -> bytes:
         about = (_VERSION, 0, method, 0, _DAY, check, packed, size, len(label), 0)
         pieces += [_LOCAL.pack(_LOCAL_MARK, *about), label, *content]
         # Comment, disk, internal attributes, permissions, place of the entry.
-        directory += [_CENTRAL.pack(_CENTRAL_MARK, _VERSION, *about, 0, 0, 0, _MODE, place), label]
+        directory += [_CENTRAL.pack(_CENTRAL_MARK, _MADE_BY, *about, 0, 0, 0, _MODE, place), label]
         place += _LOCAL.size + len(label) + packed
     count, length = len(entries), sum(map(len, directory))
     return b"".join(

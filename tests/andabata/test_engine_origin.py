@@ -12,6 +12,7 @@ def test_an_origin_knows_models_versions_and_sources():
     """The shipped models are there with their hashes; this process agrees with itself."""
     origin = here()
     assert origin.models["forest.npz"] == Models().hashes["forest"]
+    assert origin.models["ground_classifier.npz"] == Models().hashes["ground_classifier"]
     assert len(origin.models) == 7
     assert origin.versions["python"].startswith("3.11")
     assert len(origin.sources) == 64

@@ -9,7 +9,7 @@ from andabata.localization.ukf import SigmaWeights, wrap_angle
 from andabata.machine.proprioception import GRAVITY
 
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.2, 26.0, -34.0)
-GATED = FilterModel(BODY, NoiseModel(), Gates(), SigmaWeights.merwe(STATES))
+GATED = FilterModel(BODY, NoiseModel(), Gates(), SigmaWeights.merwe(STATES), 0.5)
 OPEN = GATED._replace(gates=Gates(1e9, 1e9, 1e9))
 HEADING_ONLY = GATED._replace(body=BODY._replace(heading_only=True))
 

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from traversability.zip_writer import ZipEntry, zip_archive
-
 Array = NDArray[Any]
 """Array of any type and shape."""
 
@@ -54,31 +52,30 @@ def pack(
         types = {name: _little(arrays[name]).str for name in differences}
         header = {**header, _DIFFERENCES: types}
     text = np.frombuffer(json.dumps(header, sort_keys=True).encode(), dtype=np.uint8)
-    entries = [_entry(_HEADER, text)]
-    for name, array in sorted(arrays.items()):
-        if name in differences:
-            # Planes of bytes are runs, if anything: a search for other repeats finds none.
-            entries.append(_entry(name, _differences(array))._replace(strategy=zlib.Z_RLE))
-        else:
-            entries.append(_entry(name, np.asarray(array, order="C")))
-    return zip_archive(entries)
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        _write(archive, _HEADER, text)
+        for name, array in sorted(arrays.items()):
+            _write(archive, name, _differences(array) if name in differences else array)
+    return stream.getvalue()
 
 
-def _entry(name: str, array: Array) -> ZipEntry:
-    """Return the npy file of an array, which is deflated if a trial shows that it shrinks.
+def _write(archive: zipfile.ZipFile, name: str, array: Array) -> None:
+    """Add the npy file of an array, which is deflated if a trial shows that it shrinks.
 
     Raises:
         ValueError: If it holds Python objects.
     """
     if array.dtype.hasobject:
         raise ValueError(f"{name}: expected numbers, got Python objects")
-    begin = io.BytesIO()
-    np.lib.format.write_array_header_1_0(begin, np.lib.format.header_data_from_array_1_0(array))
-    head, content = begin.getvalue(), array.reshape(-1).view(np.uint8).data
-    tried = (head + bytes(content[-_TRIED_BYTES:]))[-_TRIED_BYTES:]
+    raw = io.BytesIO()
+    np.lib.format.write_array(raw, np.asarray(array, order="C"), allow_pickle=False)
+    data = raw.getbuffer()
+    tried = data[-_TRIED_BYTES:]
     packs = len(zlib.compress(tried, 1)) < _MAX_RATIO * len(tried)
-    strategy = zlib.Z_DEFAULT_STRATEGY if packs else None
-    return ZipEntry(f"{name}.npy", (head, content), strategy)
+    kind = zipfile.ZIP_DEFLATED if packs else zipfile.ZIP_STORED
+    # An entry is dated 1980, whenever it is written.
+    archive.writestr(zipfile.ZipInfo(f"{name}.npy"), data, kind, compresslevel=1)
 
 
 def _little(array: Array) -> "np.dtype[Any]":

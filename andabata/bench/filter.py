@@ -24,7 +24,7 @@ from terrain.record import packed
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.0, 26.0, -34.0)
 """Geometry of a robot and magnetic flux [uT] that the filter is timed with."""
 
-MODEL = FilterModel(BODY, NoiseModel(), Gates(1e9, 1e9, 1e9), SigmaWeights.merwe(STATES))
+MODEL = FilterModel(BODY, NoiseModel(), Gates(1e9, 1e9, 1e9), SigmaWeights.merwe(STATES), 0.5)
 """Filter that is timed: no measurement is gated."""
 
 STANDING_IMU = np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 9.81])

@@ -104,4 +104,4 @@ class FilterModel(NamedTuple):
     noise: NoiseModel
     gates: Gates
     weights: SigmaWeights
-    max_lead: float = 0.5
+    max_lead: float

@@ -24,7 +24,7 @@ def beam_rays(
         Rows of origin in the map [m] and unit direction, float32, shape (s * b, 6), and times [s],
         shape (s * b,), both in buffers that the next call overwrites.
     """
-    times, rays = tables.rays(sweeps.ranges.size)
+    times, rays = tables.buffers(sweeps.ranges.size)
     _fill_rays(
         sweeps.stamps,
         sweeps.head_angles,

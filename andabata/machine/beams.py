@@ -41,7 +41,7 @@ class BeamTables:
         self._step = np.nan
         self._times, self._rays = np.empty(0), np.empty((6, 0), dtype=np.float32)
 
-    def rays(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    def buffers(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """Return buffers for times (count,) and rays (6, count), the same for the same count.
 
         A component's numbers lie together, so that the compiler can pack the loop that fills them.

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.beams import SIN
 from terrain.kernel import kernel
 
 
@@ -16,11 +17,13 @@ class RangeLimits(NamedTuple):
         max_range: Largest range [m].
         body_radius: Least distance from the vertical axis [m].
         dense_range: Range below which beams are thinned [m].
+        dense_stride: Number of beams there of which one is kept.
     """
 
     max_range: float
     body_radius: float
     dense_range: float
+    dense_stride: int
 
 
 def is_hidden(
@@ -36,7 +39,7 @@ def is_hidden(
 
 @kernel
 def useful_beams(
-    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: RangeLimits, stride: int
+    ranges: NDArray[np.float32], tilts: NDArray[np.float64], limits: RangeLimits
 ) -> NDArray[np.int64]:
     """Return the indices of beams to keep: in range, not the robot's body, thinned where dense.
 
@@ -44,7 +47,6 @@ def useful_beams(
         ranges: Ranges of the sweeps [m], shape (s, b).
         tilts: Sine and cosine of the beams' elevations, shape (1 or s, 2, b).
         limits: Ranges that are kept.
-        stride: Number of dense beams of which one is kept.
     """
     beams = ranges.shape[1]
     found = np.empty(ranges.size, dtype=np.int64)
@@ -53,10 +55,10 @@ def useful_beams(
         row = i % len(tilts)
         for j in range(beams):
             distance = ranges[i, j]
-            outward = distance * abs(tilts[row, 0, j])
+            outward = distance * abs(tilts[row, SIN, j])
             near = distance < limits.max_range and outward > limits.body_radius
             # The turning head measures the ground beside the robot again and again.
-            if near and (distance > limits.dense_range or j % stride == 0):
+            if near and (distance > limits.dense_range or j % limits.dense_stride == 0):
                 found[count] = i * beams + j
                 count += 1
     return found[:count]

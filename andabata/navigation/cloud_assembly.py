@@ -272,8 +272,10 @@ def _rows_kept(
     sweeps: Sweeps, config: CloudAssemblyConfig, tables: BeamTables
 ) -> NDArray[np.int64]:
     """Return the numbers of the beams that a cloud keeps, counted through all sweeps."""
-    limits = RangeLimits(config.max_range, config.body_radius, config.dense_range)
-    rows = useful_beams(sweeps.ranges, tables.sin_cos(sweeps)[1], limits, config.dense_stride)
+    limits = RangeLimits(
+        config.max_range, config.body_radius, config.dense_range, config.dense_stride
+    )
+    rows = useful_beams(sweeps.ranges, tables.sin_cos(sweeps)[1], limits)
     if config.blind_deg:
         rows = rows[~is_hidden(beam_bearings(sweeps, rows), config.blind_deg)]
     return rows

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.navigation.beam_selection import RangeLimits, is_hidden, useful_beams
 
-LIMITS = RangeLimits(max_range=10.0, body_radius=0.5, dense_range=2.0)
+LIMITS = RangeLimits(max_range=10.0, body_radius=0.5, dense_range=2.0, dense_stride=1)
 LEVEL = np.array([[[1.0] * 4, [0.0] * 4]])
 """Sine and cosine of the elevation of four level beams."""
 
@@ -13,19 +13,19 @@ LEVEL = np.array([[[1.0] * 4, [0.0] * 4]])
 def test_beams_out_of_range_and_on_the_robot_are_left_out():
     """Ranges of 10 m, 0.5 m and none are not kept, those between are."""
     ranges = np.array([[0.5, 0.6, 9.9, 10.0], [np.inf, 3.0, 0.4, 5.0]], dtype=np.float32)
-    assert useful_beams(ranges, LEVEL, LIMITS, 1).tolist() == [1, 2, 5, 7]
+    assert useful_beams(ranges, LEVEL, LIMITS).tolist() == [1, 2, 5, 7]
 
 
 def test_a_beam_along_the_axis_is_on_the_robot():
     """The distance from the axis counts, not the range."""
     tilts = np.array([[[0.1, 1.0], [0.99, 0.0]]])
-    assert useful_beams(np.float32([[4.0, 4.0]]), tilts, LIMITS, 1).tolist() == [1]
+    assert useful_beams(np.float32([[4.0, 4.0]]), tilts, LIMITS).tolist() == [1]
 
 
 def test_near_beams_are_thinned():
     """Of those nearer than 2 m every second is kept."""
     ranges = np.float32([[1.0, 1.0, 1.0, 3.0]])
-    assert useful_beams(ranges, LEVEL, LIMITS, 2).tolist() == [0, 2, 3]
+    assert useful_beams(ranges, LEVEL, LIMITS._replace(dense_stride=2)).tolist() == [0, 2, 3]
 
 
 @pytest.mark.parametrize(

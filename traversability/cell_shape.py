@@ -26,6 +26,8 @@ from traversability.cell_columns import (
     CellWorkspace,
 )
 from traversability.covariance import Covariance, eigenvalues, gradient, normal_z_squared
+from traversability.ground_level import ground_levels
+from traversability.heights import describe_heights
 from traversability.quarter_planes import ground_shape, mean_points
 
 _CELL_NOISE = 1e-3
@@ -36,6 +38,8 @@ _CELL_NOISE = 1e-3
 def describe_cells(
     quarters: Quarters,
     middles: NDArray[np.float64],
+    halves: NDArray[np.float64],
+    max_traversable_vegetation: float,
     cells: CellWorkspace,
 ) -> None:
     """Write the number of points and the own features of each cell.
@@ -43,6 +47,8 @@ def describe_cells(
     Args:
         quarters: Points, quarter of each point and sums over the quarters.
         middles: Middle of each ring [m], shape (n_rings,).
+        halves: Middle of each half ring [m], shape (2 n_rings,).
+        max_traversable_vegetation: Height of plants that the robot may cross [m].
         cells: Buffers that are filled.
     """
     sums, counts = quarters.sums, cells.counts
@@ -59,6 +65,8 @@ def describe_cells(
     # These compare cells with each other, so all of them have to be described before.
     compare_with_ring(counts, cells.values)
     find_bumps(quarters, middles, cells)
+    ground_levels(sums, halves, cells)
+    describe_heights(quarters, max_traversable_vegetation, cells)
 
 
 @kernel

@@ -19,14 +19,19 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.navigation.cloud_assembly import CloudAssemblyConfig, assembled_turn
+from terrain.heightfield import Heightfield
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
 from worlds.scenes import Scene
 from worlds.traversability_map import TraversabilityMap
+from worlds.truth import with_vegetation_limit
 from worlds.world import Start
 
 Span = tuple[float, float]
+
+_SLOPE_REACH = 0.15
+"""Half the stretch over which the slope of the ground under cover is taken [m]."""
 
 
 class CloudsConfig(BaseModel):
@@ -60,6 +65,13 @@ class CloudsConfig(BaseModel):
             is an object of the world, high grass).
         litter: Span of the height of leaf litter and tufts in half of the varied clouds, root mean
             square [m].
+        undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, in
+            half of the varied clouds, root mean square [m].
+        cover: Largest scatter of grass, litter and undulations together, root mean square [m]: what
+            is higher is scaled down, since low plants on broken ground are not told from high ones
+            on level ground.
+        exact: Share of the clouds that are taken without noise, dropout and errors of the pose, as
+            another simulator's are.
         room: Least distance of the nearest forbidden ground [m].
         reach: Largest distance of the nearest forbidden ground, so that there is something to see
             [m].
@@ -71,7 +83,9 @@ class CloudsConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    presets: tuple[str, ...] = ("forest", "hill", "lake", "park", "natural", "hollow", "maze")
+    presets: tuple[str, ...] = (
+        *("forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow"),
+    )
     difficulty: Span = (0.2, 1.0)
     patch_size: float = Field(default=60.0, ge=0, le=200)
     patch_cell: float = Field(default=0.125, gt=0.02, le=0.5)
@@ -91,6 +105,9 @@ class CloudsConfig(BaseModel):
     hidden: int = Field(default=0, ge=0, le=64)
     grass: Span = (0.0, 0.0)
     litter: Span = (0.0, 0.0)
+    undulation: Span = (0.0, 0.0)
+    cover: float = Field(default=0.065, gt=0, le=1)
+    exact: float = Field(default=0.0, ge=0, le=1)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     close: float = Field(default=0.4, ge=0, le=1)
@@ -99,7 +116,7 @@ class CloudsConfig(BaseModel):
 
     @field_validator(
         *("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept"),
-        *("grass", "litter"),
+        *("grass", "litter", "undulation"),
     )
     @classmethod
     def _check_span(cls, span: Span) -> Span:
@@ -129,6 +146,7 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
         world = make_world(preset, seed, difficulty, smaller)
     else:
         world = make_world(preset, seed, difficulty)
+    world = with_vegetation_limit(world, config.robot.max_traversable_vegetation)
     return Scene(world, RayScene(world))
 
 
@@ -178,13 +196,17 @@ def take_cloud(
     cloud = _labelled(cloud, surveyed, scene.world.truth)
     middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
     laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, lift, 1.0])
-    return varied_cloud(cloud, variation, laser, rng), pose
+    slopes = _slopes_under(surveyed, scene.world.ground, pose.yaw) if variation.covered else None
+    return varied_cloud(cloud, variation, laser, rng, slopes), pose
 
 
 def _draw_noise(
     config: CloudsConfig, rng: np.random.Generator
 ) -> tuple[SensingConfig, NoisyGroundTruthConfig]:
     """Return the laser with its noise, and the errors of the pose that the robot believes."""
+    if config.exact and rng.random() < config.exact:
+        lidar = config.sensing.lidar.model_copy(update={"noise": 0.0, "dropout": 0.0})
+        return config.sensing.model_copy(update={"lidar": lidar, "proprioception": None}), _SURVEYED
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
     believed = NoisyGroundTruthConfig(
@@ -212,6 +234,12 @@ def _draw_variation(
         grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
         grass, litter = grass * (rng.random() < 0.5), litter * (rng.random() < 0.5)
         variation = variation._replace(grass=grass, litter=litter)
+    if config.undulation[1] > 0:
+        undulation = rng.uniform(*config.undulation) * (rng.random() < 0.5)
+        tufted, verge = rng.random(2) < 0.5
+        variation = variation._replace(
+            undulation=undulation, tufted=bool(tufted), verge=bool(verge)
+        ).limited(config.cover)
     return robot, variation
 
 
@@ -288,6 +316,19 @@ def _labelled(
     severity = truth.severity_of(surveyed, cloud.classes)
     forbidden = truth.forbidden_under(surveyed)
     return replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
+
+
+def _slopes_under(
+    places: NDArray[np.float32], ground: Heightfield, yaw: float
+) -> NDArray[np.float64]:
+    """Return the rise of the ground under map places along the robot's x and y, shape (n, 2)."""
+    x, y = places[:, 0].astype(np.float64), places[:, 1].astype(np.float64)
+    east, north = (
+        (ground.height_at(x + dx, y + dy) - ground.height_at(x - dx, y - dy)) / (2 * _SLOPE_REACH)
+        for dx, dy in ((_SLOPE_REACH, 0.0), (0.0, _SLOPE_REACH))
+    )
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([c * east + s * north, c * north - s * east])
 
 
 def _tilt(angle: float, direction: float) -> Rotation:

@@ -25,7 +25,6 @@ from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
 from worlds.scenes import Scene
 from worlds.traversability_map import TraversabilityMap
-from worlds.truth import with_vegetation_limit
 from worlds.world import Start
 
 Span = tuple[float, float]
@@ -60,13 +59,12 @@ class CloudsConfig(BaseModel):
         kept: Span of the share of points kept in varied clouds.
         hidden: Largest number of directions in which part of the view of a varied cloud is hidden,
             as by parts of the robot or by ground too dark to return a beam.
-        grass: Span of the height of low grass in half of the varied clouds [m]. It stops some of
-            the beams above the ground, which stays drivable (assumption: to 15 cm; what is higher
-            is an object of the world, high grass).
-        litter: Span of the height of leaf litter and tufts in half of the varied clouds, root mean
-            square [m].
-        undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, in
-            half of the varied clouds, root mean square [m].
+        cover_share: Share of the varied clouds that have each of grass, litter and undulations.
+        grass: Span of the height of low grass [m]. It stops some of the beams above the ground,
+            which stays drivable (assumption: to 15 cm; what is higher is an object of the world).
+        litter: Span of the height of leaf litter, root mean square [m].
+        undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, root
+            mean square [m].
         cover: Largest scatter of grass, litter and undulations together, root mean square [m]: what
             is higher is scaled down, since low plants on broken ground are not told from high ones
             on level ground.
@@ -103,6 +101,7 @@ class CloudsConfig(BaseModel):
     tilts: Span = (0.0, 0.0)
     kept: Span = (0.25, 1.0)
     hidden: int = Field(default=0, ge=0, le=64)
+    cover_share: float = Field(default=0.5, ge=0, le=1)
     grass: Span = (0.0, 0.0)
     litter: Span = (0.0, 0.0)
     undulation: Span = (0.0, 0.0)
@@ -146,8 +145,8 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
         world = make_world(preset, seed, difficulty, smaller)
     else:
         world = make_world(preset, seed, difficulty)
-    world = with_vegetation_limit(world, config.robot.max_traversable_vegetation)
-    return Scene(world, RayScene(world))
+    scene = Scene(world, RayScene(world))
+    return scene.with_vegetation_limit(config.robot.max_traversable_vegetation)
 
 
 def labelled_cloud(
@@ -223,6 +222,7 @@ def _draw_variation(
     """Return the robot with its laser's height, and what else another robot's cloud has."""
     if rng.random() >= config.varied:
         return config.robot, CloudVariation()
+    share = config.cover_share
     robot = config.robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
     variation = CloudVariation(kept=rng.uniform(*config.kept))
     if config.tilts[1] > 0:
@@ -232,10 +232,10 @@ def _draw_variation(
         variation = variation._replace(hidden=int(rng.integers(config.hidden + 1)))
     if config.grass[1] > 0 or config.litter[1] > 0:
         grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
-        grass, litter = grass * (rng.random() < 0.5), litter * (rng.random() < 0.5)
+        grass, litter = grass * (rng.random() < share), litter * (rng.random() < share)
         variation = variation._replace(grass=grass, litter=litter)
     if config.undulation[1] > 0:
-        undulation = rng.uniform(*config.undulation) * (rng.random() < 0.5)
+        undulation = rng.uniform(*config.undulation) * (rng.random() < share)
         tufted, verge = rng.random(2) < 0.5
         variation = variation._replace(
             undulation=undulation, tufted=bool(tufted), verge=bool(verge)

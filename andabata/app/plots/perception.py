@@ -1,6 +1,7 @@
 """Figures of virtual scans and classifiers, drawn without a screen."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +14,9 @@ from andabata.app.plots.axes import draw_ranges, range_legend
 from andabata.app.scanning import Scanned
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
+
+if TYPE_CHECKING:  # Only named: it imports what makes clouds.
+    from andabata.bench.fields import FieldClassification
 
 _STATE_COLOURS = {
     CellState.EMPTY: "#f4f4f0",
@@ -99,6 +103,41 @@ def labelled_figure(
         axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
         axes.set_xlabel("x, forward [m]")
         axes.set_ylabel("y, left [m]")
+    return figure
+
+
+def fields_figure(examples: "Mapping[str, FieldClassification]", grid: PolarGrid) -> Figure:
+    """Return one case of each kind of the field suite: from the side, by the labels, as called.
+
+    Args:
+        examples: Cells of the cases by kind.
+        grid: Polar grid of the cells.
+    """
+    figure = Figure(figsize=(13, 3.0 * len(examples)), layout="constrained")
+    for axes, (kind, example) in zip(
+        figure.subplots(len(examples), 3), examples.items(), strict=True
+    ):
+        side, truth, called = axes
+        # From the side: the sector pair that looks towards the middle of the field.
+        bearing = grid.bearings[np.argmin(np.abs(example.bearings))]
+        x, y, z = example.points.T
+        along = x * np.cos(bearing) + y * np.sin(bearing)
+        strip = (np.abs(y * np.cos(bearing) - x * np.sin(bearing)) < 0.5) & (along > 0)
+        side.scatter(along[strip], z[strip], s=1.5, color="#444444", linewidths=0)
+        side.set_xlim(0, grid.outer_radius)
+        side.set_ylim(-1.0, 1.5)
+        side.set_xlabel("ahead [m]")
+        side.set_ylabel("height [m]")
+        about = f"{kind}, {example.case.sensor} at {example.case.height:.2f} m"
+        field = example.case.field
+        side.set_title(about if field is None else f"{about}, plants of {field.height:.2f} m")
+        for panel, cells, title in (
+            (truth, example.truth, "labels"),
+            (called, example.called, "as called"),
+        ):
+            _draw_cells(panel, cells, grid, alpha=0.9)
+            panel.set_title(title)
+            panel.set_aspect("equal")
     return figure
 
 

@@ -74,22 +74,28 @@ def _lower_envelope(halves: NDArray[np.float64], levels: NDArray[np.float64]) ->
         levels: Low points of the quarters, infinite where unknown; changed in place.
     """
     sectors, rings = levels.shape
+    outwards, around = np.empty(rings), np.empty(rings)
+    for j in range(rings):
+        outwards[j] = MAX_GRADE * (halves[j] - halves[max(j - 1, 0)])
+        around[j] = MAX_GRADE * halves[j] * 2 * np.pi / sectors
     for _ in range(2):
         for i in range(sectors):
+            row = levels[i]
             for j in range(1, rings):
-                rise = MAX_GRADE * (halves[j] - halves[j - 1])
-                levels[i, j] = min(levels[i, j], levels[i, j - 1] + rise)
+                row[j] = min(row[j], row[j - 1] + outwards[j])
             for j in range(rings - 2, -1, -1):
-                rise = MAX_GRADE * (halves[j + 1] - halves[j])
-                levels[i, j] = min(levels[i, j], levels[i, j + 1] + rise)
+                row[j] = min(row[j], row[j + 1] + outwards[j + 1])
         # Twice around: the first time the sector before the first one is not final.
         for k in range(1, 2 * sectors):
-            i, before = k % sectors, (k - 1) % sectors
-            for j in range(rings):
-                rise = MAX_GRADE * halves[j] * 2 * np.pi / sectors
-                levels[i, j] = min(levels[i, j], levels[before, j] + rise)
+            _lower(levels[k % sectors], levels[(k - 1) % sectors], around)
         for k in range(2 * sectors - 2, -1, -1):
-            i, behind = k % sectors, (k + 1) % sectors
-            for j in range(rings):
-                rise = MAX_GRADE * halves[j] * 2 * np.pi / sectors
-                levels[i, j] = min(levels[i, j], levels[behind, j] + rise)
+            _lower(levels[k % sectors], levels[(k + 1) % sectors], around)
+
+
+@inlined_kernel
+def _lower(
+    row: NDArray[np.float64], beside: NDArray[np.float64], rises: NDArray[np.float64]
+) -> None:
+    """Lower the levels of a half sector to what the one beside it allows."""
+    for j in range(len(row)):
+        row[j] = min(row[j], beside[j] + rises[j])

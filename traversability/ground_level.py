@@ -78,13 +78,20 @@ def _lower_envelope(halves: NDArray[np.float64], levels: NDArray[np.float64]) ->
     for j in range(rings):
         outwards[j] = MAX_GRADE * (halves[j] - halves[max(j - 1, 0)])
         around[j] = MAX_GRADE * halves[j] * 2 * np.pi / sectors
-    for _ in range(2):
+    for turn in range(2):
+        lowered = False
         for i in range(sectors):
             row = levels[i]
             for j in range(1, rings):
-                row[j] = min(row[j], row[j - 1] + outwards[j])
+                bound = row[j - 1] + outwards[j]
+                if bound < row[j]:
+                    row[j], lowered = bound, True
             for j in range(rings - 2, -1, -1):
-                row[j] = min(row[j], row[j + 1] + outwards[j + 1])
+                bound = row[j + 1] + outwards[j + 1]
+                if bound < row[j]:
+                    row[j], lowered = bound, True
+        if turn > 0 and not lowered:
+            break
         # Twice around: the first time the sector before the first one is not final.
         for k in range(1, 2 * sectors):
             _lower(levels[k % sectors], levels[(k - 1) % sectors], around)

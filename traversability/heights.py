@@ -167,11 +167,12 @@ def _write_scatter(
                 continue
             n, squares = n + here, squares + here * spread * spread
             least = min(least, spread)
-            off = _off_plane(cells.means[i, j], cells.planes[i, j])
-            for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-                a, b = (i + di) % sectors, j + dj
+            plane = cells.planes[i, j]
+            off = _off_plane(cells.means[i, j], plane)
+            left, right = (i + 1 if i + 1 < sectors else 0), (i - 1 if i > 0 else sectors - 1)
+            for a, b in ((left, j), (right, j), (i, j + 1), (i, j - 1)):
                 if 0 <= b < rings and sums[a, b, COUNT] >= MIN_DESCRIBED:
-                    other = _off_plane(cells.means[a, b], cells.planes[i, j])
+                    other = _off_plane(cells.means[a, b], plane)
                     step = max(step, abs(off - other) - spread - cells.scatter[a, b])
     out[SCATTER], out[SCATTER_LEAST] = np.sqrt(squares / n), least
     out[SMOOTH_STEP] = step

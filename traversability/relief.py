@@ -118,7 +118,7 @@ def _survey(
 @inlined_kernel
 def _layer(height: float) -> int:
     """Return the layer of a height over the ground that is counted in layers."""
-    return min(max(int(np.floor(height)) + LAYERS_BELOW, 0), LAYERS - 1)
+    return min(max(int(height + LAYERS_BELOW), 0), LAYERS - 1)
 
 
 @borrowing_kernel

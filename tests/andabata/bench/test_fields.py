@@ -22,9 +22,9 @@ FREE, BLOCKED = CellState.TRAVERSABLE, CellState.NON_TRAVERSABLE
 def result(field=MEADOW, blocked=(), called=(), ranges=np.inf):
     """Return a case whose cells are free but for some, given as (sector, ring)."""
     truth, states = (np.full((32, 10), FREE, dtype=np.uint8) for _ in range(2))
-    for cells, chosen in ((truth, blocked), (states, called)):
+    for grid, chosen in ((truth, blocked), (states, called)):
         for cell in chosen:
-            cells[cell] = BLOCKED
+            grid[cell] = BLOCKED
     case = FieldCase("field" if field else "grass", "vlp-16", 1.0, 0.0, field, 0)
     found = np.full(32, ranges, dtype=np.float32)
     none = np.zeros((0, 3), dtype=np.float32)

@@ -155,25 +155,25 @@ def test_rows_are_read_by_their_own_length():
 
 def test_all_fields_of_all_points_become_columns():
     """Types are kept, several numbers are numbered, and points without a return stay."""
-    columns = point_columns(message(xyz(POINTS) | {"ring": np.arange(5, dtype="u2")}))
+    columns, _ = point_columns(message(xyz(POINTS) | {"ring": np.arange(5, dtype="u2")}))
     assert {name: column.dtype.str for name, column in columns.items()} == {
         "x": "<f4", "y": "<f4", "z": "<f4", "ring": "<u2",
     }  # fmt: skip
     np.testing.assert_array_equal(columns["ring"], np.arange(5))
     np.testing.assert_array_equal(columns["x"], POINTS[:, 0].astype("f4"))
     pairs = message({"x": np.array([1, 2], "f4"), "y": np.array([3, 4], "f4")}, counts={"x": 2})
-    columns = point_columns(pairs)
+    columns, _ = point_columns(pairs)
     assert {name: column.tolist() for name, column in columns.items()} == {
         "x_0": [1, 2], "x_1": [3, 4], "y": [3, 4],
     }  # fmt: skip
-    empty = point_columns(message(xyz(np.zeros((0, 3)))))
+    empty, _ = point_columns(message(xyz(np.zeros((0, 3)))))
     assert [len(column) for column in empty.values()] == [0, 0, 0]
 
 
 def test_columns_are_in_the_byte_order_of_the_machine():
     """Big-endian numbers keep their values."""
     swapped = {name: column.astype(">f4") for name, column in xyz(POINTS[3:4]).items()}
-    columns = point_columns(message(swapped, is_bigendian=True))
+    columns, _ = point_columns(message(swapped, is_bigendian=True))
     assert [columns[name].tolist() for name in "xyz"] == [[4], [5], [6]]
     assert columns["x"].dtype.isnative
 
@@ -184,7 +184,7 @@ def test_names_of_columns_differ():
     named = [
         replace(field, name=name) for field, name in zip(fields, ("a b", "a_b", ""), strict=True)
     ]
-    columns = point_columns(message(xyz(POINTS[:1]), fields=named))
+    columns, _ = point_columns(message(xyz(POINTS[:1]), fields=named))
     assert list(columns) == ["a_b", "a_b_2", "field"]
 
 

@@ -101,7 +101,11 @@ def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
         topic = next(iter(clouds))
     if topic not in clouds:
         found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
-        raise BagError(f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic}")
+        lost = "".join(f"; {name}: {reason}" for name, reason in sorted(bag.unreadable.items()))
+        text = (
+            f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic or 'no name'}"
+        )
+        raise BagError(text + lost)
     if topic in bag.unreadable:
         raise BagError(f"{bag.path}: {topic} can't be read: {bag.unreadable[topic]}")
     messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)

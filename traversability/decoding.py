@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from traversability.cloud import COLUMNS, FLOAT32_REACH, PointCloud, are_returns, origin_of
 from traversability.formats.coordinate_units import METRES, CoordinateUnits
@@ -59,6 +60,8 @@ class DecodedCloud:
         units: Units of the file's own coordinates; those of ``cloud`` are in metres.
         viewpoint: Pose of the sensor in the coordinates of ``cloud``, or None where the file names
             none or they are the sensor's own.
+        rotation: Rotation from the axes of a message's frame to those of ``cloud``, or None if they
+            are the same.
     """
 
     cloud: PointCloud
@@ -71,6 +74,7 @@ class DecodedCloud:
     labelling: Labelling | None = None
     units: CoordinateUnits = METRES
     viewpoint: Viewpoint | None = None
+    rotation: Rotation | None = None
 
     def select(self, mask: NDArray[np.bool_]) -> "DecodedCloud":
         """Return the points where ``mask`` holds, with all of their numbers."""

@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import COLUMNS, PointCloud, are_returns
-from traversability.decoding import DecodedCloud, Labelling, decode_columns
+from traversability.decoding import DecodedCloud, decode_columns
 from traversability.formats import bare_floats, las, pcd, ply, vtk
 from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.error import FormatError
 from traversability.formats.table import COORDINATES, Columns, record_columns
+from traversability.kitti_labels import labelled
 from traversability.viewpoint import Viewpoint
 
 _FORMAT = "andabata-cloud"
@@ -26,12 +27,6 @@ _READERS = {".ply": ply.parse, ".pcd": pcd.parse, ".vtk": vtk.parse}
 _LAS = (".las", ".laz")
 _KINDS = (".npz", *_READERS, *_LAS, ".bin")
 _NUSCENES_COLUMNS, _KITTI_COLUMNS = 5, 4
-
-KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)
-"""Classes of SemanticKITTI that a robot may drive on: road, parking, sidewalk, other ground, lane
-marking and terrain. All others are obstacles (assumption)."""
-
-_KITTI_UNKNOWN = (0, 1)
 
 
 class CloudFileError(ValueError):
@@ -210,23 +205,6 @@ def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
     return not long or bool(np.abs(column.astype(np.float64)).max() <= _EXACT)
 
 
-def kitti_labels(cloud: PointCloud) -> bytes:
-    """Return the label file beside a KITTI file: uint32, the class in the lower half.
-
-    Raises:
-        ValueError: If the cloud has no classes, or some that do not fit.
-    """
-    if cloud.classes is None:
-        raise ValueError("classes: expected labelled points, got none")
-    instances = np.zeros(len(cloud), np.int64) if cloud.instances is None else cloud.instances
-    for name, column in (("classes", cloud.classes), ("instances", instances)):
-        if len(column) and (column.min() < 0 or column.max() > 0xFFFF):
-            raise ValueError(
-                f"{name}: expected 0 to 65535 in a label file, got {column.min()} to {column.max()}"
-            )
-    return (cloud.classes.astype("<u4") | instances.astype("<u4") << 16).tobytes()
-
-
 def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
     """Return KITTI's rows, x, y, z and intensity as float32."""
     if cloud.origin.any():
@@ -243,12 +221,7 @@ def _from_npz(data: bytes, units: CoordinateUnits | None) -> DecodedCloud:
     """Return a cloud of ``cloud_to_bytes``, or that of the first array that looks like one."""
     arrays, header = unpack(data, _MAX_BYTES)
     if header.get("format") == _FORMAT:
-        if units is not None and units.metres != (1.0, 1.0):
-            raise FormatError(
-                "--unit: expected none with andabata's own clouds, which are in "
-                "metres; leave it out"
-            )
-        return _own(arrays, header)
+        return _in_metres(_own(arrays, header), units)
     for array in arrays.values():
         if array.dtype.names:
             return decode_columns(record_columns(array), units=units)
@@ -262,6 +235,17 @@ def _from_npz(data: bytes, units: CoordinateUnits | None) -> DecodedCloud:
             return decode_columns(dict(zip(names, array.T, strict=True)), units=units)
     known = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
     raise FormatError(f"expected an array with fields x, y, z or of shape (n, 3), got {known}")
+
+
+def _in_metres(decoded: DecodedCloud, units: CoordinateUnits | None) -> DecodedCloud:
+    """Return a cloud whose coordinates count in other units in metres."""
+    if units is None:
+        return decoded
+    across, up = units.metres
+    cloud = decoded.cloud
+    scaled = PointCloud.from_coordinates(cloud.coordinates() * (across, across, up), cloud.frame)
+    cloud = replace(cloud, points=scaled.points, origin=scaled.origin)
+    return replace(decoded, cloud=cloud, units=units)
 
 
 def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedCloud:
@@ -299,7 +283,7 @@ def _from_bare_floats(
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
     if path.parent.name == "velodyne" and beside.is_file():
-        table, labelling = _labelled(table, beside)
+        table, labelling = labelled(table, beside)
     decoded = decode_columns(table, units=units)
     decoded = replace(decoded, columns=found, labelling=labelling)
     remarks = [remark] if remark else []
@@ -312,44 +296,3 @@ def _from_bare_floats(
     if labelling is not None and labelling.unlabelled:
         remarks.append(f"labels: {labelling.unlabelled} points without a label are left out")
     return decoded.noting(*remarks)
-
-
-def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
-    """Return the labelled points with classes, instances and which are non-traversable."""
-    count = len(table["x"])
-    labels = _read_labels(beside, count)
-    classes, instances = labels & 0xFFFF, labels >> 16
-    traversable = _traversable(beside.parent.parent)
-    assumed = traversable is None
-    good = KITTI_TRAVERSABLE if traversable is None else tuple(traversable)
-    known = ~np.isin(classes, _KITTI_UNKNOWN if assumed else ())
-    table = table | {"classes": classes, "nontraversable": ~np.isin(classes, good)}
-    if instances.any():
-        table["instances"] = instances
-    labelling = Labelling(
-        good, assumed, tuple(np.unique(classes).tolist()), int(count - known.sum())
-    )
-    return {name: column[known] for name, column in table.items()}, labelling
-
-
-def _read_labels(file: Path, count: int) -> NDArray[np.int64]:
-    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32."""
-    data = file.read_bytes()
-    width = len(data) // count if count and len(data) % count == 0 else 4
-    if width not in (1, 2, 4, 8) or len(data) != width * count:
-        raise FormatError(f"{file.name}: expected {count} labels, got {len(data) // 4}")
-    labels = np.frombuffer(data, dtype=f"<u{width}")
-    if width == 8 and (labels > 0xFFFFFFFF).any():
-        raise FormatError(f"{file.name}: expected labels of 32 bits, got {labels.max()}")
-    return labels.astype(np.int64)
-
-
-def _traversable(folder: Path) -> list[int] | None:
-    """Return the classes that ``traversable.txt`` of a sequence names, or None without it."""
-    file = folder / "traversable.txt"
-    if not file.is_file():
-        return None
-    try:
-        return [int(word) for word in file.read_text().split()]
-    except ValueError as error:
-        raise FormatError(f"{file.name}: expected class numbers, got {error}") from error

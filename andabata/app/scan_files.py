@@ -11,7 +11,8 @@ from andabata.app.plots.axes import png
 from andabata.app.plots.perception import scan_figure
 from andabata.app.report import Report
 from andabata.app.scan_diagnosis import diagnose
-from andabata.app.scan_origin import from_the_sensor
+from andabata.app.scan_explanations import Origin
+from andabata.app.scan_origin import Position, from_the_sensor
 from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
 from andabata.app.tables import scan_text
 from andabata.records import atomic_io
@@ -21,6 +22,7 @@ from andabata.records.sensor_pose import GivenMounting
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file
 from traversability.forest import Forest
+from traversability.formats.coordinate_units import METRES
 
 
 @dataclass(frozen=True)
@@ -114,9 +116,20 @@ def scan_file(
         "columns": decoded.columns,
         "labels": _labels(decoded),
         "data_lost": decoded.data_lost,
-        "notes": [*decoded.remarks, *_unscored(decoded), *diagnose(scanned, config)],
+        "notes": [
+            *decoded.remarks,
+            *_unscored(decoded),
+            *diagnose(scanned, config, _origin(decoded, sensor_at)),
+        ],
     }
     return data, scan_figure(scanned, name)
+
+
+def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
+    """Return what happened to a cloud before it is scanned, by the position that the user gives."""
+    metric = decoded.units == METRES
+    viewpoint = decoded.viewpoint is not None and sensor_at is None
+    return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 
 
 def exit_code(found: Sequence[Mapping[str, Any]]) -> int:

@@ -83,11 +83,14 @@ def decode_bag_cloud(
     units = None if unit is None else CoordinateUnits.given(unit)
     decoded = decode_point_cloud2(message, frame, stamp, units).noting(*notes)
     cloud = decoded.cloud
-    if extrinsics.pose_of("laser", cloud.frame).source == "option":
+    pose = extrinsics.pose_of("laser", cloud.frame)
+    if pose.source == "option":
         return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
     cloud = replace(extrinsics.transform_cloud(cloud, 0.0), stamps=None)
     frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
-    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*extrinsics.remarks)
+    rotation = pose.transform.rotation if pose.source == "name" else None
+    decoded = replace(decoded, cloud=replace(cloud, frame=frame), rotation=rotation)
+    return decoded.noting(*extrinsics.remarks)
 
 
 def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:

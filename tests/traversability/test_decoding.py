@@ -10,7 +10,6 @@ from traversability.files import (
     cloud_to_bytes,
     columns_lost_by,
     decode_cloud_file,
-    kitti_labels,
     read_cloud,
 )
 from traversability.formats import pcd, ply
@@ -205,22 +204,6 @@ def test_label_files_of_any_width(tmp_path, width):
     sure = decode_cloud_file(path)
     assert sure.remarks == ()
     np.testing.assert_array_equal(sure.cloud.nontraversable, labels != 72)
-
-
-def test_instances_of_semantic_kitti_come_back(tmp_path):
-    """Classes are the lower half of a label, instances the upper one."""
-    for name in ("velodyne", "labels"):
-        (tmp_path / name).mkdir()
-    path = tmp_path / "velodyne" / "1.bin"
-    rows = np.column_stack([RNG.normal(size=(40, 3)), np.zeros(40)]).astype("<f4")
-    path.write_bytes(rows.tobytes())
-    labels = (np.arange(40, dtype="<u4") << 16 | 252).tobytes()
-    (tmp_path / "labels" / "1.label").write_bytes(labels)
-    cloud = decode_cloud_file(path).cloud
-    np.testing.assert_array_equal(cloud.instances, np.arange(40))
-    assert kitti_labels(cloud) == labels
-    with pytest.raises(ValueError, match="expected 0 to 65535 in a label file"):
-        kitti_labels(PointCloud(cloud.points, "sensor", classes=np.full(40, 70_000)))
 
 
 def test_other_numbers_of_points_come_along_or_are_named():

@@ -51,15 +51,19 @@ class CoordinateUnits(NamedTuple):
         across, up = self.metres
         if (across, up) == (1.0, 1.0):
             return ()
-        names = f"coordinates in {self.horizontal.name} ({across:.7g} m)"
+        names = f"coordinates in {_in_words(self.horizontal)}"
         if self.vertical is not None and across != up:
-            names = f"x and y in {self.horizontal.name} ({across:.7g} m) and z in "
-            names += f"{self.vertical.name} ({up:.7g} m)"
+            names = f"x and y in {_in_words(self.horizontal)} and z in {_in_words(self.vertical)}"
         same = "; nothing names the unit of z: the same" if self.vertical is None else ""
         return (
             f"{names}, by {source}, are converted to metres; --sensor-at counts in the "
             f"file's own{same}",
         )
+
+
+def _in_words(unit: LengthUnit) -> str:
+    """Return a unit's name with its length."""
+    return unit.name if unit == METRE else f"{unit.name} ({unit.metres:.7g} m)"
 
 
 METRES = CoordinateUnits()

@@ -25,7 +25,7 @@ _FLOAT32 = 7
 """PointField's number of a float32."""
 
 _SAMPLE = 300
-"""Number of points by which the byte order is judged."""
+"""Number of coordinates of an axis by which the byte order is judged, or up to twice as many."""
 
 _NONSENSE, _SENSE = 0.5, 0.05
 """Shares of coordinates that are no lengths: from the first on the byte order is wrong, up to the
@@ -179,14 +179,16 @@ class _Layout:
         return replace(other, remarks=(*self.remarks, text))
 
     def _nonsense(self, places: Iterable[RosMessage]) -> float:
-        """Return the share of coordinates that no sensor gives, of a sample of the points."""
+        """Return the share of coordinates that no sensor gives, of a sample without zeros."""
         found = []
         for field in places:
             (values,) = self.columns(field, 1)
+            values = values[values != 0]  # Slots without a return are zero in both orders.
             values = values[:: max(len(values) // _SAMPLE, 1)]
             kind = values.dtype.newbyteorder("=") if values.dtype.kind == "f" else np.float64
             found.append(no_lengths(values.astype(kind)))
-        return float(np.concatenate(found).mean()) if found and len(found[0]) else 0.0
+        judged = np.concatenate(found) if found else np.zeros(0)
+        return float(judged.mean()) if len(judged) else 0.0
 
     def columns(self, field: RosMessage, count: int) -> Iterator[NDArray[Any]]:
         """Yield the numbers of a field one after the other, shape (height * width,) each.

@@ -5,9 +5,16 @@ import struct
 import numpy as np
 import pytest
 
+from tests.pcd_files import pcd_file
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
-from traversability.files import CloudFileError, cloud_to_bytes, read_cloud
+from traversability.files import (
+    CloudFileError,
+    cloud_to_bytes,
+    columns_lost_by,
+    decode_cloud_file,
+    read_cloud,
+)
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.normal(size=(40, 3)).astype(np.float32)
@@ -274,3 +281,28 @@ def test_clouds_of_the_first_version_are_read(tmp_path):
     again = read_cloud(new)
     for name, column in columns.items():
         assert getattr(again, name).tobytes() == column.tobytes()
+
+
+def test_a_pcds_viewpoint_is_kept_or_named_as_lost(tmp_path):
+    """Coordinates stay in the file's frame; PCD keeps the pose, other formats name it."""
+    path = tmp_path / "cloud.pcd"
+    path.write_bytes(pcd_file(POINTS, "1 2 3 0 0 0 1"))
+    found = decode_cloud_file(path)
+    np.testing.assert_array_equal(found.cloud.points, POINTS)
+    for kind in ("npz", "ply", "las", "bin"):
+        assert columns_lost_by(kind, found) == ("VIEWPOINT",)
+    assert columns_lost_by("pcd", found) == ()
+    path.write_bytes(cloud_to_bytes(found.cloud, "pcd", viewpoint=found.viewpoint))
+    again = decode_cloud_file(path)
+    assert again.viewpoint.numbers == found.viewpoint.numbers == (1, 2, 3, 0, 0, 0, 1)
+    np.testing.assert_array_equal(again.cloud.points, POINTS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_unit_that_the_user_gives_counts_for_every_kind(tmp_path, name):
+    """All kinds of files become metres."""
+    path = tmp_path / name
+    path.write_bytes(files(tmp_path)[name])
+    found = decode_cloud_file(path, unit=0.5)
+    np.testing.assert_allclose(found.cloud.points, 0.5 * POINTS, rtol=1e-6)
+    assert found.units.metres == (0.5, 0.5)

@@ -113,6 +113,7 @@ def decode_columns(
     Raises:
         FormatError: If x, y or z is missing.
     """
+    table = _with_small_coordinates(table)
     coordinates, remarks = _coordinates(table, units)
     real = are_returns(coordinates, frame)
     # All other columns of numbers come along, unless they turn out to be times or labels.
@@ -145,6 +146,13 @@ def decode_columns(
     none = int(len(real) - real.sum())
     counted = units or METRES
     return DecodedCloud(cloud, tuple(remarks), none, lost, others, units=counted)
+
+
+def _with_small_coordinates(table: Columns) -> Columns:
+    """Return columns whose coordinates are called x, y, z, where the file has capitals."""
+    if set(COORDINATES) <= set(table) or len({n.lower() for n in table}) < len(table):
+        return table
+    return {name.lower() if name.lower() in COORDINATES else name: c for name, c in table.items()}
 
 
 def _coordinates(

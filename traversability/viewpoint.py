@@ -12,6 +12,9 @@ _NEARER = 1.5
 """Factor by which points have to be nearer to one origin than to another to belong to it
 (assumption): a laser's returns are densest around it."""
 
+_BLIND = 0.1
+"""Distance from a sensor within which it measures nothing [m] (assumption)."""
+
 
 @dataclass(frozen=True)
 class Viewpoint:
@@ -43,16 +46,22 @@ class Viewpoint:
         return replace(cloud, points=points, origin=np.zeros(3))
 
     def contradicts(self, cloud: PointCloud) -> bool:
-        """Return True if the points surround the origin and not this position.
+        """Return True if the points are seen from their origin and not from this position.
 
         PCL says that the pose is in the coordinates of the points, but some programs (pcl_ros)
         write points in the sensor's own frame beside the pose of the sensor in another.
         """
-        there = _mean_distance(cloud, self.position)
-        return there > _NEARER * _mean_distance(cloud, np.zeros(3))
+        there = _distances(cloud, self.position)
+        here = _distances(cloud, np.zeros(3))
+        # A sensor sees nothing in its own place; the origin of a map may be among its points.
+        return bool(here.min() > _BLIND and _mean(there) > _NEARER * _mean(here))
 
 
-def _mean_distance(cloud: PointCloud, position: NDArray[np.float64]) -> float:
-    """Return the geometric mean of the points' distances from a position [m]."""
-    distances = np.linalg.norm(cloud.coordinates() - position, axis=1)
-    return float(np.exp(np.log(np.maximum(distances, 0.1)).mean()))
+def _distances(cloud: PointCloud, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distances of the points from a position [m], shape (n,)."""
+    return np.asarray(np.linalg.norm(cloud.coordinates() - position, axis=1))
+
+
+def _mean(distances: NDArray[np.float64]) -> float:
+    """Return the geometric mean of distances [m], to which near points matter most."""
+    return float(np.exp(np.log(np.maximum(distances, _BLIND)).mean()))

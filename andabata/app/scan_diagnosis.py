@@ -139,8 +139,10 @@ def _ground_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> lis
     normal, height = scanned.ground
     tilt, sensor = tilt_of(normal), scanned.sensor
     if tilt > MAX_TILT:
-        degrees = f"{np.rad2deg(tilt):.0f} degrees"
-        return [f"the ground around the robot tilts {degrees}; {_tilt_step(scanned)}"]
+        return [
+            f"the ground around the robot tilts {np.rad2deg(tilt):.0f} degrees; is the cloud "
+            f"level? ({_tilt_options(scanned)})"
+        ]
     if abs(height) <= MAX_HEIGHT:
         return []
     where = f"the ground around the robot is at z = {height:.2f} m instead of 0"
@@ -149,18 +151,13 @@ def _ground_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> lis
     return [f"{where}{_height_step(scanned, config, origin)}"]
 
 
-def _tilt_step(scanned: Scanned) -> str:
-    """Return the question after tilted ground, with ``--level`` only where that levels it."""
-    option = (
-        "--mounting X,Y,ROLL,PITCH,YAW"
-        if scanned.sensor is not None
-        else ("--mounting laser=X,Y,Z,ROLL,PITCH,YAW")
-    )
-    plane = scanned.ground
-    levels = plane is not None and is_level_ground(
-        levelled(scanned.cloud.points, plane, scanned.sensor)
-    )
-    return f"is the cloud level? ({option}{', --level' if levels else ''})"
+def _tilt_options(scanned: Scanned) -> str:
+    """Return the options against tilted ground, ``--level`` only where it levels the ground."""
+    base = scanned.sensor is None
+    option = f"--mounting {'laser=X,Y,Z' if base else 'X,Y'},ROLL,PITCH,YAW"
+    points, plane = scanned.cloud.points, scanned.ground
+    levels = plane is not None and is_level_ground(levelled(points, plane, scanned.sensor))
+    return f"{option}, --level" if levels else option
 
 
 def _height_step(scanned: Scanned, config: ScanConfig, origin: Origin) -> str:
@@ -186,9 +183,10 @@ def _height_step(scanned: Scanned, config: ScanConfig, origin: Origin) -> str:
     where = f": the cloud's origin is {abs(over):.2f} m {side} the ground, where no sensor is; "
     if origin.has_viewpoint:
         return f"{where}is VIEWPOINT where the sensor was? (--sensor-at X,Y,Z overrides it)"
-    x, y, z = config.sensor_at or (0.0, 0.0, 0.0)
-    own = (x / origin.across, y / origin.across, round((z + height) / origin.up, 2))
-    place = ",".join(f"{number:.10g}" for number in own)
+    shift = config.mounting.rotation.inv().apply([0.0, 0.0, height])
+    x, y, z = np.array(config.sensor_at or (0.0, 0.0, 0.0)) + shift
+    own = (x / origin.across, y / origin.across, z / origin.up)
+    place = ",".join(f"{round(float(number), 2) + 0.0:.10g}" for number in own)
     base = (
         ", or if it is a base on the ground, --sensor-height 0" if abs(over) < _LEAST_OVER else ""
     )

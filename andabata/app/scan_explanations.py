@@ -3,7 +3,7 @@
 Each explanation is tried on the points before it is advised, so that the step leads there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,17 +26,25 @@ _UNITS = {0.001: "millimetres", 0.01: "centimetres", 0.0254: "inches", 1000.0: "
 _FOOT = 0.3048
 """Length of a foot [m]: as metres, a sensor's height in feet is that of a truck's sensor."""
 
-_TURNS: Mapping[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
-    "is the sensor mounted upside down?": (("", (180.0, 0.0, 0.0)),),
-    "does its y axis point down?": (
-        (" where z is forward, as a camera's", (-90.0, 0.0, -90.0)),
-        (" where x is", (-90.0, 0.0, 0.0)),
+_Angles = tuple[float, float, float]
+
+_TURNS: Sequence[tuple[str, Sequence[tuple[str, _Angles]]]] = (
+    ("is the sensor mounted upside down?", (("", (180.0, 0.0, 0.0)),)),
+    (
+        "does its y axis point down?",
+        (
+            (" where z is forward, as a camera's", (-90.0, 0.0, -90.0)),
+            (" where x is", (-90.0, 0.0, 0.0)),
+        ),
     ),
-    "does its y axis point up?": (
-        (" where z is backward, as a screen's", (90.0, 0.0, -90.0)),
-        (" where x is forward", (90.0, 0.0, 0.0)),
+    (
+        "does its y axis point up?",
+        (
+            (" where z is backward, as a screen's", (90.0, 0.0, -90.0)),
+            (" where x is forward", (90.0, 0.0, 0.0)),
+        ),
     ),
-}
+)
 """Orientations of a sensor that its cloud shows: roll, pitch and yaw [deg], where several fit by
 the ground with what distinguishes them."""
 
@@ -45,7 +53,7 @@ class Origin(NamedTuple):
     """What happened to a cloud before it was scanned.
 
     Attributes:
-        is_metric: True if neither the file nor the user names its unit.
+        is_metric: True if the coordinates were taken as metres, and not by the user's word.
         rotation: Rotation that was undone because the frame's name implies it.
         across: Length of the unit of the file's x and y [m].
         up: Length of the unit of the file's z [m].
@@ -76,7 +84,7 @@ def explain(scanned: Scanned, config: ScanConfig, origin: Origin) -> str | None:
             return f"the coordinates look like {name}, not metres: give --unit {unit:g}"
     if mounting.rotation.magnitude() > 0:
         return None
-    for question, turns in _TURNS.items():
+    for question, turns in _TURNS:
         first = _turn(turns[0][1])
         if is_level_ground(first.apply(points).astype(np.float32) + _position(config)):
             options = [f"{_mounting(_turn(each), config, origin)}{where}" for where, each in turns]
@@ -84,7 +92,7 @@ def explain(scanned: Scanned, config: ScanConfig, origin: Origin) -> str | None:
     return None
 
 
-def _turn(angles: tuple[float, float, float]) -> Rotation:
+def _turn(angles: _Angles) -> Rotation:
     """Return the rotation of roll, pitch and yaw [deg]."""
     return Rotation.from_euler("xyz", angles, degrees=True)
 

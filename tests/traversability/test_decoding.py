@@ -13,6 +13,7 @@ from traversability.files import (
     read_cloud,
 )
 from traversability.formats import pcd, ply
+from traversability.formats.error import FormatError
 
 RNG = np.random.default_rng(0)
 KINDS = ["npz", "ply", "pcd", "las", "laz"]
@@ -222,3 +223,13 @@ def test_whole_coordinates_are_taken_as_metres_with_a_remark():
     """The remark names their type."""
     table = {name: np.arange(1, 9, dtype=np.int16) for name in "xyz"}
     assert "(int16) taken as metres" in decode_columns(table).remarks[0]
+
+
+def test_coordinates_may_be_capitals():
+    """X, Y, Z are read as x, y, z where there are none of these."""
+    columns = {name: np.arange(1.0, 4.0) for name in ("X", "Y", "Z", "Intensity")}
+    decoded = decode_columns(columns)
+    np.testing.assert_array_equal(decoded.cloud.points[:, 2], [1, 2, 3])
+    assert list(decoded.others) == ["Intensity"]
+    with pytest.raises(FormatError, match="expected fields x, y, z, got x, X"):
+        decode_columns({"x": columns["X"], "X": columns["X"]})

@@ -42,3 +42,11 @@ def test_points_around_their_origin_contradict_a_pose_elsewhere():
     assert pose.contradicts(own)
     assert not pose.contradicts(there)
     assert not Viewpoint(np.array([0.2, 0, 0.7]), POSE.rotation).contradicts(own)
+
+
+def test_a_map_whose_origin_is_among_its_points_is_seen_from_the_pose():
+    """Points lie at a map's origin, but never at a sensor."""
+    ahead = scene()[np.abs(scene()[:, 1]) < 2] * [0.5, 0.5, 0]
+    camera = Viewpoint(np.array([9.0, 0.0, 1.0]), POSE.rotation)
+    near = PointCloud(ahead.astype(np.float32) - ahead[0].astype(np.float32), "sensor")
+    assert not camera.contradicts(near)

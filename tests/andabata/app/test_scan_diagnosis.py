@@ -141,6 +141,15 @@ def test_ground_far_from_the_origin_is_not_a_sensors_height(capsys, tmp_path):
         assert is_right(result)
 
 
+def test_the_advised_position_is_in_the_clouds_own_axes(capsys, tmp_path):
+    """Under a mounting with angles the height over the ground is not the cloud's z."""
+    points = turned((0, 30, 0), raised(0, 0, 40.0))
+    path = written(tmp_path, points)
+    options = ("--mounting", "0,0,0,30,0")
+    (note,) = scan(capsys, path, *options)["notes"]
+    assert is_right(scan(capsys, path, *options, *advised(note, "--sensor-at")))
+
+
 def test_a_height_that_is_off_moves_the_given_position(capsys, tmp_path):
     """The advised position keeps the x and y that the user gave."""
     path = written(tmp_path, raised(700_000, 4_000_000, 312))

@@ -127,7 +127,7 @@ def scan_file(
 
 def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
     """Return what happened to a cloud before it is scanned, by the position that the user gives."""
-    metric = decoded.units == METRES
+    metric = decoded.units._replace(is_assumed=False) == METRES
     viewpoint = decoded.viewpoint is not None and sensor_at is None
     return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 

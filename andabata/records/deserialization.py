@@ -136,7 +136,8 @@ def _complete(store: "Typestore", kind: str, ros: Ros) -> list[str]:
         except KeyError as error:
             missing = str(error.args[0])
             if missing == kind:
-                raise UnreadableConnectionError(f"{expected}, got none") from error
+                text = f"expected a definition of {kind}, got none"
+                raise UnreadableConnectionError(text) from error
             if missing in added or missing not in standard:
                 text = f"that includes {missing}, got one without it"
                 raise UnreadableConnectionError(f"{expected} {text}") from error

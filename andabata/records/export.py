@@ -14,7 +14,7 @@ import numpy as np
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
 from andabata.records.extrinsics import Extrinsics
-from andabata.records.frames import is_base
+from andabata.records.frames import FrameError, is_base, is_world
 from andabata.records.messages import NS, header_ns
 from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2, point_columns
 from andabata.records.sensor_decoder import frame_of
@@ -83,7 +83,14 @@ def decode_bag_cloud(
     units = None if unit is None else CoordinateUnits.given(unit)
     decoded = decode_point_cloud2(message, frame, stamp, units).noting(*notes)
     cloud = decoded.cloud
-    pose = extrinsics.pose_of("laser", cloud.frame)
+    try:
+        pose = extrinsics.pose_of("laser", cloud.frame)
+    except FrameError as error:
+        if not is_world(cloud.frame):
+            raise
+        raise FrameError(
+            f"{error}; --sensor-at X,Y,Z with --mounting laser=0,0,HEIGHT,0,0,0 reads it from there"
+        ) from error
     if pose.source == "option":
         return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
     cloud = replace(extrinsics.transform_cloud(cloud, 0.0), stamps=None)

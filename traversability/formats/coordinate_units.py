@@ -26,10 +26,12 @@ class CoordinateUnits(NamedTuple):
     Attributes:
         horizontal: Unit of x and y.
         vertical: Unit of z, or None where the file names none: then it is that of x and y.
+        is_assumed: True if the file names a system and no unit: then they are metres.
     """
 
     horizontal: LengthUnit = METRE
     vertical: LengthUnit | None = None
+    is_assumed: bool = False
 
     @classmethod
     def given(cls, metres: float) -> "CoordinateUnits":
@@ -43,12 +45,17 @@ class CoordinateUnits(NamedTuple):
         return self.horizontal.metres, (self.vertical or self.horizontal).metres
 
     def remarks(self, source: str) -> tuple[str, ...]:
-        """Return what is converted to metres, in words; nothing if all is in metres.
+        """Return what is converted or assumed, in words; nothing if all is in metres.
 
         Args:
             source: Source of the units: a part of the file, or an option.
         """
         across, up = self.metres
+        if self.is_assumed:
+            return (
+                f"{source} name a plane and no unit: x and y are taken as metres; --unit gives the "
+                "length of another unit",
+            )
         if (across, up) == (1.0, 1.0):
             return ()
         names = f"coordinates in {_in_words(self.horizontal)}"

@@ -1,5 +1,6 @@
 """Units of a LAS file by its GeoKeys, the keys of GeoTIFF (LAS 1.4 R15, section 3.2)."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,11 +30,16 @@ _PROJECTED, _ANGULAR, _FROM_THE_CENTRE = 1, 2, 3
 """Values of the model's key."""
 
 _USER_DEFINED = 32767
+_FEET = re.compile(r"(?:\b|_|us)(?:ft|foot|feet)(?:\b|_|us)", re.IGNORECASE)
+"""Feet in the name of a system."""
+
 _DOUBLES = 34736
 """Record of the LAS file that holds a key's value where it is a float64."""
 
 
-def units_of_geo_keys(directory: bytes, doubles: bytes = b"") -> CoordinateUnits | None:
+def units_of_geo_keys(
+    directory: bytes, doubles: bytes = b"", citations: bytes = b""
+) -> CoordinateUnits | None:
     """Return the units of coordinates, None if there are no keys.
 
     A unit that a key names counts before that of the coordinate system whose code another names.
@@ -41,6 +47,7 @@ def units_of_geo_keys(directory: bytes, doubles: bytes = b"") -> CoordinateUnits
     Args:
         directory: Record 34735: 16 bit numbers, four of the header and four of each key.
         doubles: Record 34736: float64 numbers.
+        citations: Record 34737: names of the systems, in free text.
 
     Raises:
         UnknownUnitError: If a unit's length is unknown, or the keys contradict each other.
@@ -55,7 +62,10 @@ def units_of_geo_keys(directory: bytes, doubles: bytes = b"") -> CoordinateUnits
     if model == _ANGULAR or (model != _PROJECTED and _GEOGRAPHIC_SYSTEM in keys and not length):
         raise FormatError(GEOGRAPHIC)
     across = _unit(keys, _LINEAR_UNIT, _PROJECTED_SYSTEM, keys.get(_LINEAR_UNIT_SIZE))
-    return CoordinateUnits(across or METRE, _unit(keys, _VERTICAL_UNIT, _VERTICAL_SYSTEM, None))
+    up = _unit(keys, _VERTICAL_UNIT, _VERTICAL_SYSTEM, None)
+    if across is None and _FEET.search(citations.decode("latin-1")):
+        raise UnknownUnitError(f"GeoKeys: expected a unit of length, got a name in feet; {GIVE}")
+    return CoordinateUnits(across or METRE, up, is_assumed=across is None)
 
 
 def _unit(

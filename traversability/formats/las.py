@@ -37,7 +37,7 @@ _PLAIN_CLASSES = 31
 
 
 _SYSTEMS = "LASF_Projection"
-_WKT, _GEO_KEYS, _GEO_DOUBLES = 2112, 34735, 34736
+_WKT, _GEO_KEYS, _GEO_DOUBLES, _GEO_TEXTS = 2112, 34735, 34736, 34737
 """Name and numbers of the records that hold the coordinate reference system."""
 
 
@@ -117,8 +117,8 @@ def _units(
         if number == _WKT:
             units, source = units_of_text(data.decode("utf-8", "replace")), "its WKT"
         else:
-            doubles = records.get(_GEO_DOUBLES, b"")
-            units, source = units_of_geo_keys(data, doubles), "its GeoKeys"
+            texts = (records.get(each, b"") for each in (_GEO_DOUBLES, _GEO_TEXTS))
+            units, source = units_of_geo_keys(data, *texts), "its GeoKeys"
         if units is not None:
             return units, units.remarks(source)
     return METRES, ()

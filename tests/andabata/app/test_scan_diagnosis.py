@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from andabata.records import topics
+from andabata.records.bag_writers import open_writer
+from andabata.records.messages import MessageBuilder
 from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
@@ -209,3 +212,18 @@ def test_the_advised_columns_are_read(capsys, tmp_path):
     assert "say which with --columns" in scan(capsys, path)["error"]
     result = scan(capsys, path, "--columns", "4")
     assert (result["points"], result["columns"]) == (60, 4)
+
+
+def test_a_recorded_cloud_of_a_map_is_read_as_its_refusal_says(capsys, tmp_path):
+    """A cloud in a frame of the world needs the sensor's position there, and its height."""
+    path = tmp_path / "cloud.bag"
+    writer, builder = open_writer(path), MessageBuilder(1)
+    cloud = PointCloud(raised(30, -20, 5).astype(np.float32), "map")
+    writer.write(topics.CLOUD, builder.stamp_ns(1.0), builder.cloud(1.0, cloud))
+    writer.close()
+    error = scan(capsys, path)["error"]
+    assert "--sensor-at X,Y,Z with --mounting laser=0,0,HEIGHT,0,0,0" in error
+    options = ("--sensor-at", "30,-20,5", "--mounting", "laser=0,0,0.72,0,0,0")
+    result = scan(capsys, path, *options)
+    assert result["notes"] == []
+    assert is_right(result)

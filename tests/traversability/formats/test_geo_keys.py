@@ -64,3 +64,23 @@ def test_what_is_no_clear_length_is_refused(keys, text):
     """Angles, axes from the Earth's centre, unknown units and contradictions are errors."""
     with pytest.raises(FormatError, match=text):
         units_of_geo_keys(geo_keys(*keys))
+
+
+def test_a_system_without_a_unit_is_metres_and_assumed():
+    """Nothing but a plane is metres, which is said, unless the system's name has feet."""
+    directory = geo_keys((1024, 1), (3072, 32767), (4099, 9001))
+    found = units_of_geo_keys(directory, b"", b"Left field|NAD83|")
+    assert found.is_assumed
+    assert found.metres == (1.0, 1.0)
+    assert "taken as metres; --unit" in found.remarks("its GeoKeys")[0]
+    assert not units_of_geo_keys(geo_keys((1024, 1), (3072, 32633))).is_assumed
+    for name in (
+        b"NAD83 / California zone 1 (ftUS)|",
+        b"Zone 3 US survey feet|",
+        b"plane ft|",
+        b"Foot_US",
+        b"US_FEET",
+    ):
+        with pytest.raises(UnknownUnitError, match="a name in feet; give its length"):
+            units_of_geo_keys(directory, b"", name)
+        assert units_of_geo_keys(geo_keys((1024, 1), (3076, 9001)), b"", name).metres == (1, 1)

@@ -30,6 +30,9 @@ _PROJECTED, _ANGULAR, _FROM_THE_CENTRE = 1, 2, 3
 """Values of the model's key."""
 
 _USER_DEFINED = 32767
+_ALIKE = 1e-4
+"""Relative difference up to which two units are as good as one."""
+
 _FEET = re.compile(r"(?:\b|_|us)(?:ft|foot|feet)(?:\b|_|us)", re.IGNORECASE)
 """Feet in the name of a system."""
 
@@ -84,7 +87,9 @@ def _unit(
         return unit_of_length(size)
     if code not in UNITS:
         raise UnknownUnitError(f"GeoKeys: expected a known unit of length, got {code}; {GIVE}")
-    if known is not None and known != METRE and UNITS[code] != known:
+    # Programs write other units beside metric systems, and mix up the two feet, which matters to the
+    # place of a cloud and not to its shape; metres beside a system in feet are a contradiction.
+    if known not in (None, METRE) and abs(UNITS[code].metres / known.metres - 1) > _ALIKE:
         raise UnknownUnitError(
             f"GeoKeys: expected one unit, got {UNITS[code].name} and EPSG:{place}, which is in "
             f"{known.name}; {GIVE}"

@@ -63,6 +63,17 @@ def test_the_advised_unit_is_right(capsys, tmp_path, unit, kind):
     assert is_right(result)
 
 
+def test_whole_numbers_name_the_option_too(capsys, tmp_path):
+    """Whole numbers are taken as metres with a note, whose option is the way to another unit."""
+    path = tmp_path / "cloud.npz"
+    np.savez(path, (scene() * 1000).astype(np.int32))
+    notes = scan(capsys, path)["notes"]
+    assert "whole numbers (int32) taken as metres; if they are another unit" in notes[0]
+    result = scan(capsys, path, *advised(notes[-1], "--unit"))
+    assert result["notes"] == []
+    assert is_right(result)
+
+
 def test_feet_are_one_of_two_explanations(capsys, tmp_path):
     """A sensor 2.36 m up may be one on a truck, or the coordinates may be feet."""
     path = written(tmp_path, scene() / 0.3048)

@@ -87,8 +87,8 @@ def _unit(
         return unit_of_length(size)
     if code not in UNITS:
         raise UnknownUnitError(f"GeoKeys: expected a known unit of length, got {code}; {GIVE}")
-    # Programs write other units beside metric systems, and mix up the two feet, which matters to the
-    # place of a cloud and not to its shape; metres beside a system in feet are a contradiction.
+    # Programs write other units beside metric systems, and mix up the two feet, which matters to
+    # the place of a cloud, not to its shape; metres beside a system in feet are a contradiction.
     if known not in (None, METRE) and abs(UNITS[code].metres / known.metres - 1) > _ALIKE:
         raise UnknownUnitError(
             f"GeoKeys: expected one unit, got {UNITS[code].name} and EPSG:{place}, which is in "

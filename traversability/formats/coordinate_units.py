@@ -63,8 +63,8 @@ class CoordinateUnits(NamedTuple):
             names = f"x and y in {_in_words(self.horizontal)} and z in {_in_words(self.vertical)}"
         same = "; nothing names the unit of z: the same" if self.vertical is None else ""
         return (
-            f"{names}, by {source}, are converted to metres; --sensor-at counts in the "
-            f"file's own{same}",
+            f"{names}, by {source}, are converted to metres; --sensor-at stays in the "
+            f"file's own units{same}",
         )
 
 

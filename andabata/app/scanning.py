@@ -97,8 +97,11 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
     if config.level:
         if plane is None:
             raise ValueError("level: expected ground within 5 m, got too few points")
-        cloud = replace(cloud, points=levelled(cloud.points, plane))
-        sensor = None if sensor is None else sensor - np.array([0.0, 0.0, plane[1]])
+        # The robot stands under its sensor, not where the sensor's tilted axis meets the ground.
+        cloud = replace(cloud, points=levelled(cloud.points, plane, sensor))
+        if sensor is not None:
+            over = plane[0] @ (sensor - np.array([0.0, 0.0, plane[1]]))
+            sensor = np.array([sensor[0], sensor[1], over])
     grid = forest.grid.model_copy(
         update={
             "n_sectors": config.n_sectors,

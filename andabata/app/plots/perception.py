@@ -37,7 +37,7 @@ def scan_figure(scanned: Scanned, title: str) -> Figure:
         *points[near, :2].T, c=points[near, 2], s=1.5, cmap="viridis", linewidths=0, vmin=-1, vmax=1
     )
     figure.colorbar(dots, ax=left, label="height above the base plane [m]", shrink=0.7)
-    left.set_title(f"{title}: points lower than {grid.max_height} m")
+    left.set_title(f"{title}: points lower than {grid.max_height} m", parse_math=False)
     _draw_cells(right, scanned.cells, grid, alpha=0.75)
     right.scatter(*points[near, :2].T, s=0.3, color="black", alpha=0.35, linewidths=0)
     right.set_title("cells: green traversable, red not, white empty")
@@ -93,7 +93,7 @@ def labelled_figure(
     ):
         x, y = points[near & chosen, :2].T
         left.scatter(x, y, s=1.0, color=_STATE_COLOURS[state], linewidths=0)
-    left.set_title(f"{title}: points, green traversable, red not")
+    left.set_title(f"{title}: points, green traversable, red not", parse_math=False)
     _draw_cells(right, cells, grid, alpha=0.9)
     right.set_title("cells by the labels, white empty")
     for axes in (left, right):

@@ -25,6 +25,7 @@ from andabata.engine import (
     WorkerLostError,
     answer,
 )
+from andabata.interrupts import held_interrupts
 
 _M_MMAP_THRESHOLD = -3
 _LARGE = 1 << 20
@@ -83,12 +84,13 @@ class ProcessEngine(ParallelEngine):
         """Hand a task to the pool, or to a new one if a process of it was killed."""
         if self._pool is None:
             raise ValueError("engine: expected a `with` block for several workers, got none")
-        try:
-            return self._pool.submit(answer, self.origin, work, task)
-        except BrokenProcessPool:
-            self._stack.close()
-            self._pool = self._stack.enter_context(open_pool(self.workers))
-            return self._pool.submit(answer, self.origin, work, task)
+        with held_interrupts():  # The pool starts its processes when it gets tasks.
+            try:
+                return self._pool.submit(answer, self.origin, work, task)
+            except BrokenProcessPool:
+                self._stack.close()
+                self._pool = self._stack.enter_context(open_pool(self.workers))
+                return self._pool.submit(answer, self.origin, work, task)
 
     def _wait(self, calls: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
         """Return the calls that are over, at least one."""

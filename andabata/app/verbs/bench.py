@@ -36,7 +36,7 @@ def speed(
     """Measure accuracy and speed, ours and the peers'.
 
     Without a command: compare speed with every installed peer, in the same scene, in turns, in one
-    run. Peers come with `make peers`; those that are missing are named and left out.
+    run. Peers come with the extra `peers`; those that are missing are named and left out.
 
     Examples:
         andabata bench

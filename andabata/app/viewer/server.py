@@ -7,6 +7,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Self
 
+from andabata.distribution import install_extra
+
 if TYPE_CHECKING:
     import viser
 
@@ -127,7 +129,7 @@ def _import_viser() -> ModuleType:
     except ImportError as error:
         raise ViewerError(
             "view: expected the package viser, which is not installed; "
-            "`pip install -e '.[viewer]'` brings it"
+            f"`{install_extra('viewer')}` brings it"
         ) from error
     # viser tells on stdout that it has stopped, where a command's result alone belongs.
     rich.reconfigure(quiet=True)

@@ -134,7 +134,7 @@ def _driven(words: Sequence[str]) -> dict[str, Any]:
         assert drive.stderr is not None
         if "--view" in words:
             url = _url(drive.stderr)
-            threading.Thread(target=_read, args=(url,), daemon=True).start()
+            threading.Thread(target=read_page, args=(url,), daemon=True).start()
         else:
             threading.Thread(target=drive.stderr.read, daemon=True).start()
         found: dict[str, Any] = json.loads(drive.stdout.readline())
@@ -143,7 +143,7 @@ def _driven(words: Sequence[str]) -> dict[str, Any]:
         return found
 
 
-def _read(url: str) -> None:
+def read_page(url: str) -> None:
     """Take in all that a page is sent, until the server closes."""
     import msgspec
     import viser

@@ -13,7 +13,7 @@ from andabata.app.options import (
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.view_options import ViewOptions
+from andabata.app.view_options import DriveViewOptions
 
 
 @command
@@ -62,7 +62,7 @@ def drive(
     robot: RobotOptions,
     settings: SettingsOptions,
     models: ModelOptions,
-    viewer: ViewOptions,
+    viewer: DriveViewOptions,
     seed: EvaluationSeed = 0,
     output: ConsoleOptions,
 ) -> None:
@@ -98,6 +98,6 @@ def drive(
         time_limit=time_limit,
         record=Recording(record, clouds, local_map) if record else None,
         clip=clip,
-        view=viewer.view_config() if viewer.view else None,
+        view=viewer.wanted(),
     )
     run_drive(request, config, models.load(), out, output.console())

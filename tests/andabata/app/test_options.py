@@ -1,5 +1,7 @@
 """Groups of options: what the user typed becomes what the libraries take."""
 
+from dataclasses import replace
+
 import pytest
 
 from andabata.app.options import (
@@ -15,6 +17,7 @@ from andabata.app.options import (
 )
 from andabata.app.settings import SettingsError
 from andabata.app.usage import UsageError
+from andabata.app.view_options import DriveViewOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import UnknownSensorError
 from andabata.machine.robot import RobotModel
@@ -106,3 +109,15 @@ def test_the_console_has_the_form_of_the_options(capsys):
     console.status("working")
     console.result({"a": 1}, "text")
     assert capsys.readouterr() == ('{"a": 1}\n', "")
+
+
+def test_a_drive_waits_only_for_a_page_that_there_is():
+    """``--view-wait`` without ``--view`` is refused; with it, it is a choice of who watches."""
+    assert DriveViewOptions().wanted() is None
+    shown = DriveViewOptions(view=True).wanted()
+    assert shown is not None
+    assert not shown.waits
+    waits = DriveViewOptions(view=True, view_wait=True).wanted()
+    assert waits == replace(shown, waits=True)
+    with pytest.raises(UsageError, match="--view-wait: expected --view beside it"):
+        DriveViewOptions(view_wait=True).wanted()

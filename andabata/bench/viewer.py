@@ -24,6 +24,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from andabata.bench import chromium
 from andabata.bench.ros_graph import enable_interrupts
+from worlds.splits import DEVELOPMENT_SEED
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page, WebSocket
@@ -249,7 +250,7 @@ def _stamp(page: "Page") -> float:
 def main(argv: Sequence[str] | None = None) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=7300, help="Seed of the drive.")
+    parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="Seed of the drive.")
     parser.add_argument("--plant", default="bullet", help="Plant: bullet, wheels or kinematic.")
     parser.add_argument("--points", type=int, default=32_000, help="Number of points shown.")
     parser.add_argument("--seconds", type=float, default=8.0, help="Time to watch.")

@@ -14,6 +14,7 @@ from andabata.app.options import (
     SettingsOptions,
 )
 from andabata.app.view_options import DriveViewOptions
+from worlds.splits import DEVELOPMENT_SEED
 
 
 @command
@@ -63,7 +64,7 @@ def drive(
     settings: SettingsOptions,
     models: ModelOptions,
     viewer: DriveViewOptions,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     output: ConsoleOptions,
 ) -> None:
     """Visit the goals of one task in a row and draw the path.

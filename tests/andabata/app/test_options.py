@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from andabata.app.console import COMPILES
 from andabata.app.options import (
     ClassifierOptions,
     ConsoleOptions,
@@ -22,6 +23,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import UnknownSensorError
 from andabata.machine.robot import RobotModel
 from andabata.models import shipped_forest, shipped_ground_classifier, shipped_policy
+from terrain.compilation import compilation_begins, on_first_compilation
 
 
 def test_settings_come_over_the_parts_of_the_robot(tmp_path):
@@ -121,3 +123,22 @@ def test_a_drive_waits_only_for_a_page_that_there_is():
     assert waits == replace(shown, waits=True)
     with pytest.raises(UsageError, match="--view-wait: expected --view beside it"):
         DriveViewOptions(view_wait=True).wanted()
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (ConsoleOptions(), COMPILES),
+        (ConsoleOptions(as_json=True), COMPILES),
+        (ConsoleOptions(quiet=True), ""),
+    ],
+    ids=["plain", "json", "quiet"],
+)
+def test_a_command_says_on_stderr_that_it_compiles(capsys, monkeypatch, options, line):
+    """Also without a terminal; stdout is for the result alone, and quiet is quiet."""
+    monkeypatch.setattr("andabata.app.options.on_first_compilation", on_first_compilation)
+    options.console()
+    compilation_begins()
+    compilation_begins()
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err.strip()) == ("", line)

@@ -7,12 +7,12 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench.ros_graph import Graph, has_tools
+from andabata.distribution import install_ros
 from andabata.records.topics import TOPICS
-from andabata.ros.graph import PACKAGES
 
 needs_ros = pytest.mark.skipif(
     not has_tools(),
-    reason=f"ROS 1's tools are not installed (on Debian: apt-get install {PACKAGES})",
+    reason=f"ROS 1's tools are not installed (on Debian: {install_ros()})",
 )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
+from terrain.compilation import on_first_compilation
 from worlds.splits import EVALUATIONS
 
 if TYPE_CHECKING:
@@ -214,10 +215,12 @@ class ConsoleOptions:
     quiet: Quiet = False
 
     def console(self) -> "Console":
-        """Return the console that prints in this form."""
-        from andabata.app.console import Console
+        """Return the console that prints in this form; it says when kernels are compiled."""
+        from andabata.app.console import COMPILES, Console
 
-        return Console(self.quiet, self.as_json)
+        console = Console(self.quiet, self.as_json)
+        on_first_compilation(lambda: console.status(COMPILES))
+        return console
 
 
 @dataclass(frozen=True)

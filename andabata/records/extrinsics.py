@@ -223,7 +223,7 @@ class Extrinsics:
     def remarks(self) -> list[str]:
         """Remarks on the mountings, a line each."""
         found = list(self._refusals)
-        found += [f"/tf: {text}" for text in self.tree.conflicts]
+        found += [f"/tf: {text}" for text in self.tree.remarks]
         for sensor, pose in self._used.items():
             found += assumption_remarks(sensor, pose, self.tree)
             found += contradiction_remarks(sensor, pose, self.tree)

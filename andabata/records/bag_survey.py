@@ -22,6 +22,7 @@ from andabata.records.row_history import RowHistory
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
+from andabata.records.wheel_speeds import JointFacts
 
 _MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
 """Longest time by which a reading may be older than its record, before its clock is doubted [s]."""
@@ -118,6 +119,11 @@ class BagSurvey:
             f"{name}: expected joints called wheels of the left and the right, got {joints}; --map "
             f"{topic.ros1} names another topic"
         )
+
+    @property
+    def joints(self) -> JointFacts:
+        """Facts about the joint states."""
+        return self._joints.facts
 
     @property
     def counts(self) -> dict[str, int]:

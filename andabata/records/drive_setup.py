@@ -116,6 +116,8 @@ def read_setup(
         if setup is not None:
             return setup
     refused = rejected_fixes(fixes)
+    if without := int(np.isinf(fixes[:, 4]).sum()):
+        refused["whose status says that there is none"] += without
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} "

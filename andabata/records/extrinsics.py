@@ -228,3 +228,8 @@ class Extrinsics:
             found += assumption_remarks(sensor, pose, self.tree)
             found += contradiction_remarks(sensor, pose, self.tree)
         return found + self.checks.remarks
+
+    @property
+    def failures(self) -> list[str]:
+        """Checks of the sensors against each other that failed, a line each."""
+        return self.checks.failures

@@ -15,6 +15,7 @@ from andabata.records.remarks import Remarks
 from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.unusable_message import UnusableMessageError
+from andabata.records.wheel_zeros import zeros_between
 from traversability.cloud import PointCloud
 
 MOTION = (topics.ENCODERS, topics.IMU, topics.MAG)
@@ -35,6 +36,14 @@ _SENSORS: dict[Topic, Sensor] = {
 
 _ROWS = (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX)
 """Topics whose readings are rows of numbers."""
+
+
+_FALSE_ZEROS = 3
+"""Number of false zeros from which a zero at the end of a period is one, too."""
+
+_ZEROS = "zeros between speeds of a robot that drives on, of a second node"
+
+_TWO_NODES = "two nodes publish wheel speeds, one of them zeros: stop that one"
 
 
 class SensorDecoder:
@@ -92,6 +101,8 @@ class SensorDecoder:
     def epoch_ns(self, epoch_ns: int) -> None:
         self._epoch_ns = epoch_ns
         self._delivered: dict[Topic, float] = {}
+        self._last_wheels: NDArray[np.float64] | None = None
+        self._false_zeros = 0
         self.decoder.restart()
 
     @property
@@ -228,9 +239,18 @@ class SensorDecoder:
             gnss=rows[topics.FIX],
             antenna=self.extrinsics.antenna,
         )
-        self.extrinsics.checks.compare(found.imu, found.encoders)
+        self._compare(found)
         self._clear()
         return found
+
+    def _compare(self, found: SensorReadings) -> None:
+        """Compare wheels, gyro and fixes of a period with each other."""
+        checks, wheels, speeds = self.extrinsics.checks, found.encoders, None
+        checks.compare(found.imu, wheels)
+        if wheels is not None:
+            speed = wheels[:, 1:3].mean(axis=1) * self.decoder.robot.wheel_radius
+            speeds = np.column_stack([wheels[:, 0], speed])
+        checks.driving.add(found.imu, speeds, found.mag, found.gnss)
 
     def _in_order(self, topic: Topic) -> NDArray[np.float64] | None:
         """Return the rows of a topic by increasing stamps, each stamp once, None without any.
@@ -240,6 +260,8 @@ class SensorDecoder:
         if not self._rows[topic]:
             return None
         rows = np.array(self._rows[topic])
+        if topic is topics.ENCODERS:
+            rows = self._without_zeros(rows)
         stamps, last = rows[:, 0], self._delivered.get(topic, -np.inf)
         if stamps[0] > last and (stamps[1:] > stamps[:-1]).all():
             self._delivered[topic] = float(stamps[-1])
@@ -260,6 +282,23 @@ class SensorDecoder:
             text = "older than readings that were used already"
             self.remarks.refuse(topic.ros1, text, number=late)
         return rows if len(rows) else None
+
+    def _without_zeros(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return wheel speeds without the zeros of another publisher, which are counted."""
+        known = rows if self._last_wheels is None else np.vstack([self._last_wheels, rows])
+        false = zeros_between(known)[len(known) - len(rows) :]
+        self._false_zeros += int(false.sum())
+        # The row after a zero at the end is still to come; later ones are judged by habit.
+        if self._false_zeros >= _FALSE_ZEROS and len(rows) > 1 and not rows[-1, 1:3].any():
+            false[-1] |= bool(rows[-2, 1:3].any())
+        if false.any():
+            self.refused += int(false.sum())
+            self.remarks.refuse(topics.ENCODERS.ros1, _ZEROS, number=int(false.sum()))
+            self.remarks.fail(topics.ENCODERS.ros1, _TWO_NODES)
+        rows = rows[~false]
+        if len(rows):
+            self._last_wheels = rows[-1]
+        return rows
 
     def _matched_sweeps(self) -> Sweeps | None:
         """Return the sweeps with a known head angle, oldest first, None without one."""

@@ -87,6 +87,12 @@ def fitted_slope(a: Rows, b: Rows, min_turn: float, min_correlation: float) -> f
     return ab / aa
 
 
+def correlation_of(a: Rows, b: Rows) -> float:
+    """Return the correlation of two yaw increments, through zero; 0 where one of them is zero."""
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return float(a @ b) / size if size > 0 else 0.0
+
+
 def _window_edges(given: list[Rows], begin: float, end: float) -> Rows:
     """Return begin and end of windows in which no sensor is silent for long [s], shape (w, 2)."""
     runs = [(begin, end)]

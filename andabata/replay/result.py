@@ -132,6 +132,17 @@ class LocalizerStatistics:
         for text in getattr(localizer, "warnings", ()):
             self.complaints[_TEXT_WITHOUT_NUMBERS.sub("", text)] += 1
 
+    def health_after(self, has_failures: bool) -> dict[str, int]:
+        """Return the number of periods by health; with a failed check none of them is ok.
+
+        Args:
+            has_failures: True if a check of the sensors against each other failed.
+        """
+        found = Counter(self.health)
+        if has_failures and "ok" in found:
+            found["degraded"] += found.pop("ok")
+        return dict(found)
+
     def end(self, localizer: Localizer) -> None:
         """Add the measurement counts of a piece at its end."""
         for name, row in getattr(localizer, "counts", {}).items():

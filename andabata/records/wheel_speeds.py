@@ -100,7 +100,7 @@ class JointSpeeds:
                 "positions"
             )
         change = tracks.add(positions, stamp)
-        if not self._uses_positions:
+        if change is not None and change.any() and not self._uses_positions:
             self._uses_positions = True
             reason = "are missing" if velocities is None else "stay zero while the positions change"
             text = f"velocities {reason}: wheel speeds are differences of positions"

@@ -20,10 +20,11 @@ from andabata.records.point_cloud2 import as_point_cloud2, cloud_of
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
-from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.sensor_decoder import SensorDecoder, frame_of
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.wheel_speeds import JointFacts
+from andabata.records.wheel_zeros import zeros_between
 from andabata.records.yaw_increments import heading_of, up_direction
 
 _MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
@@ -88,6 +89,8 @@ class BagSurvey:
         self.history = RowHistory()
         self._names, self._cloud, self._joints = names, cloud, decoder.joints
         self._reasons: dict[Topic, Counter[str]] = {}
+        self._unread: Counter[Topic] = Counter()
+        self._sources: dict[Topic, set[tuple[str, str]]] = {}
         self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
         for message in bag.messages((*names, *diagnostics)):
             if message.topic in names:
@@ -102,12 +105,15 @@ class BagSurvey:
         stamps.recorder.append(message.stamp_ns)
         stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
         if topic in ALTERNATIVES:
+            frame = frame_of(content) if hasattr(content, "header") else ""
+            self._sources.setdefault(topic, set()).add((frame, message.publisher))
             stamp = self._measured_ns(stamps) / NS
             try:
                 raw = decoder.raw(topic, content, stamp)
             except ValueError as error:  # The replay counts it.
                 self._reasons.setdefault(topic, Counter())[str(error)] += 1
-                return
+                raw = None
+            self._unread[topic] += raw is None
             if raw is not None:
                 self.history.add(topic, [stamp, *raw], message_type(content))
         elif topic is not topics.FIX and len(stamps.durations) < _FEW_SCANS:
@@ -170,8 +176,8 @@ class BagSurvey:
         """Spread the readings of a topic that come in bursts in a piece of the recording."""
         topic = self._names[stamps.name]
         times = stamps.header if (stamps.header != 0).all() else stamps.recorder
-        bursts = find_bursts(times) if topic in ALTERNATIVES else None
-        if bursts is None or self.history.is_repeated(topic):
+        bursts = find_bursts(times) if self._is_of_one_source(topic) else None
+        if bursts is None:
             return
         before, after = (bursts.spread(times, is_after) for is_after in (False, True))
         is_after = topic is topics.IMU and self._holds_what_follows(times, before, after)
@@ -181,6 +187,15 @@ class BagSurvey:
             f"readings come in bursts of {bursts.size:.1f}, {NS / bursts.period:.0f} a second in "
             f"all: each is spread over the time {'after' if is_after else 'before'} it",
         )
+
+    def _is_of_one_source(self, topic: Topic) -> bool:
+        """Return whether all messages of a topic are readings of one node, each recorded once."""
+        rows = self.history.array(topic) if topic in ALTERNATIVES else None
+        if rows is None or self._unread[topic] or len(self._sources[topic]) > 1:
+            return False
+        if topic is topics.ENCODERS and zeros_between(rows).any():
+            return False
+        return not self.history.is_repeated(topic)
 
     def _holds_what_follows(self, times: Stamps, before: Stamps, after: Stamps) -> bool:
         """Return whether a burst of the IMU holds what was measured after it, by the compass."""

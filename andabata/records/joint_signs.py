@@ -69,6 +69,10 @@ class JointSigns:
             if alike.min() >= 0 or self._sides_agree(correlation, signs, sides):
                 break
             signs[int(np.argmin(alike))] *= -1
+        if not self._sides_agree(correlation, signs, sides):
+            # As many turn one way as the other: each side follows its first, the gyro does the rest.
+            for side in sides:
+                signs[list(side)] = np.sign(correlation[side[0], list(side)])
         if self._sides_agree(correlation, signs, sides):
             self.reversed_names = frozenset(
                 name for name, sign in zip(self._names, signs, strict=True) if sign < 0

@@ -11,6 +11,7 @@ from andabata.records.frames import Sensor
 from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, header_ns, sweep_angles, wheel_speeds_of
 from andabata.records.point_cloud2 import as_point_cloud2, decode_point_cloud2
+from andabata.records.reading_sources import ReadingSources
 from andabata.records.remarks import Remarks
 from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
@@ -103,6 +104,7 @@ class SensorDecoder:
         self._delivered: dict[Topic, float] = {}
         self._last_wheels: NDArray[np.float64] | None = None
         self._false_zeros = 0
+        self._sources = ReadingSources(self.decoder.remarks)
         self.decoder.restart()
 
     @property
@@ -129,16 +131,19 @@ class SensorDecoder:
         """Remarks on corrections and refusals."""
         return self.decoder.remarks
 
-    def add(self, topic: Topic, content: RosMessage, stamp_ns: int | None = None) -> None:
+    def add(
+        self, topic: Topic, content: RosMessage, stamp_ns: int | None = None, node: str = ""
+    ) -> None:
         """Add a message; one that cannot be used is left out and counted.
 
         Args:
             topic: Topic of the message.
             content: Message to add.
             stamp_ns: Time of its arrival [ns], for types without a header.
+            node: Name of the publishing node; empty if it is unknown.
         """
         try:
-            self._add(topic, content, stamp_ns)
+            self._add(topic, content, stamp_ns, node)
         except ValueError as error:
             self._refuse(topic.ros1, str(error), stamp_ns)
 
@@ -148,7 +153,7 @@ class SensorDecoder:
         seconds = self.seconds(stamp_ns) if stamp_ns is not None and self.epoch_ns else None
         self.remarks.refuse(topic, reason, seconds)
 
-    def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+    def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None, node: str) -> None:
         """Add a message to the readings of its kind.
 
         Raises:
@@ -172,9 +177,9 @@ class SensorDecoder:
         elif topic is topics.WHEEL_COMMAND:
             self.wheels = wheel_speeds_of(content)
         elif topic in self._rows:
-            self._add_rows(topic, content, stamp_ns)
+            self._add_rows(topic, content, stamp_ns, node)
 
-    def _add_rows(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+    def _add_rows(self, topic: Topic, content: RosMessage, stamp_ns: int | None, node: str) -> None:
         """Add the rows of a message, in the robot's axes.
 
         Raises:
@@ -191,6 +196,9 @@ class SensorDecoder:
         if sensor is not None:
             frame, transform = frame_of(content), self.extrinsics.transform_row
             rows = [[row[0], *transform(sensor, frame, row[1:])] for row in rows]
+            source = f"{node} in frame {frame}" if node else f"frame {frame}"
+            for row in rows:
+                self._sources.add(topic, source, row)
         self._rows[topic] += rows
 
     def _add_cloud(self, content: RosMessage, tries: int) -> None:
@@ -275,8 +283,8 @@ class SensorDecoder:
             self._delivered[topic] = max(last, float(rows[-1, 0])) if len(rows) else last
         late = count - repeated - len(rows)
         if repeated:
-            text = "a stamp that came before is dropped"
-            self.remarks.count(topic.ros1, text, number=repeated)
+            self.refused += repeated
+            self.remarks.refuse(topic.ros1, "a stamp that came before", number=repeated)
         if late:
             self.refused += late
             text = "older than readings that were used already"

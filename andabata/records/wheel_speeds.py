@@ -84,6 +84,10 @@ class JointSpeeds:
         tracks = self._tracks(names)
         wheels = _Wheels.of(names, sides)
         velocities = wheels.means(wheels.pick(message.velocity), self._signs)
+        if self._signs.reversed_names:
+            reversed_names = ", ".join(sorted(self._signs.reversed_names))
+            text = "joints that turn against the others of their side are reversed: "
+            self._remarks.note(self._topic, text + reversed_names)
         positions = wheels.pick(message.position)
         if velocities is not None and (any(velocities) or not tracks.moved or self._has_velocities):
             self._has_velocities |= any(velocities)

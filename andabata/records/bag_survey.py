@@ -20,7 +20,7 @@ from andabata.records.point_cloud2 import as_point_cloud2, cloud_of
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
-from andabata.records.sensor_decoder import SensorDecoder, frame_of
+from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.wheel_speeds import JointFacts
@@ -105,7 +105,7 @@ class BagSurvey:
         stamps.recorder.append(message.stamp_ns)
         stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
         if topic in ALTERNATIVES:
-            frame = frame_of(content) if hasattr(content, "header") else ""
+            frame = getattr(getattr(content, "header", None), "frame_id", "")
             self._sources.setdefault(topic, set()).add((frame, message.publisher))
             stamp = self._measured_ns(stamps) / NS
             try:

@@ -70,7 +70,7 @@ class JointSigns:
                 break
             signs[int(np.argmin(alike))] *= -1
         if not self._sides_agree(correlation, signs, sides):
-            # As many turn one way as the other: each side follows its first, the gyro does the rest.
+            # As many turn one way as the other: each side follows its first, then the gyro decides.
             for side in sides:
                 signs[list(side)] = np.sign(correlation[side[0], list(side)])
         if self._sides_agree(correlation, signs, sides):

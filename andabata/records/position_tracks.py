@@ -84,8 +84,7 @@ class PositionTracks:
         track.last, track.stamp = positions, stamp
         if track.stands and any(self._moves_at(other, stamp) for other in self._tracks):
             raise UnusableMessageError(
-                "expected positions that go on, got some that jump back to those of a second node "
-                "that stands still; stop it"
+                "expected positions that go on, got some that jump back to those of a second node"
             )
         return changes[nearest] / seconds if 0 < seconds < MAX_STEP else None
 

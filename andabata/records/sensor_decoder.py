@@ -16,6 +16,7 @@ from andabata.records.remarks import Remarks
 from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.unusable_message import UnusableMessageError
+from andabata.records.wheel_speeds import TWO_NODES
 from andabata.records.wheel_zeros import zeros_between
 from traversability.cloud import PointCloud
 
@@ -43,8 +44,6 @@ _FALSE_ZEROS = 3
 """Number of false zeros from which a zero at the end of a period is one, too."""
 
 _ZEROS = "zeros between speeds of a robot that drives on, of a second node"
-
-_TWO_NODES = "two nodes publish wheel speeds, one of them zeros: stop that one"
 
 
 class SensorDecoder:
@@ -302,7 +301,7 @@ class SensorDecoder:
         if false.any():
             self.refused += int(false.sum())
             self.remarks.refuse(topics.ENCODERS.ros1, _ZEROS, number=int(false.sum()))
-            self.remarks.fail(topics.ENCODERS.ros1, _TWO_NODES)
+            self.remarks.fail(topics.ENCODERS.ros1, TWO_NODES)
         rows = rows[~false]
         if len(rows):
             self._last_wheels = rows[-1]

@@ -15,6 +15,12 @@ from andabata.records.topics import RosMessage
 from andabata.records.unusable_message import UnusableMessageError
 from andabata.records.wheel_joints import Sides, wheel_sides
 
+TWO_NODES = (
+    "expected one publisher of wheel speeds, got two: messages of one that stands still are left "
+    "out; stop that node (often a joint_state_publisher) before the next recording"
+)
+"""Remark on wheel speeds of two nodes."""
+
 _MOVED = 0.2
 """Change of a pose from which twists that were always zero are ignored [m, rad]."""
 
@@ -91,25 +97,39 @@ class JointSpeeds:
         positions = wheels.pick(message.position)
         if velocities is not None and (any(velocities) or not tracks.moved or self._has_velocities):
             self._has_velocities |= any(velocities)
-            tracks.add(positions, stamp)
+            self._follow(tracks, positions, stamp)
             return velocities
         if velocities is None and self._has_velocities:
+            self._remarks.fail(self._topic, TWO_NODES)
             raise UnusableMessageError(
-                "expected velocities of the wheels, as other messages of the topic have, got none: "
-                "a second node publishes joint states, stop it"
+                "expected velocities of the wheels, as other messages of the topic have, got none"
             )
         if positions is None or not np.isfinite(positions).all():
             raise UnusableMessageError(
                 "expected velocities or positions of the wheels, got neither velocities nor "
                 "positions"
             )
-        change = tracks.add(positions, stamp)
+        change = self._follow(tracks, positions, stamp)
         if change is not None and change.any() and not self._uses_positions:
             self._uses_positions = True
             reason = "are missing" if velocities is None else "stay zero while the positions change"
             text = f"velocities {reason}: wheel speeds are differences of positions"
             self._remarks.note(self._topic, text)
         return None if change is None else wheels.means(change, self._signs)
+
+    def _follow(
+        self, tracks: PositionTracks, positions: NDArray[np.float64] | None, stamp: float
+    ) -> NDArray[np.float64] | None:
+        """Return the speeds since the positions before; see ``PositionTracks.add``.
+
+        Raises:
+            UnusableMessageError: If the positions are of a second node.
+        """
+        try:
+            return tracks.add(positions, stamp)
+        except UnusableMessageError:
+            self._remarks.fail(self._topic, TWO_NODES)
+            raise
 
     def _tracks(self, names: tuple[str, ...]) -> "PositionTracks":
         """Return the positions of messages with their joints in this order."""

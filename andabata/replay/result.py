@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Localizer
+from andabata.localization.localizer import Health, Localizer, health_after
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.navigation.navigator import StepResult
 from andabata.records.bag_reader import Period
@@ -138,9 +138,9 @@ class LocalizerStatistics:
         Args:
             has_failures: True if a check of the sensors against each other failed.
         """
-        found = Counter(self.health)
-        if has_failures and "ok" in found:
-            found["degraded"] += found.pop("ok")
+        found = Counter[str]()
+        for health, periods in self.health.items():
+            found[str(health_after(Health(health), has_failures))] += periods
         return dict(found)
 
     def end(self, localizer: Localizer) -> None:

@@ -140,13 +140,14 @@ class DrivingCheck:
         fit = self.fit
         if fit is None:
             return []
-        if fit.path_spread < _STANDING * fit.spread:
+        is_alike = fit.correlation > _MIN_CORRELATION
+        if not is_alike and fit.path_spread < _STANDING * fit.spread:
             return [
                 f"wheels: the fixes move by {fit.spread:.1f} m around their mean, and the wheels' "
                 f"mean speed by {fit.path_spread:.1f} m: a side is counted backwards, or the "
                 "topic is not that of the driven wheels (--map /encoder_data=...)"
             ]
-        if fit.correlation < _MIN_CORRELATION:
+        if not is_alike:
             return []
         if not _SCALE[0] < fit.scale < _SCALE[1]:
             return [

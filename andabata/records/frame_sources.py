@@ -107,10 +107,13 @@ class FrameSources:
         found = list(self._updates)
         shared: dict[str, list[str]] = {}
         for child, poses in self._poses.items():
-            if poses.sources.is_shared:
-                names = " and ".join(sorted(poses.sources.counts))
-                state = "contradict each other" if poses.fault else f"agree within {_AGREEMENT}"
-                shared.setdefault(f"come from {names}, which {state}", []).append(child)
+            names = " and ".join(sorted(poses.sources.counts))
+            if poses.fault:
+                text = f"have two poses by {names}, which contradict each other"
+                shared.setdefault(text, []).append(child)
+            elif poses.sources.is_shared:
+                text = f"come from {names}, which agree within {_AGREEMENT}"
+                shared.setdefault(text, []).append(child)
         found += [f"frames that {text}: {_listed(names)}" for text, names in shared.items()]
         if self._selves:
             found.append(f"transforms of a frame to itself are ignored: {_listed(self._selves)}")

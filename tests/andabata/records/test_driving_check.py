@@ -39,7 +39,7 @@ def test_a_healthy_drive_fits():
 
 @pytest.mark.parametrize(
     ("reported", "words"),
-    [(0.02, "mean speed"), (10.0, "of the way that"), (-1.0, "--unit wheels=-1")],
+    [(0.0, "mean speed"), (10.0, "of the way that"), (-1.0, "--unit wheels=-1")],
 )
 def test_wheels_that_contradict_the_fixes_are_named(reported, words):
     """Wheels that stand, another unit, and another direction."""

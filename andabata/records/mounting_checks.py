@@ -177,8 +177,9 @@ class MountingChecks:
         if opposite < _OPPOSITE:
             return []
         return [
-            "imu: the gyro turns left where the wheels turn right: its z axis points down, or left "
-            "and right wheels are exchanged (--mounting imu=..., --map /encoder_data=...)"
+            "imu: the gyro turns left where the wheels turn right: its sign is wrong "
+            "(--unit angular_velocity=-1), or left and right wheels are exchanged, which changes "
+            "nothing: only their mean is used"
         ]
 
 

@@ -273,3 +273,22 @@ def test_wheels_of_another_unit_on_a_straight_drive_contradict_the_fixes(replay)
     _, mended, _ = replay(wrong, "--unit", "wheels=m/s")
     assert mended["health"] == {"ok": mended["periods"]}
     assert mended["remark_texts"] == []
+
+
+def test_a_gyro_of_the_wrong_sign_contradicts_the_wheels(replay, rows):
+    """The failed check names the option, and with it the drive is the same."""
+    _, plain, _ = replay(rows)
+
+    def turned_round(row, _):
+        rate = row.content.angular_velocity
+        rate = replace(rate, x=-rate.x, y=-rate.y, z=-rate.z)
+        return replace(row, content=replace(row.content, angular_velocity=rate))
+
+    wrong = edited(rows, "/imu", turned_round)
+    _, data, _ = replay(wrong)
+    assert "ok" not in data["health"]
+    assert any("--unit angular_velocity=-1" in text for text in data["remark_texts"])
+    code, mended, _ = replay(wrong, "--unit", "angular_velocity=-1")
+    assert code == 0
+    assert outcome(mended) == outcome(plain)
+    assert mended["remark_texts"] == []

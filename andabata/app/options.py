@@ -201,7 +201,8 @@ Units = Annotated[
         metavar="QUANTITY=UNIT",
         help="Unit of acceleration (m/s2, g, mg), angular_velocity (rad/s, deg/s), "
         "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
-        "to SI, where the values leave it open; may be repeated.",
+        "to SI, where the values leave it open; a minus sign turns readings round; may be "
+        "repeated.",
         rich_help_panel=_SENSORS,
     ),
 ]

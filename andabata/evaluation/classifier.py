@@ -60,8 +60,8 @@ def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         str(name): CellScores.of(states[kind == name], found[kind == name]).as_dict()
         for name in np.unique(kind)
     }
-    pairs = zip(*truths, strict=True)
-    scores["truths"] = truth_scores(*(np.stack(rows) for rows in pairs), found)
+    first, second = (np.stack(rows) for rows in zip(*truths, strict=True))
+    scores["truths"] = truth_scores(first, second, found)
     scores["ranges"] = range_errors(states, found, grid)
     colours = {
         "green": int((states == CellState.TRAVERSABLE).sum()),

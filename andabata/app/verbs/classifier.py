@@ -7,9 +7,18 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, ForestOptions, Seed, SettingsOptions
+from andabata.app.options import (
+    ConsoleOptions,
+    ForestOptions,
+    Seed,
+    SensorOptions,
+    SettingsOptions,
+    TopicOptions,
+)
 
-app = typer.Typer(help="The classifiers: train, evaluate, ground, export.", no_args_is_help=True)
+app = typer.Typer(
+    help="The classifiers: train, adapt, evaluate, ground, export.", no_args_is_help=True
+)
 
 
 class SplitName(StrEnum):
@@ -65,6 +74,69 @@ def train(
     config, console = settings.resolve(ForestConfig, base), output.console()
     data, samples = train_cell_classifier((clouds, *(more or ())), out, config, grid, seed, console)
     console.result(data, tables(data, samples))
+
+
+@app.command()
+@command
+def adapt(
+    *,
+    bags: Annotated[
+        list[Path], typer.Argument(help="Recordings: .bag, .mcap, .db3 or ROS 2 folders.")
+    ],
+    clouds: Clouds,
+    out: Annotated[Path, typer.Option(help="File of the adapted forest, for --forest.")],
+    more: More = None,
+    adaptation: Annotated[
+        Path | None,
+        typer.Option(help="TOML file with settings of labels, correction and held-out part."),
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
+    ] = None,
+    topics: TopicOptions,
+    sensors: SensorOptions,
+    seed: Seed = 0,
+    forest: ForestOptions,
+    output: ConsoleOptions,
+) -> None:
+    """Adapt a forest to one's own ground, from recorded drives over it.
+
+    Cells that the robot crossed without trouble are free; where it stopped under a command, slipped
+    or tilted they are blocked. The last part of each recording is held out for the scores. No
+    forest is written, and the exit code is 1, when recall is lost on it or on the validation
+    clouds.
+
+    Examples:
+        andabata classifier adapt drive.mcap --clouds data/clouds --out mine.npz
+        andabata classifier adapt a.bag b.bag --clouds data/clouds --out mine.npz --json
+        andabata classifier adapt drive.bag --clouds data/clouds --out m.npz --robot husky
+    """
+    from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
+    from andabata.app.settings import resolve
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.machine.robot import RobotModel
+    from andabata.replay.options import ReplayOptions
+    from andabata.training.forest_adaptation import DriveAdaptationConfig, adaptation_text
+
+    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
+        body = {"robot": RobotModel.load(robot)} if robot else {}
+        return sensors.configure(recorded.model_copy(update=body))
+
+    config, console = resolve(DriveAdaptationConfig, adaptation), output.console()
+    options = ReplayOptions(
+        cloud=sensors.cloud,
+        configure=configure,
+        topics=topics.names(),
+        mountings=sensors.mountings(),
+        units=topics.units(),
+    )
+    folders = (clouds, *(more or ()))
+    found, data = adapt_cell_classifier(
+        bags, folders, forest.load(), options, config, seed, console
+    )
+    console.result(data, adaptation_text(data))
+    write_adapted(out, found, config)
+    console.status(f"{out}: give it to --forest")
 
 
 @app.command()

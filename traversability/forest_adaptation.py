@@ -86,7 +86,8 @@ def adapt_forest(
     worlds = rng.permutation(np.unique(synthetic.world))
     if len(worlds) < 2:
         raise ValueError(f"clouds: expected two worlds or more, got {len(worlds)}; add clouds")
-    is_held = np.isin(synthetic.world, worlds[: max(1, round(config.held_out * len(worlds)))])
+    number = min(max(1, round(config.held_out * len(worlds))), len(worlds) - 1)
+    is_held = np.isin(synthetic.world, worlds[:number])
     held = synthetic.select(is_held)
     trees = _correction(forest, synthetic.select(~is_held), own, config, rng, seed)
     joined = trees.before(forest.trees)

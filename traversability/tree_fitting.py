@@ -108,7 +108,9 @@ def fit_correction(
         size = model.tree_.node_count
         gradient = np.bincount(place, weights * residual, size)
         curvature = np.bincount(place, weights * probability * (1 - probability), size)
-        leaf = config.rate * gradient / (curvature + config.shrink)
+        # Inner nodes hold no sample: nothing to divide by without a penalty.
+        scale = np.maximum(curvature + config.shrink, np.finfo(np.float64).tiny)
+        leaf = config.rate * gradient / scale
         sides = model.tree_.children_left, model.tree_.children_right
         found.append(_siblings_together(*sides, model.tree_.feature, model.tree_.threshold, leaf))
         sums = sums + leaf.astype(np.float32)[place]

@@ -116,7 +116,11 @@ def adapt(
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
     from andabata.replay.options import ReplayOptions
-    from andabata.training.forest_adaptation import DriveAdaptationConfig, adaptation_text
+    from andabata.training.forest_adaptation import (
+        OWN,
+        DriveAdaptationConfig,
+        adaptation_text,
+    )
 
     def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
         body = {"robot": RobotModel.load(robot)} if robot else {}
@@ -135,6 +139,8 @@ def adapt(
         bags, folders, forest.load(), options, config, seed, console
     )
     console.result(data, adaptation_text(data))
+    if data[OWN]["before"]["recall"] is None:
+        console.status("no blocked cell in the held-out part: its recall is unknown")
     write_adapted(out, found, config)
     console.status(f"{out}: give it to --forest")
 

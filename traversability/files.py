@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.class_table import ClassTable, load_class_table
 from traversability.cloud import COLUMNS, PointCloud, are_returns
 from traversability.decoding import DecodedCloud, Labelling, decode_columns
 from traversability.formats import bare_floats, las, pcd, ply, vtk
@@ -24,11 +25,8 @@ _LAS = (".las", ".laz")
 _KINDS = (".npz", *_READERS, *_LAS, ".bin")
 _NUSCENES_COLUMNS, _KITTI_COLUMNS = 5, 4
 
-KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)
-"""Classes of SemanticKITTI that a robot may drive on: road, parking, sidewalk, other ground, lane
-marking and terrain. All others are obstacles (assumption)."""
-
-_KITTI_UNKNOWN = (0, 1)
+_KITTI = "semantickitti"
+"""Table of the classes of label files beside KITTI's clouds, where nothing else is said."""
 
 
 class CloudFileError(ValueError):
@@ -43,7 +41,9 @@ def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
     return decode_cloud_file(path, columns).cloud.absolute()
 
 
-def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
+def decode_cloud_file(
+    path: Path, columns: int | None = None, labels: ClassTable | None = None
+) -> DecodedCloud:
     """Return the cloud of a file: npz, ply, pcd, vtk, las, laz or bin (KITTI, nuScenes).
 
     Points that are not finite, or lie in a foreign sensor's origin, are no-returns of organised
@@ -54,9 +54,12 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
     Args:
         path: Path of the file.
         columns: Number of columns of a bin file; None infers it from the content.
+        labels: Meaning of the classes in the file or in a label file beside it; None for what the
+            files themselves say.
 
     Raises:
-        CloudFileError: If the file is empty, damaged, of an unknown kind, or has no finite point.
+        CloudFileError: If the file is empty, damaged, of an unknown kind, or has no finite point,
+            or its labels are missing or too few.
         OSError: If it cannot be read.
     """
     suffix = path.suffix.lower()
@@ -69,7 +72,7 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
     if not data:
         raise CloudFileError(f"{path}: expected a point cloud, got an empty file")
     try:
-        decoded = _decode(data, suffix, path, columns)
+        decoded = _decode(data, suffix, path, columns, labels)
     except (FormatError, ArrayFileError, ValueError) as error:
         text = str(error).splitlines()[0]
         # A text with a semicolon names the next step already.
@@ -83,16 +86,29 @@ def decode_cloud_file(path: Path, columns: int | None = None) -> DecodedCloud:
     return decoded
 
 
-def _decode(data: bytes, suffix: str, path: Path, columns: int | None) -> DecodedCloud:
+def _decode(
+    data: bytes, suffix: str, path: Path, columns: int | None, labels: ClassTable | None
+) -> DecodedCloud:
     """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
-        return _from_npz(data)
-    if suffix == ".bin":
-        return _from_bare_floats(data, path, columns)
-    if suffix in _LAS:
+        decoded = _from_npz(data)
+    elif suffix == ".bin":
+        decoded = _from_bare_floats(data, path, columns, labels)
+    elif suffix in _LAS:
         table, spacing = las.parse(data)
-        return replace(decode_columns(table), spacing=spacing)
-    return decode_columns(_READERS[suffix](data))
+        decoded = replace(decode_columns(table), spacing=spacing)
+    else:
+        decoded = decode_columns(_with_classes(_READERS[suffix](data), path, labels))
+    return decoded if labels is None else labels.apply(decoded)
+
+
+def _with_classes(table: Columns, path: Path, labels: ClassTable | None) -> Columns:
+    """Return columns with the classes of the label file beside a cloud, where there is one."""
+    beside = None if labels is None else labels.file_beside(path)
+    if beside is None:
+        return table
+    numbers = _read_labels(beside, len(table["x"]))
+    return table | {"classes": numbers & 0xFFFF, "instances": numbers >> 16}
 
 
 def cloud_to_bytes(
@@ -241,14 +257,22 @@ def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedClou
     return replace(decoded.select(real), no_returns=int(len(real) - real.sum()))
 
 
-def _from_bare_floats(data: bytes, path: Path, width: int | None) -> DecodedCloud:
-    """Return the points of a file without a header, with SemanticKITTI's labels if it has any."""
+def _from_bare_floats(
+    data: bytes, path: Path, width: int | None, labels: ClassTable | None
+) -> DecodedCloud:
+    """Return the points of a file without a header, with the labels beside it if it has any.
+
+    Without a table, labels are SemanticKITTI's, and points without a label are left out.
+    """
     nuscenes = path.name.lower().endswith(".pcd.bin")
     likely = _NUSCENES_COLUMNS if nuscenes else _KITTI_COLUMNS
     table, remark = bare_floats.parse(data, width, likely)
     found = len(table)
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
+    if labels is not None:
+        decoded = decode_columns(_with_classes(table, path, labels))
+        return replace(decoded, columns=found).noting(*([remark] if remark else []))
     if path.parent.name == "velodyne" and beside.is_file():
         table, labelling = _labelled(table, beside)
     decoded = replace(decode_columns(table), columns=found, labelling=labelling)
@@ -271,8 +295,9 @@ def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
     classes, instances = labels & 0xFFFF, labels >> 16
     traversable = _traversable(beside.parent.parent)
     assumed = traversable is None
-    good = KITTI_TRAVERSABLE if traversable is None else tuple(traversable)
-    known = ~np.isin(classes, _KITTI_UNKNOWN if assumed else ())
+    kitti = load_class_table(_KITTI)
+    good = kitti.free if traversable is None else tuple(traversable)
+    known = ~np.isin(classes, kitti.unknown if assumed else ())
     table = table | {"classes": classes, "nontraversable": ~np.isin(classes, good)}
     if instances.any():
         table["instances"] = instances

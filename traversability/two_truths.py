@@ -4,6 +4,7 @@ Labels of points say what a thing is, not whether a wheel climbs it: a free cell
 that stops the robot, or the edge of a bush. The second truth leaves such cells out.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,9 @@ _SMOOTH = 4.0
 
 FIRST, SECOND = "points_15_percent", "steps_and_doubt_left_out"
 """Names of the two truths."""
+
+TRUTH_NAMES = {FIRST: "15 % of points", SECOND: "no steps, no doubt"}
+"""Short names of the two truths in tables."""
 
 
 class TwoTruths(NamedTuple):
@@ -175,3 +179,14 @@ def truth_scores(
     """
     pairs = {FIRST: first, SECOND: second}
     return {name: CellScores.of(truth, called).as_dict() for name, truth in pairs.items()}
+
+
+def truth_lines(truths: Mapping[str, Any]) -> list[str]:
+    """Return a table of the scores by the two truths, side by side."""
+    names = {"precision": "precision", "recall": "recall", "specificity": "specificity"}
+    names["f1_red"] = "F1"
+    lines = [f"{'truth':20}" + "".join(f"{name:>13}" for name in names.values())]
+    for truth, scores in truths.items():
+        row = "".join(f"{scores[name]:13.3f}" for name in names)
+        lines.append(f"  {TRUTH_NAMES[truth]:18}{row}")
+    return lines

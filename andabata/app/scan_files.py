@@ -17,6 +17,7 @@ from andabata.records import atomic_io
 from andabata.records.containers.opening import is_recording
 from andabata.records.export import decode_bag_cloud
 from andabata.records.sensor_pose import GivenMounting
+from traversability.class_table import ClassTable
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file
 from traversability.forest import Forest
@@ -31,18 +32,21 @@ class CloudSource:
         number: Index of the cloud in the topic, negative from the end.
         columns: Number of columns of a bin file; None to infer it from the content.
         mountings: Mountings by sensor that the user gives.
+        labels: Meaning of the classes of points; None for what the files say.
     """
 
     topic: str | None = None
     number: int = 0
     columns: int | None = None
     mountings: Mapping[str, GivenMounting] = field(default_factory=dict)
+    labels: ClassTable | None = None
 
     def read(self, file: Path) -> DecodedCloud:
         """Return the cloud of a file, or one of a recording."""
         if file.suffix in (".bag", ".mcap") or is_recording(file):
-            return decode_bag_cloud(file, self.topic, self.number, dict(self.mountings))
-        decoded = decode_cloud_file(file, self.columns)
+            decoded = decode_bag_cloud(file, self.topic, self.number, dict(self.mountings))
+            return decoded if self.labels is None else self.labels.apply(decoded)
+        decoded = decode_cloud_file(file, self.columns, self.labels)
         if "laser" not in self.mountings:
             return decoded
         return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
@@ -80,7 +84,7 @@ def scan_files(
     found: list[dict[str, Any]] = []
     for file in files:
         try:
-            data, drawn = scan_file(source.read(file), file.name, config, forest)
+            data, drawn = scan_file(source.read(file), file.name, config, forest, source.labels)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
@@ -100,11 +104,15 @@ def scan_files(
 
 
 def scan_file(
-    decoded: DecodedCloud, name: str, config: ScanConfig, forest: Forest
+    decoded: DecodedCloud,
+    name: str,
+    config: ScanConfig,
+    forest: Forest,
+    labels: ClassTable | None = None,
 ) -> tuple[dict[str, Any], Figure]:
     """Return the scan of one cloud with its notes, ready for JSON, and its picture."""
     scanned = scan_cloud(decoded.cloud, config, forest)
-    data = scan_result(scanned) | {
+    data = scan_result(scanned, labels) | {
         "no_returns": decoded.no_returns,
         "columns": decoded.columns,
         "labels": _labels(decoded),

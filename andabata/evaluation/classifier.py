@@ -15,14 +15,11 @@ from traversability.forest import Forest
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
-from traversability.two_truths import FIRST, SECOND, truth_scores, two_truths
+from traversability.two_truths import truth_lines, truth_scores, two_truths
 from worlds.truth import TruthConfig
 
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
-
-TRUTH_NAMES = {FIRST: "15 % of points", SECOND: "no steps, no doubt"}
-"""Short names of the two truths in tables."""
 
 RANGE_BANDS = (MIN_RANGE, 1.8, 3.2, 5.0, MAX_RANGE)
 """Edges of the ranges over which ground cells are scored apart [m]."""
@@ -110,17 +107,6 @@ def ground_classifier_table(data: dict[str, Any]) -> str:
         for name, row in rows.items()
     ]
     return "\n".join(lines)
-
-
-def truth_lines(truths: dict[str, Any]) -> list[str]:
-    """Return a table of the scores by the two truths, side by side."""
-    names = {"precision": "precision", "recall": "recall", "specificity": "specificity"}
-    names["f1_red"] = "F1"
-    lines = [f"{'truth':20}" + "".join(f"{name:>13}" for name in names.values())]
-    for truth, scores in truths.items():
-        row = "".join(f"{scores[name]:13.3f}" for name in names)
-        lines.append(f"  {TRUTH_NAMES[truth]:18}{row}")
-    return lines
 
 
 def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:

@@ -187,6 +187,11 @@ def truth_lines(truths: Mapping[str, Any]) -> list[str]:
     names["f1_red"] = "F1"
     lines = [f"{'truth':20}" + "".join(f"{name:>13}" for name in names.values())]
     for truth, scores in truths.items():
-        row = "".join(f"{scores[name]:13.3f}" for name in names)
+        row = "".join(f"{_share(scores[name]):>13}" for name in names)
         lines.append(f"  {TRUTH_NAMES[truth]:18}{row}")
     return lines
+
+
+def _share(share: float) -> str:
+    """Return a share in three digits, "none" for NaN."""
+    return "none" if np.isnan(share) else f"{share:.3f}"

@@ -53,6 +53,9 @@ def train(
         typer.Option(help="All features and boosted trees, or the paper's five and random forest."),
     ] = Recipe.BEST,
     more: More = None,
+    add: Annotated[
+        Path | None, typer.Option(help="TOML manifest of foreign labelled clouds to learn from.")
+    ] = None,
     settings: SettingsOptions,
     seed: Seed = 0,
     output: ConsoleOptions,
@@ -64,6 +67,7 @@ def train(
         andabata classifier train --clouds data/clouds --and more --out f --seed 1
         andabata classifier train --clouds data/clouds --out p --recipe paper
         andabata classifier train --clouds data/clouds --out f --set trees=200
+        andabata classifier train --clouds data/clouds --out f --add mine.toml
     """
     from andabata.app.classifier_training import train_cell_classifier
     from andabata.evaluation.classifier import tables
@@ -72,7 +76,8 @@ def train(
 
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     config, console = settings.resolve(ForestConfig, base), output.console()
-    data, samples = train_cell_classifier((clouds, *(more or ())), out, config, grid, seed, console)
+    folders = (clouds, *(more or ()))
+    data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
     console.result(data, tables(data, samples))
 
 
@@ -108,7 +113,7 @@ def adapt(
 
     Examples:
         andabata classifier adapt drive.mcap --clouds data/clouds --out mine.npz
-        andabata classifier adapt a.bag b.bag --clouds data/clouds --out mine.npz --json
+        andabata classifier adapt a.bag b.bag --clouds c --out mine.npz --json
         andabata classifier adapt drive.bag --clouds data/clouds --out m.npz --robot husky
     """
     from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted

@@ -66,8 +66,7 @@ def scan(
         andabata scan cloud.npz --mounting 0.2,0,0,10,0 --picture pitched.png
         andabata scan cloud.npz cloud.ply --level --report scans.html
         andabata scan drive.bag --topic /3D_cloud --number -1
-        andabata scan 000000.bin --labels rellis --sensor-height 1.2
-        andabata scan cloud.npz --sectors 64 --json
+        andabata scan 000000.bin --labels rellis --sectors 64 --json
     """
     from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.scan_files import CloudSource, exit_code, scan_files

@@ -114,7 +114,7 @@ def adapt(
     Examples:
         andabata classifier adapt drive.mcap --clouds data/clouds --out mine.npz
         andabata classifier adapt a.bag b.bag --clouds c --out mine.npz --json
-        andabata classifier adapt drive.bag --clouds data/clouds --out m.npz --robot husky
+        andabata classifier adapt drive.bag --clouds c --out m.npz --robot husky
     """
     from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
     from andabata.app.settings import resolve

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.class_table import ClassTable
 from traversability.cloud import COLUMNS, PointCloud, are_returns
 from traversability.decoding import DecodedCloud, decode_columns
 from traversability.formats import bare_floats, las, pcd, ply, vtk
 from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.error import FormatError
 from traversability.formats.table import COORDINATES, Columns, record_columns
-from traversability.kitti_labels import labelled
+from traversability.kitti_labels import labelled, read_labels
 from traversability.viewpoint import Viewpoint
 
 _FORMAT = "andabata-cloud"
@@ -42,7 +43,10 @@ def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
 
 
 def decode_cloud_file(
-    path: Path, columns: int | None = None, unit: float | None = None
+    path: Path,
+    columns: int | None = None,
+    unit: float | None = None,
+    labels: ClassTable | None = None,
 ) -> DecodedCloud:
     """Return the cloud of a file: npz, ply, pcd, vtk, las, laz or bin (KITTI, nuScenes).
 
@@ -56,10 +60,12 @@ def decode_cloud_file(
         path: Path of the file.
         columns: Number of columns of a bin file; None infers it from the content.
         unit: Length of the unit of the coordinates [m]; None for what the file says, else metres.
+        labels: Meaning of the classes in the file or in a label file beside it; None for what the
+            files themselves say.
 
     Raises:
         CloudFileError: If the file is empty, damaged, of an unknown kind, has no finite point, or
-            coordinates that are no lengths.
+            coordinates that are no lengths, or its labels are missing or too few.
         OSError: If it cannot be read.
     """
     suffix = path.suffix.lower()
@@ -73,7 +79,7 @@ def decode_cloud_file(
         raise CloudFileError(f"{path}: expected a point cloud, got an empty file")
     try:
         units = None if unit is None else CoordinateUnits.given(unit)
-        decoded = _decode(data, suffix, path, columns, units)
+        decoded = _decode(data, suffix, path, columns, units, labels)
     except (FormatError, ArrayFileError, ValueError) as error:
         text = str(error).splitlines()[0]
         # A text with a semicolon names the next step already.
@@ -88,22 +94,38 @@ def decode_cloud_file(
 
 
 def _decode(
-    data: bytes, suffix: str, path: Path, columns: int | None, units: CoordinateUnits | None
+    data: bytes,
+    suffix: str,
+    path: Path,
+    columns: int | None,
+    units: CoordinateUnits | None,
+    labels: ClassTable | None,
 ) -> DecodedCloud:
     """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
-        return _from_npz(data, units)
-    if suffix == ".bin":
-        return _from_bare_floats(data, path, columns, units)
-    if suffix in _LAS:
-        return _from_las(las.parse(data, units))
-    if suffix == ".pcd":
-        return _from_pcd(data, units)
-    if suffix == ".ply" and units is None:
-        columns_of_ply = ply.parse(data)
-        units, remarks = ply.units(data)
-        return decode_columns(columns_of_ply, units=units).noting(*remarks)
-    return decode_columns(_READERS[suffix](data), units=units)
+        decoded = _from_npz(data, units)
+    elif suffix == ".bin":
+        decoded = _from_bare_floats(data, path, columns, units, labels)
+    elif suffix in _LAS:
+        decoded = _from_las(las.parse(data, units))
+    elif suffix == ".pcd":
+        decoded = _from_pcd(data, _with_classes(pcd.parse(data), path, labels), units)
+    else:
+        table = _with_classes(_READERS[suffix](data), path, labels)
+        remarks: tuple[str, ...] = ()
+        if suffix == ".ply" and units is None:
+            units, remarks = ply.units(data)
+        decoded = decode_columns(table, units=units).noting(*remarks)
+    return decoded if labels is None else labels.apply(decoded)
+
+
+def _with_classes(table: Columns, path: Path, labels: ClassTable | None) -> Columns:
+    """Return columns with the classes of the label file beside a cloud, where there is one."""
+    beside = None if labels is None else labels.file_beside(path)
+    if beside is None:
+        return table
+    numbers = read_labels(beside, len(table["x"]))
+    return table | {"classes": numbers & 0xFFFF, "instances": numbers >> 16}
 
 
 def _from_las(points: las.LasPoints) -> DecodedCloud:
@@ -114,9 +136,9 @@ def _from_las(points: las.LasPoints) -> DecodedCloud:
     return replace(decoded, spacing=spacing).noting(*points.remarks)
 
 
-def _from_pcd(data: bytes, units: CoordinateUnits | None) -> DecodedCloud:
-    """Return the cloud of a PCD file with the pose that it was measured from."""
-    decoded = decode_columns(pcd.parse(data), units=units)
+def _from_pcd(data: bytes, table: Columns, units: CoordinateUnits | None) -> DecodedCloud:
+    """Return the cloud of a PCD file's columns, with the pose that it was measured from."""
+    decoded = decode_columns(table, units=units)
     numbers = pcd.viewpoint(data)
     if numbers is None:
         return decoded
@@ -273,15 +295,25 @@ def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedClou
 
 
 def _from_bare_floats(
-    data: bytes, path: Path, width: int | None, units: CoordinateUnits | None
+    data: bytes,
+    path: Path,
+    width: int | None,
+    units: CoordinateUnits | None,
+    labels: ClassTable | None,
 ) -> DecodedCloud:
-    """Return the points of a file without a header, with SemanticKITTI's labels if it has any."""
+    """Return the points of a file without a header, with the labels beside it if it has any.
+
+    Without a table, labels are SemanticKITTI's, and points without a label are left out.
+    """
     nuscenes = path.name.lower().endswith(".pcd.bin")
     likely = _NUSCENES_COLUMNS if nuscenes else _KITTI_COLUMNS
     table, remark = bare_floats.parse(data, width, likely)
     found = len(table)
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
+    if labels is not None:
+        decoded = decode_columns(_with_classes(table, path, labels), units=units)
+        return replace(decoded, columns=found).noting(*([remark] if remark else []))
     if path.parent.name == "velodyne" and beside.is_file():
         table, labelling = labelled(table, beside)
     decoded = decode_columns(table, units=units)

@@ -134,7 +134,7 @@ def train_forest(
         trial = _fit_forest(first, grid, config, seed, limit)
         thresholds |= _cheapest_thresholds(trial, held, config)
         if config.kind == "boosted":
-            exits = _exits(trial, held, tuple(thresholds.values()), config)
+            exits = early_exits(trial, held, tuple(thresholds.values()), config)
     forest = _fit_forest(samples, grid, config, seed, limit)
     chosen = config.thresholds or Thresholds(**thresholds, near_range=config.near_range)
     return replace(forest, thresholds=chosen, exits=exits, summary=summary or {})
@@ -237,7 +237,7 @@ def _cheapest_thresholds(
     }
 
 
-def _exits(
+def early_exits(
     forest: Forest, held: CellSamples, thresholds: tuple[float, ...], config: ForestConfig
 ) -> tuple[Exit, ...]:
     """Return exits that change few held-out cells, whichever of the thresholds applies.

@@ -5,16 +5,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from traversability.class_table import load_class_table
 from traversability.cloud import PointCloud
 from traversability.decoding import Labelling
 from traversability.formats.error import FormatError
 from traversability.formats.table import Columns
 
-KITTI_TRAVERSABLE = (40, 44, 48, 49, 60, 72)
-"""Classes of SemanticKITTI that a robot may drive on: road, parking, sidewalk, other ground, lane
-marking and terrain. All others are obstacles (assumption)."""
-
-_KITTI_UNKNOWN = (0, 1)
+_KITTI = "semantickitti"
+"""Table of the classes, where no file beside the cloud names them."""
 
 
 def kitti_labels(cloud: PointCloud) -> bytes:
@@ -45,12 +43,13 @@ def labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
         FormatError: If the labels do not fit the points.
     """
     count = len(table["x"])
-    labels = _read_labels(beside, count)
+    labels = read_labels(beside, count)
     classes, instances = labels & 0xFFFF, labels >> 16
     traversable = _traversable(beside.parent.parent)
     assumed = traversable is None
-    good = KITTI_TRAVERSABLE if traversable is None else tuple(traversable)
-    known = ~np.isin(classes, _KITTI_UNKNOWN if assumed else ())
+    kitti = load_class_table(_KITTI)
+    good = kitti.free if traversable is None else tuple(traversable)
+    known = ~np.isin(classes, kitti.unknown if assumed else ())
     table = table | {"classes": classes, "nontraversable": ~np.isin(classes, good)}
     if instances.any():
         table["instances"] = instances
@@ -60,8 +59,16 @@ def labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
     return {name: column[known] for name, column in table.items()}, labelling
 
 
-def _read_labels(file: Path, count: int) -> NDArray[np.int64]:
-    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32."""
+def read_labels(file: Path, count: int) -> NDArray[np.int64]:
+    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32.
+
+    Args:
+        file: File of the labels.
+        count: Number of points.
+
+    Raises:
+        FormatError: If they are too few or too many, or do not fit.
+    """
     data = file.read_bytes()
     width = len(data) // count if count and len(data) % count == 0 else 4
     if width not in (1, 2, 4, 8) or len(data) != width * count:

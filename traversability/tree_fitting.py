@@ -63,6 +63,60 @@ def fit_boosted(
     return flatten_boosted(model.fit(features, blocked, sample_weight=weights), names)
 
 
+def fit_correction(
+    features: NDArray[np.float32],
+    blocked: NDArray[np.bool_],
+    sums: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    names: tuple[str, ...],
+    trees: int,
+    feature_share: float,
+    config: Boosting,
+    seed: int,
+) -> Trees:
+    """Fit boosted trees that go on from the log odds of other trees (Friedman 2001).
+
+    Leaves are Newton steps of the logistic loss, shrunk by ``config.rate``.
+
+    Args:
+        features: Features, float32, shape (n, f).
+        blocked: True for non-traversable samples, shape (n,).
+        sums: Log odds of each sample so far, shape (n,).
+        weights: Weight of each sample, shape (n,).
+        names: Names of the features.
+        trees: Number of trees.
+        feature_share: Share of the features that each split chooses from.
+        config: Parameters of the trees.
+        seed: Seed of the choice of features.
+
+    Returns:
+        Trees whose sum of leaves, with a base of 0, is added to the log odds.
+    """
+    from sklearn.tree import DecisionTreeRegressor
+
+    found, sums = [], sums.astype(np.float64)
+    for k in range(trees):
+        probability = 1 / (1 + np.exp(-sums))
+        residual = blocked - probability
+        model: Any = DecisionTreeRegressor(
+            max_depth=config.max_depth,
+            min_samples_leaf=config.min_leaf,
+            max_features=feature_share,
+            random_state=seed + k,
+        )
+        place = model.fit(features, residual, sample_weight=weights).apply(features)
+        size = model.tree_.node_count
+        gradient = np.bincount(place, weights * residual, size)
+        curvature = np.bincount(place, weights * probability * (1 - probability), size)
+        # Inner nodes hold no sample: nothing to divide by without a penalty.
+        scale = np.maximum(curvature + config.shrink, np.finfo(np.float64).tiny)
+        leaf = config.rate * gradient / scale
+        sides = model.tree_.children_left, model.tree_.children_right
+        found.append(_siblings_together(*sides, model.tree_.feature, model.tree_.threshold, leaf))
+        sums = sums + leaf.astype(np.float32)[place]
+    return _in_a_row(found, names, "logistic", 0.0)
+
+
 def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.
     """Return a fitted scikit-learn random forest as flat arrays.
 

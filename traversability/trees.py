@@ -202,6 +202,30 @@ class Trees:
             self.leaf[begin:end],
         )
 
+    def before(self, later: "Trees") -> "Trees":
+        """Return these trees and then others on the same features, whose sums of leaves add up.
+
+        Args:
+            later: Trees that follow.
+
+        Raises:
+            ValueError: If the two differ in features or vote.
+        """
+        if (self.features, self.vote) != (later.features, later.vote):
+            raise ValueError("trees: expected the same features and vote, got different ones")
+        n = np.int32(len(self.feature))
+        moved = np.where(later.feature >= 0, later.left + n, 0).astype(np.int32)
+        return Trees(
+            self.features,
+            self.vote,
+            self.base + later.base,
+            np.concatenate([self.roots, later.roots + n]),
+            np.concatenate([self.feature, later.feature]),
+            np.concatenate([self.cut, later.cut]),
+            np.concatenate([self.left, moved]),
+            np.concatenate([self.leaf, later.leaf]),
+        )
+
     def probability(self, sums: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the probability of blocked from the sums of leaves, ``base`` included."""
         return 1 / (1 + np.exp(-sums)) if self.vote == "logistic" else sums / len(self.roots)

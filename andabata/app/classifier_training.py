@@ -9,6 +9,7 @@ import numpy as np
 from andabata.app.console import Console
 from andabata.app.plots.axes import png
 from andabata.app.plots.perception import confusions_figure, importance_figure
+from andabata.datasets.foreign_clouds import foreign_samples
 from andabata.evaluation.classifier import score_forest, score_ground_classifier
 from andabata.records import atomic_io
 from andabata.records.runs import describe, make_folder, write_json
@@ -38,6 +39,7 @@ def train_cell_classifier(
     grid: PolarGrid,
     seed: int,
     console: Console,
+    added: Path | None = None,
 ) -> tuple[dict[str, Any], CellSamples]:
     """Train a forest on training clouds and evaluate it on the first folder's validation clouds.
 
@@ -48,6 +50,7 @@ def train_cell_classifier(
         grid: Polar grid of the cells.
         seed: Seed of the forest.
         console: Console that shows the progress.
+        added: Manifest of foreign labelled clouds that are learned from, too; None for none.
 
     Returns:
         Scores, importances and thresholds, ready for JSON, and the training cells.
@@ -56,8 +59,14 @@ def train_cell_classifier(
     pairs = zip(folders, manifests, strict=True)
     with console.progress("clouds", sum(len(each.of("train")) for each in manifests)) as step:
         samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
+    origin = _origin(manifests)
+    if added is not None:
+        foreign = foreign_samples(added, grid)
+        samples = join_samples([samples, foreign.cells])
+        origin |= {"added_sha256": foreign.sha256, "added_cells": len(foreign.cells.blocked)}
+        console.status(f"{added}: {len(foreign.cells.blocked)} cells of {foreign.clouds} clouds")
     console.status(f"training {config.trees} trees on {len(samples.blocked)} cells")
-    summary = _origin(manifests) | {
+    summary = origin | {
         "clouds": int(samples.cloud.max()) + 1,
         "cells": len(samples.blocked),
         "seed": seed,

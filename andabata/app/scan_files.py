@@ -19,6 +19,7 @@ from andabata.records import atomic_io
 from andabata.records.containers.opening import is_recording
 from andabata.records.export import decode_bag_cloud
 from andabata.records.sensor_pose import GivenMounting
+from traversability.class_table import ClassTable
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file
 from traversability.forest import Forest
@@ -35,6 +36,7 @@ class CloudSource:
         columns: Number of columns of a bin file; None to infer it from the content.
         mountings: Mountings by sensor that the user gives.
         unit: Length of the unit of the coordinates [m]; None for what the cloud says, else metres.
+        labels: Meaning of the classes of points; None for what the files say.
     """
 
     topic: str | None = None
@@ -42,12 +44,16 @@ class CloudSource:
     columns: int | None = None
     mountings: Mapping[str, GivenMounting] = field(default_factory=dict)
     unit: float | None = None
+    labels: ClassTable | None = None
 
     def read(self, file: Path) -> DecodedCloud:
         """Return the cloud of a file, or one of a recording."""
         if file.suffix in (".bag", ".mcap") or is_recording(file):
-            return decode_bag_cloud(file, self.topic, self.number, dict(self.mountings), self.unit)
-        decoded = decode_cloud_file(file, self.columns, self.unit)
+            decoded = decode_bag_cloud(
+                file, self.topic, self.number, dict(self.mountings), self.unit
+            )
+            return decoded if self.labels is None else self.labels.apply(decoded)
+        decoded = decode_cloud_file(file, self.columns, self.unit, self.labels)
         if "laser" not in self.mountings:
             return decoded
         return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
@@ -85,7 +91,7 @@ def scan_files(
     found: list[dict[str, Any]] = []
     for file in files:
         try:
-            data, drawn = scan_file(source.read(file), file.name, config, forest)
+            data, drawn = scan_file(source.read(file), file.name, config, forest, source.labels)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
@@ -105,13 +111,17 @@ def scan_files(
 
 
 def scan_file(
-    decoded: DecodedCloud, name: str, config: ScanConfig, forest: Forest
+    decoded: DecodedCloud,
+    name: str,
+    config: ScanConfig,
+    forest: Forest,
+    labels: ClassTable | None = None,
 ) -> tuple[dict[str, Any], Figure]:
     """Return the scan of one cloud with its notes, ready for JSON, and its picture."""
     decoded, sensor_at = from_the_sensor(decoded, config.sensor_at)
     config = config.model_copy(update={"sensor_at": sensor_at})
     scanned = scan_cloud(decoded.cloud, config, forest)
-    data = scan_result(scanned) | {
+    data = scan_result(scanned, labels) | {
         "no_returns": decoded.no_returns,
         "columns": decoded.columns,
         "labels": _labels(decoded),

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.mounting import Mounting
 from andabata.records.frames import is_base
+from traversability.class_table import ClassTable
 from traversability.cloud import PointCloud
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
@@ -16,7 +17,9 @@ from traversability.labels import CellState, label_cells
 from traversability.levelling import ground_plane, levelled, tilt_of
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import CellScores
+from traversability.two_truths import truth_scores, two_truths
 from traversability.virtual_scan import VirtualScan, virtual_scan
+from worlds.truth import TruthConfig
 
 
 @dataclass(frozen=True)
@@ -121,19 +124,21 @@ def _from_the_sensor(cloud: PointCloud, sensor_at: tuple[float, float, float] | 
     return replace(cloud, points=points, origin=np.zeros(3))
 
 
-def scan_result(scanned: Scanned) -> dict[str, Any]:
+def scan_result(scanned: Scanned, labels: ClassTable | None = None) -> dict[str, Any]:
     """Return cells and ranges, ready for JSON.
 
-    Unknown ranges are None; free ones are the outer radius of the last ring.
+    Unknown ranges are None; free ones are the outer radius of the last ring. A labelled cloud is
+    scored.
+
+    Args:
+        scanned: Cloud with its cells.
+        labels: Meaning of the points' classes; None if all points of a labelled cloud are known.
     """
     found = scanned.scan.ranges
     ranges, unknown = scanned.scan.finite(), np.isnan(found)
     blocked = found[np.isfinite(found)]
     cells, ground = scanned.cells, scanned.ground
-    scores = {}
-    if scanned.cloud.nontraversable is not None:
-        truth = label_cells(scanned.cloud.points, scanned.cloud.nontraversable, scanned.grid)
-        scores["scores"] = CellScores.of(truth, cells).as_dict()
+    scores = _scores(scanned, labels)
     return scores | {
         "ground_tilt_deg": None if ground is None else _rounded(np.rad2deg(tilt_of(ground[0])), 2),
         "ground_height_m": None if ground is None else _rounded(ground[1], 3),
@@ -151,6 +156,22 @@ def scan_result(scanned: Scanned) -> dict[str, Any]:
             "red": int((cells == CellState.NON_TRAVERSABLE).sum()),
             "white": int((cells == CellState.EMPTY).sum()),
         },
+    }
+
+
+def _scores(scanned: Scanned, labels: ClassTable | None) -> dict[str, Any]:
+    """Return the scores of the cells of a labelled cloud by both truths; empty without labels."""
+    cloud, cells, grid = scanned.cloud, scanned.cells, scanned.grid
+    if cloud.nontraversable is None:
+        return {}
+    known, bad = np.ones(len(cloud), dtype=np.bool_), cloud.nontraversable
+    if labels is not None and cloud.classes is not None:
+        bad, known, _ = labels.judge(cloud.classes)
+    truths = two_truths(cloud.points, bad, known, grid, TruthConfig().max_step)
+    truth = label_cells(cloud.points[known], bad[known], grid) if labels is None else truths.first
+    return {
+        "scores": CellScores.of(truth, cells).as_dict(),
+        "truths": truth_scores(truths.first, truths.second, cells),
     }
 
 

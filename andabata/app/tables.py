@@ -229,10 +229,18 @@ def salvage_text(data: Data) -> str:
 
 def scan_lines(found: Sequence[Data]) -> list[str]:
     """Return the scans of clouds as text, and the cloud files that were not read."""
+    from traversability.two_truths import truth_lines  # Compiles: only scans need it.
+
     return [
         f"{data['file']}: not read"
         if "error" in data
-        else f"{data['file']}: {scan_text(data)}\npicture: {data['picture']}"
+        else "\n".join(
+            [
+                f"{data['file']}: {scan_text(data)}",
+                *(truth_lines(data["truths"]) if "truths" in data else []),
+                f"picture: {data['picture']}",
+            ]
+        )
         for data in found
     ]
 

@@ -15,6 +15,8 @@ from traversability.forest import Forest
 from traversability.labels import CellState, beyond_doubt, label_cells, nontraversable
 from traversability.scanner import TraversabilityScanner
 from traversability.scores import FIGURES, PAPER, CellScores, range_errors
+from traversability.two_truths import truth_lines, truth_scores, two_truths
+from worlds.truth import TruthConfig
 
 NEAR_RANGE = 5.0
 """Cells of rings that begin nearer than this count as near, as they do for the thresholds [m]."""
@@ -27,18 +29,21 @@ def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
     """Return a forest's scores on a split by name, with the number of cells of each state.
 
     Beside the scores of all cells stand those of cells beyond doubt, of near cells and of each kind
-    of world, and the errors of the virtual ranges.
+    of world, those by the two truths of ``two_truths``, and the errors of the virtual ranges.
 
     Raises:
         DatasetError: If the split has no clouds.
     """
     scanner = TraversabilityScanner(forest)
     grid = scanner.grid
-    truth, called, clear, worlds = [], [], [], []
+    truth, called, clear, worlds, truths = [], [], [], [], []
+    max_step = TruthConfig().max_step
     entries = manifest.of(split)
     for entry, cloud in zip(entries, read_clouds(folder, manifest, split), strict=True):
         truth.append(label_cells(cloud.points, nontraversable(cloud), grid))
         clear.append(beyond_doubt(cloud, grid))
+        known = np.ones(len(cloud), dtype=np.bool_)
+        truths.append(two_truths(cloud.points, nontraversable(cloud), known, grid, max_step))
         called.append(scanner.cells(cloud.points))
         worlds.append(entry.world)
     if not truth:
@@ -52,6 +57,8 @@ def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         str(name): CellScores.of(states[kind == name], found[kind == name]).as_dict()
         for name in np.unique(kind)
     }
+    first, second = (np.stack(rows) for rows in zip(*truths, strict=True))
+    scores["truths"] = truth_scores(first, second, found)
     scores["ranges"] = range_errors(states, found, grid)
     colours = {
         "green": int((states == CellState.TRAVERSABLE).sum()),
@@ -138,6 +145,7 @@ def tables(data: dict[str, Any], training: CellSamples | None = None) -> str:
         f"{part['recall']:10.3f}"
         for name, part in (parts | data["worlds"]).items()
     ]
+    lines += ["", *truth_lines(data["truths"]), ""]
     long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
     lines += [f"sectors wrong by more than a ring: {long:.2f} % too long, {short:.2f} % too short"]
     limits = data["thresholds"]

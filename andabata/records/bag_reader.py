@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from andabata.records.bags import Bag
 from andabata.records.messages import NS
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
+from andabata.records.topics import RosMessage
 
 CONTROL_HZ = 10
 """Control periods per second where no recorded command ends them."""
@@ -36,12 +38,21 @@ class Period:
         goal: Goal at its end [m], shape (2,), None before the first.
         ranges: Recorded virtual scan [m], shape (n_sectors,), None without one.
         wheels: Recorded commands of wheel speeds, None without.
+        speed: Recorded command of the forward speed that ends the period [m/s], None without.
     """
 
     readings: SensorReadings
     goal: NDArray[np.float64] | None
     ranges: NDArray[np.float32] | None
     wheels: WheelSpeeds | None
+    speed: float | None = None
+
+
+class _End(NamedTuple):
+    """End of a control period [ns], and the forward speed [m/s] that is commanded then, or None."""
+
+    stamp_ns: int
+    speed: float | None = None
 
 
 def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) -> Iterator[Period]:
@@ -61,7 +72,7 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
     ends = _period_ends(bag, sensor_decoder.epoch_ns, remapping)
     end = next(ends)
     for message in bag.messages(tuple(names)):
-        while message.stamp_ns > end:
+        while message.stamp_ns > end.stamp_ns:
             yield _period(sensor_decoder, end)
             end = next(ends)
         if message.stamp_ns >= sensor_decoder.epoch_ns:
@@ -70,21 +81,34 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
     yield _period(sensor_decoder, end)
 
 
-def _period_ends(bag: Bag, epoch_ns: int, remapping: Remapping) -> Iterator[int]:
-    """Yield the ends of the control periods [ns], endlessly."""
+def _period_ends(bag: Bag, epoch_ns: int, remapping: Remapping) -> Iterator[_End]:
+    """Yield the ends of the control periods, endlessly."""
     names, end = tuple(topic_names((topics.TWIST,), remapping)), None
-    for command in [m.stamp_ns for m in bag.messages(names) if m.stamp_ns >= epoch_ns]:
-        if end is not None and command - end < _SHORTEST_PERIOD:
+    commands = [
+        _End(m.stamp_ns, _forward_speed(m.content))
+        for m in bag.messages(names)
+        if m.stamp_ns >= epoch_ns
+    ]
+    for command in commands:
+        if end is not None and command.stamp_ns - end < _SHORTEST_PERIOD:
             continue
         start = epoch_ns - _PERIOD if end is None else end
-        if command - start > _LONGEST_PERIOD:
-            yield from range(start + _PERIOD, command - _SHORTEST_PERIOD, _PERIOD)
-        end = command
-        yield end
-    yield from itertools.count(epoch_ns if end is None else end + _PERIOD, _PERIOD)
+        if command.stamp_ns - start > _LONGEST_PERIOD:
+            last = command.stamp_ns - _SHORTEST_PERIOD
+            yield from map(_End, range(start + _PERIOD, last, _PERIOD))
+        end = command.stamp_ns
+        yield command
+    yield from map(_End, itertools.count(epoch_ns if end is None else end + _PERIOD, _PERIOD))
 
 
-def _period(sensor_decoder: SensorDecoder, end_ns: int) -> Period:
+def _forward_speed(command: RosMessage) -> float | None:
+    """Return the forward speed of a ``Twist`` or ``TwistStamped`` [m/s], None of other types."""
+    linear = getattr(getattr(command, "twist", command), "linear", None)
+    return None if linear is None else float(linear.x)
+
+
+def _period(sensor_decoder: SensorDecoder, end: _End) -> Period:
     """Return the period that ends now."""
     goal, ranges, wheels = sensor_decoder.goal, sensor_decoder.ranges, sensor_decoder.wheels
-    return Period(sensor_decoder.readings(sensor_decoder.seconds(end_ns)), goal, ranges, wheels)
+    readings = sensor_decoder.readings(sensor_decoder.seconds(end.stamp_ns))
+    return Period(readings, goal, ranges, wheels, end.speed)

@@ -71,6 +71,19 @@ def replay_bag(
         return BagReplay(bag, options or ReplayOptions(), on_second, viewer).run()
 
 
+class ReplayObserver(Protocol):
+    """Learns from a replay: it sees what was recorded and what the navigator makes of it."""
+
+    def begin(self, parts: NavigatorParts, drive: RecordedDrive) -> None:
+        """Take the navigator, which has not been sent anything yet, and the recording's facts."""
+
+    def observe(self, period: Period, result: StepResult) -> None:
+        """Take a recorded control period and the navigator's step for it."""
+
+    def end_piece(self) -> None:
+        """Take note that a piece is over: times and poses of the next one are its own."""
+
+
 class BagReplay:
     """Replay of one recording, assembled once and run piece by piece."""
 
@@ -80,6 +93,7 @@ class BagReplay:
         options: ReplayOptions,
         on_second: Callable[[], None] | None = None,
         viewer: ReplayViewer | None = None,
+        observer: ReplayObserver | None = None,
     ) -> None:
         """Inspect a recording and assemble the navigator for it.
 
@@ -88,6 +102,7 @@ class BagReplay:
             options: User's choices.
             on_second: Function called after each recorded second.
             viewer: Person who watches; None for none.
+            observer: Learner from the replay; None for none.
 
         Raises:
             BagError: If the recording lacks a sensor that the robot needs, or is damaged.
@@ -96,6 +111,7 @@ class BagReplay:
             ValueError: If there is no such controller or unit.
         """
         self._bag, self._on_second, self._viewer = bag, on_second, viewer
+        self._observer = observer
         self._period: Period | None = None
         self._remarks, self._refused = Remarks(), 0
         self._comparison, self._statistics = Comparison(), LocalizerStatistics()
@@ -121,6 +137,8 @@ class BagReplay:
         self._navigator.observers.append(self._compare)
         if self._viewer is not None:
             self._viewer.watch_replay(parts, self._drive)
+        if self._observer is not None:
+            self._observer.begin(parts, self._drive)
         self._assembler = assembler_of(perception)
         self._mountings = MountingMonitor(
             self._drive.extrinsics, self._assembler, config.robot.lidar_height
@@ -157,6 +175,8 @@ class BagReplay:
         for period in read_periods(bag, decoder, self._drive.topics):
             self._step(period)
         self._end_piece(setup, decoder)
+        if self._observer is not None:
+            self._observer.end_piece()
         report.scans = self._comparison.scans - scans_before
 
     def _begin_report(self, piece: Piece) -> PieceReport:
@@ -201,7 +221,9 @@ class BagReplay:
         if self._viewer is not None:
             self._viewer.attend()
         self._period = period
-        self._navigator.step(period.readings)
+        result = self._navigator.step(period.readings)
+        if self._observer is not None:
+            self._observer.observe(period, result)
         self._mountings.check(self._localizer.odometry)
         self._statistics.add(self._localizer)
         if self._on_second is not None and self._comparison.periods % _PERIODS_PER_SECOND == 0:

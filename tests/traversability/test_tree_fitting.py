@@ -6,8 +6,9 @@ from sklearn.ensemble import HistGradientBoostingClassifier, RandomForestClassif
 
 from tests.traversability.made_cells import GRID, cells
 from traversability.features import ALL_FEATURES, PAPER_FEATURES
-from traversability.forest import Forest, Thresholds
-from traversability.tree_fitting import flatten_boosted, flatten_random
+from traversability.forest import Forest, Thresholds, leaf_sums
+from traversability.forest_adaptation import AdaptationConfig
+from traversability.tree_fitting import fit_correction, flatten_boosted, flatten_random
 
 
 @pytest.mark.parametrize("depth", [4, 12])
@@ -43,3 +44,56 @@ def test_a_value_on_a_cut_goes_left():
     values[:, 0] = np.resize(cuts, len(values))
     expected = model.predict_proba(values[:, :5])[:, 1]
     np.testing.assert_allclose(flat.predict_proba(values), expected, atol=1e-6)
+
+
+SETTINGS = AdaptationConfig(max_depth=3, rate=1.0, shrink=0.0)
+
+
+def correction(samples, sums, trees=1, config=SETTINGS, weights=None):
+    """Return trees that correct log odds of samples, fitted to all features."""
+    weights = np.ones(len(sums)) if weights is None else weights
+    words = (weights, ALL_FEATURES, trees, 1.0, config, 0)
+    return fit_correction(samples.features, samples.blocked, sums, *words)
+
+
+def test_a_correction_of_one_leaf_is_a_newton_step():
+    """Without a split the leaf is the weighted gradient over curvature and penalty, times rate."""
+    samples = cells(400)
+    sums, weights = np.linspace(-2, 2, 400), np.linspace(0.5, 2, 400)
+    config = SETTINGS.model_copy(update={"min_leaf": 300, "rate": 0.3, "shrink": 7.0})
+    (leaf,) = correction(samples, sums, 1, config, weights).leaf
+    p = 1 / (1 + np.exp(-sums))
+    expected = 0.3 * (weights * (samples.blocked - p)).sum() / ((weights * p * (1 - p)).sum() + 7)
+    assert leaf == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_correction_goes_on_from_the_given_log_odds():
+    """Wrong log odds are put right, those that are right already are left alone."""
+    samples = cells(2000)
+    right = np.where(samples.blocked, 3.0, -3.0)
+    for start, least in ((-right, 0.9), (right, 1.0)):
+        trees = correction(samples, start, 60, SETTINGS.model_copy(update={"shrink": 1.0}))
+        after = start + leaf_sums(trees, samples.features)
+        assert ((after > 0) == samples.blocked).mean() >= least
+    assert (after * right > 0).all()
+
+
+def test_equal_seeds_give_equal_corrections():
+    """Trees with a share of the features depend on the seed alone."""
+    samples, sums = cells(1000), np.zeros(1000)
+    one, two, other = (
+        fit_correction(
+            samples.features,
+            samples.blocked,
+            sums,
+            np.ones(1000),
+            ALL_FEATURES,
+            5,
+            0.2,
+            SETTINGS,
+            seed,
+        )
+        for seed in (3, 3, 40)
+    )
+    assert (one.leaf == two.leaf).all()
+    assert len(one.leaf) != len(other.leaf) or (one.leaf != other.leaf).any()

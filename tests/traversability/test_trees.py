@@ -78,3 +78,17 @@ def test_parts_of_the_trees_add_up_to_the_whole():
     features = cells(300, seed=2).features
     parts = leaf_sums(trees.between(0, 5), features) + leaf_sums(trees.between(5, 12), features)
     np.testing.assert_allclose(parts, leaf_sums(trees, features), atol=1e-12)
+
+
+def test_trees_before_others_add_their_sums():
+    """The sums of both, base included, add up; other features or another vote are refused."""
+    first, second = (train_forest(cells(seed=k), GRID, SMALL, seed=k).trees for k in (1, 2))
+    rows = cells(500, seed=3).features
+    both = first.before(second)
+    expected = leaf_sums(first, rows) + leaf_sums(second, rows)
+    np.testing.assert_allclose(leaf_sums(both, rows), expected, atol=1e-9)
+    n = len(first.roots)
+    part = leaf_sums(both.between(0, n), rows) - second.base
+    np.testing.assert_allclose(part, leaf_sums(first, rows), atol=1e-9)
+    with pytest.raises(ValueError, match="expected the same features and vote"):
+        first.before(stump())

@@ -25,6 +25,7 @@ from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.evaluation.lidar_study import LidarStudyConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.training.distillation import DistillationConfig
+from andabata.training.forest_adaptation import DriveAdaptationConfig
 from andabata.training.plans import TrainingPlan
 from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.forest_training import ForestConfig
@@ -62,6 +63,11 @@ _SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ),
     ("Labelled clouds", CloudsConfig, "Of `clouds generate`."),
     ("Cell classifier", ForestConfig, "Of `classifier train`."),
+    (
+        "Adaptation of the cell classifier",
+        DriveAdaptationConfig,
+        "Of `classifier adapt`, in a file for `--adaptation`.",
+    ),
     ("Ground classifier", GroundClassifierConfig, "Of `classifier ground`."),
     ("Distillation", DistillationConfig, "Of `policy distill`."),
     ("Demonstration", DemonstrationConfig, "Of `demo`."),

@@ -7,9 +7,18 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, ForestOptions, Seed, SettingsOptions
+from andabata.app.options import (
+    ConsoleOptions,
+    ForestOptions,
+    Seed,
+    SensorOptions,
+    SettingsOptions,
+    TopicOptions,
+)
 
-app = typer.Typer(help="The classifiers: train, evaluate, ground, export.", no_args_is_help=True)
+app = typer.Typer(
+    help="The classifiers: train, adapt, evaluate, ground, export.", no_args_is_help=True
+)
 
 
 class SplitName(StrEnum):
@@ -44,6 +53,9 @@ def train(
         typer.Option(help="All features and boosted trees, or the paper's five and random forest."),
     ] = Recipe.BEST,
     more: More = None,
+    add: Annotated[
+        Path | None, typer.Option(help="TOML manifest of foreign labelled clouds to learn from.")
+    ] = None,
     settings: SettingsOptions,
     seed: Seed = 0,
     output: ConsoleOptions,
@@ -55,6 +67,7 @@ def train(
         andabata classifier train --clouds data/clouds --and more --out f --seed 1
         andabata classifier train --clouds data/clouds --out p --recipe paper
         andabata classifier train --clouds data/clouds --out f --set trees=200
+        andabata classifier train --clouds data/clouds --out f --add mine.toml
     """
     from andabata.app.classifier_training import train_cell_classifier
     from andabata.evaluation.classifier import tables
@@ -63,8 +76,78 @@ def train(
 
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     config, console = settings.resolve(ForestConfig, base), output.console()
-    data, samples = train_cell_classifier((clouds, *(more or ())), out, config, grid, seed, console)
+    folders = (clouds, *(more or ()))
+    data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
     console.result(data, tables(data, samples))
+
+
+@app.command()
+@command
+def adapt(
+    *,
+    bags: Annotated[
+        list[Path], typer.Argument(help="Recordings: .bag, .mcap, .db3 or ROS 2 folders.")
+    ],
+    clouds: Clouds,
+    out: Annotated[Path, typer.Option(help="File of the adapted forest, for --forest.")],
+    more: More = None,
+    adaptation: Annotated[
+        Path | None,
+        typer.Option(help="TOML file with settings of labels, correction and held-out part."),
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
+    ] = None,
+    topics: TopicOptions,
+    sensors: SensorOptions,
+    seed: Seed = 0,
+    forest: ForestOptions,
+    output: ConsoleOptions,
+) -> None:
+    """Adapt a forest to one's own ground, from recorded drives over it.
+
+    Cells that the robot crossed without trouble are free; where it stopped under a command, slipped
+    or tilted they are blocked. The last part of each recording is held out for the scores. No
+    forest is written, and the exit code is 1, when recall is lost on it or on the validation
+    clouds.
+
+    Examples:
+        andabata classifier adapt drive.mcap --clouds data/clouds --out mine.npz
+        andabata classifier adapt a.bag b.bag --clouds c --out mine.npz --json
+        andabata classifier adapt drive.bag --clouds c --out m.npz --robot husky
+    """
+    from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
+    from andabata.app.settings import resolve
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.machine.robot import RobotModel
+    from andabata.replay.options import ReplayOptions
+    from andabata.training.forest_adaptation import (
+        OWN,
+        DriveAdaptationConfig,
+        adaptation_text,
+    )
+
+    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
+        body = {"robot": RobotModel.load(robot)} if robot else {}
+        return sensors.configure(recorded.model_copy(update=body))
+
+    config, console = resolve(DriveAdaptationConfig, adaptation), output.console()
+    options = ReplayOptions(
+        cloud=sensors.cloud,
+        configure=configure,
+        topics=topics.names(),
+        mountings=sensors.mountings(),
+        units=topics.units(),
+    )
+    folders = (clouds, *(more or ()))
+    found, data = adapt_cell_classifier(
+        bags, folders, forest.load(), options, config, seed, console
+    )
+    console.result(data, adaptation_text(data))
+    if data[OWN]["before"]["recall"] is None:
+        console.status("no blocked cell in the held-out part: its recall is unknown")
+    write_adapted(out, found, config)
+    console.status(f"{out}: give it to --forest")
 
 
 @app.command()

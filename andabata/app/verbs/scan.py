@@ -40,6 +40,12 @@ def scan(
     number: Annotated[
         int, typer.Option(help="Index of the cloud in the topic; negative from the end.")
     ] = 0,
+    labels: Annotated[
+        str | None,
+        typer.Option(
+            help="Meaning of the points' classes: semantickitti, rellis, goose or a TOML file."
+        ),
+    ] = None,
     sectors: Annotated[int, typer.Option(help="Number of sectors of the virtual scan.")] = 32,
     picture: Annotated[
         Path | None, typer.Option(help="PNG file of a single cloud; in this folder by default.")
@@ -61,7 +67,7 @@ def scan(
         andabata scan cloud.npz --mounting 0.2,0,0,10,0 --picture pitched.png
         andabata scan cloud.npz cloud.ply --level --report scans.html
         andabata scan drive.bag --topic /3D_cloud --number -1
-        andabata scan cloud.npz --sectors 64 --json
+        andabata scan 000000.bin --labels rellis --sectors 64 --json
     """
     from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.scan_files import CloudSource, exit_code, scan_files
@@ -69,6 +75,7 @@ def scan(
     from andabata.app.settings import resolve
     from andabata.app.tables import scan_lines
     from andabata.app.usage import UsageError, numbers
+    from traversability.class_table import load_class_table
 
     if picture is not None and len(files) > 1:
         raise UsageError(f"--picture: expected one cloud, got {len(files)}; use --report")
@@ -79,7 +86,8 @@ def scan(
     )
     overrides = [f"own_body={own_body}", f"level={str(level).lower()}", f"n_sectors={sectors}"]
     config, console = resolve(ScanConfig, None, overrides, base), output.console()
-    source = CloudSource(topic, number, columns, given, unit)
+    table = None if labels is None else load_class_table(labels)
+    source = CloudSource(topic, number, columns, given, unit, table)
     found = scan_files(
         files, source, config, forest.load(), console.status, picture=picture, report=report
     )

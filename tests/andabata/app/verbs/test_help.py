@@ -107,6 +107,8 @@ def folder(tmp_path_factory):
     cloud = PointCloud(points, "sensor")
     for kind in ("npz", "ply"):
         (folder / f"cloud.{kind}").write_bytes(cloud_to_bytes(cloud, kind))
+    (folder / "000000.bin").write_bytes(cloud_to_bytes(cloud, "bin"))
+    np.full(len(cloud), 3, "<u4").tofile(folder / "000000.label")  # Grass.
     for name in ("drive.bag", "broken.bag"):
         writer, compose = open_writer(folder / name), MessageBuilder(1)
         for second in (1.0, 2.0):

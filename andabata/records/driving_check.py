@@ -23,6 +23,9 @@ _FEWEST_FIXES = 5
 _MOST_FIXES = 600
 """Number of fixes that are kept: the path drifts away from them later."""
 
+_MOST_PERIODS = 12_000
+"""Number of control periods that are kept: twenty minutes."""
+
 _MIN_SPREAD = 3.0
 """Least root mean square distance of the fixes from their mean [m]: their noise is smaller."""
 
@@ -84,7 +87,7 @@ class DrivingCheck:
             mag: Rows as in ``SensorReadings``, None without.
             fixes: Rows as in ``SensorReadings``, None without.
         """
-        if len(self._fixes) >= _MOST_FIXES:
+        if len(self._fixes) >= _MOST_FIXES or len(self._path) >= _MOST_PERIODS:
             return
         if fixes is not None:
             self._fixes += fixes[np.isfinite(fixes[:, 1:3]).all(axis=1)].tolist()

@@ -34,3 +34,15 @@ def test_reasons_with_numbers_do_not_fill_memory():
         remarks.refuse("/imu", f"row {k}")
     assert len(remarks.as_dicts()) < 20
     assert remarks.refused == 1000
+
+
+def test_a_failed_check_is_a_note_that_counts_as_failure():
+    """Notes and counts alone are no failures."""
+    remarks = Remarks()
+    remarks.note("/imu", "a note")
+    remarks.count("/imu", "a count")
+    assert not remarks.has_failures
+    remarks.fail("/imu", "a failure")
+    assert remarks.has_failures
+    assert [each["is_failure"] for each in remarks.as_dicts()] == [False, True, False]
+    assert "/imu: a failure" in remarks.texts

@@ -142,3 +142,11 @@ def test_the_summary_shows_small_shares_and_few_remarks():
     assert text.count("remark: remark") == 8
     assert "remark: 1 more, see --json" in text
     assert "pieces" not in text
+
+
+def test_a_failed_check_leaves_no_period_ok():
+    """Periods that were ok count as degraded, beside those that were."""
+    statistics = LocalizerStatistics()
+    statistics.health.update({"ok": 5, "degraded": 2, "lost": 1})
+    assert statistics.health_after(False) == {"ok": 5, "degraded": 2, "lost": 1}
+    assert statistics.health_after(True) == {"degraded": 7, "lost": 1}

@@ -27,6 +27,9 @@ class SemanticClass(IntEnum):
     STONE = 14
     WATER = 15
     WALKER = 16
+    STALKS = 17
+    MEADOW = 18
+    THICKET = 19
 
 
 @dataclass(frozen=True)
@@ -39,18 +42,31 @@ class ClassTraits:
         hits_per_metre: Expected number of returns per metre of beam inside it [1/m]; ``inf`` if
             opaque.
         returns: Probability that a beam that hits it returns.
+        by_height: True if the robot may drive over it where it is no higher than its limit of
+            plants, ``TruthConfig.max_traversable_vegetation``.
     """
 
     traversable: bool
     solid: bool
     hits_per_metre: float
     returns: float = 1.0
+    by_height: bool = False
 
 
 _GROUND = ClassTraits(traversable=True, solid=True, hits_per_metre=inf)
 _OBSTACLE = ClassTraits(traversable=False, solid=True, hits_per_metre=inf)
 
-# Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in grass, 0.2 m in bushes.
+
+def _plants(hits_per_metre: float) -> ClassTraits:
+    """Return the traits of plants whose height decides whether they are crossed."""
+    return ClassTraits(
+        traversable=False, solid=False, hits_per_metre=hits_per_metre, by_height=True
+    )
+
+
+# Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in clumps of grass, 0.2 m in
+# bushes. In half a metre, continuous stands stop 0.14 (stalks of reeds or crops), 0.36 (meadow) and
+# 0.59 (thicket: brambles, ferns, undergrowth) of the beams.
 # Water reflects: one beam in twenty returns. A stone is a rock too low to stop a wheel.
 TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
     {
@@ -60,7 +76,7 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.FOLIAGE: ClassTraits(traversable=False, solid=False, hits_per_metre=1.4),
         SemanticClass.BUSH: ClassTraits(traversable=False, solid=False, hits_per_metre=5.0),
         SemanticClass.ROCK: _OBSTACLE,
-        SemanticClass.HIGH_GRASS: ClassTraits(traversable=False, solid=False, hits_per_metre=3.0),
+        SemanticClass.HIGH_GRASS: _plants(3.0),
         SemanticClass.WALL: _OBSTACLE,
         SemanticClass.POST: _OBSTACLE,
         SemanticClass.LAMP: _OBSTACLE,
@@ -71,6 +87,9 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.STONE: ClassTraits(traversable=True, solid=True, hits_per_metre=inf),
         SemanticClass.WATER: ClassTraits(False, solid=True, hits_per_metre=inf, returns=0.05),
         SemanticClass.WALKER: _OBSTACLE,
+        SemanticClass.STALKS: _plants(0.3),
+        SemanticClass.MEADOW: _plants(0.9),
+        SemanticClass.THICKET: _plants(1.8),
     }
 )
 """Properties of all semantic classes."""

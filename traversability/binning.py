@@ -52,6 +52,7 @@ class PolarTables(NamedTuple):
         sectors: Half sector at the begin of each bin of pseudo angle; at most one edge cuts a bin.
             int16, shape (4097,).
         middles: Middle of each ring [m], shape (n_rings,).
+        halves: Middle of each half ring [m], shape (2 n_rings,).
     """
 
     squares: NDArray[np.float64]
@@ -61,6 +62,7 @@ class PolarTables(NamedTuple):
     sines: NDArray[np.float64]
     sectors: NDArray[np.int16]
     middles: NDArray[np.float64]
+    halves: NDArray[np.float64]
 
 
 @lru_cache(maxsize=16)
@@ -91,6 +93,7 @@ def polar_tables(grid: PolarGrid) -> PolarTables:
         sines=np.asarray(np.round(np.sin(angles), 15), dtype=np.float64),
         sectors=sectors.astype(np.int16),
         middles=(edges[:-1] + edges[1:]) / 2,
+        halves=(halves[:-1] + halves[1:]) / 2,
     )
 
 

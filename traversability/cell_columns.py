@@ -38,7 +38,21 @@ from traversability.grid import PolarGrid
     SPACING,
     SEEN_BEYOND,
     DEPTH,
-) = range(30)
+    SCATTER,
+    SCATTER_LEAST,
+    SMOOTH_STEP,
+    COVER_67,
+    COVER_100,
+    COVER_133,
+    COVER_200,
+    COVER_300,
+    COVER_OVER_QUARTILE,
+    HEIGHT_LOW,
+    HEIGHT_MEDIAN,
+    HEIGHT_HIGH,
+    MEAN_OVER_WAY,
+    LOW_OVER_WAY,
+) = range(44)
 """Columns of a cell's own features, in the order of ``features.OWN_FEATURES``."""
 
 MIN_DESCRIBED = 3
@@ -46,6 +60,9 @@ MIN_DESCRIBED = 3
 
 MAX_SLOPE = 3.0
 """Largest slope and gap that features hold: beyond, they carry no more information."""
+
+LAYERS = 32
+"""Number of layers of height over the ground that points are counted in."""
 
 
 class CellWorkspace(NamedTuple):
@@ -59,12 +76,21 @@ class CellWorkspace(NamedTuple):
             (2 n_sectors, 2 n_rings, 6).
         planes: Gradient along x and y and height at the origin [m] of the plane around each
             quarter, float64, shape (2 n_sectors, 2 n_rings, 3).
+        scatter: Standard deviation of each quarter's heights along its plane [m], float64, shape
+            (2 n_sectors, 2 n_rings).
+        levels: Level of the ground under the mean point of each quarter [m], infinite where none
+            is known, float64, shape (2 n_sectors, 2 n_rings).
+        layers: Number of points of each cell by their height over the ground; see ``heights``.
+            float64, shape (n_sectors, n_rings, LAYERS).
     """
 
     counts: NDArray[np.int32]
     values: NDArray[np.float32]
     means: NDArray[np.float64]
     planes: NDArray[np.float64]
+    scatter: NDArray[np.float64]
+    levels: NDArray[np.float64]
+    layers: NDArray[np.float64]
 
 
 def make_workspace(grid: PolarGrid, n_features: int) -> CellWorkspace:
@@ -80,4 +106,7 @@ def make_workspace(grid: PolarGrid, n_features: int) -> CellWorkspace:
         values=np.zeros((sectors, rings, n_features), dtype=np.float32),
         means=np.zeros((2 * sectors, 2 * rings, 6)),
         planes=np.zeros((2 * sectors, 2 * rings, 3)),
+        scatter=np.zeros((2 * sectors, 2 * rings)),
+        levels=np.zeros((2 * sectors, 2 * rings)),
+        layers=np.zeros((sectors, rings, LAYERS)),
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from terrain.kernel import kernel
 from traversability.beam_profile import beam_gaps, compare_with_ring, profile
 from traversability.binning import COUNT, HIGHEST, LOWEST, XX, XY, XZ, YY, YZ, ZZ, Quarters, X, Y, Z
-from traversability.bumps import find_bumps
+from traversability.bumps import rings_with_bumps, write_bumps
 from traversability.cell_columns import (
     HEIGHT_DIFFERENCE,
     MAX_SLOPE,
@@ -26,7 +26,10 @@ from traversability.cell_columns import (
     CellWorkspace,
 )
 from traversability.covariance import Covariance, eigenvalues, gradient, normal_z_squared
+from traversability.ground_level import ground_levels
+from traversability.heights import describe_heights
 from traversability.quarter_planes import ground_shape, mean_points
+from traversability.relief import examine_relief
 
 _CELL_NOISE = 1e-3
 """Spread of points along a beam by range noise alone, squared [m2]."""
@@ -36,6 +39,8 @@ _CELL_NOISE = 1e-3
 def describe_cells(
     quarters: Quarters,
     middles: NDArray[np.float64],
+    halves: NDArray[np.float64],
+    max_traversable_vegetation: float,
     cells: CellWorkspace,
 ) -> None:
     """Write the number of points and the own features of each cell.
@@ -43,6 +48,8 @@ def describe_cells(
     Args:
         quarters: Points, quarter of each point and sums over the quarters.
         middles: Middle of each ring [m], shape (n_rings,).
+        halves: Middle of each half ring [m], shape (2 n_rings,).
+        max_traversable_vegetation: Height of plants that the robot may cross [m].
         cells: Buffers that are filled.
     """
     sums, counts = quarters.sums, cells.counts
@@ -58,7 +65,10 @@ def describe_cells(
                 profile(sums, counts, sector, ring, middles, out)
     # These compare cells with each other, so all of them have to be described before.
     compare_with_ring(counts, cells.values)
-    find_bumps(quarters, middles, cells)
+    ground_levels(sums, halves, cells)
+    rings = rings_with_bumps(middles)
+    write_bumps(examine_relief(quarters, rings, max_traversable_vegetation, cells), rings, cells)
+    describe_heights(sums, max_traversable_vegetation, cells)
 
 
 @kernel

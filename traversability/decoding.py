@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from traversability.cloud import COLUMNS, FLOAT32_REACH, PointCloud, are_returns, origin_of
+from traversability.formats.coordinate_units import METRES, CoordinateUnits
 from traversability.formats.error import FormatError
 from traversability.formats.table import COORDINATES, Columns
 from traversability.point_times import read_point_times
+from traversability.viewpoint import Viewpoint
 
 _LABELS: Mapping[str, tuple[str, ...]] = {
     "classes": ("classes", "class", "label", "labels", "classification", "semantic"),
@@ -54,6 +57,11 @@ class DecodedCloud:
             (2, 3), or None.
         columns: Number of columns in a file without a header, or None.
         labelling: Interpretation of class numbers, or None.
+        units: Units of the file's own coordinates; those of ``cloud`` are in metres.
+        viewpoint: Pose of the sensor in the coordinates of ``cloud``, or None where the file names
+            none or they are the sensor's own.
+        rotation: Rotation from the axes of a message's frame to those of ``cloud``, or None if they
+            are the same.
     """
 
     cloud: PointCloud
@@ -64,6 +72,9 @@ class DecodedCloud:
     spacing: NDArray[np.float64] | None = None
     columns: int | None = None
     labelling: Labelling | None = None
+    units: CoordinateUnits = METRES
+    viewpoint: Viewpoint | None = None
+    rotation: Rotation | None = None
 
     def select(self, mask: NDArray[np.bool_]) -> "DecodedCloud":
         """Return the points where ``mask`` holds, with all of their numbers."""
@@ -83,7 +94,11 @@ class DecodedCloud:
 
 @np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
 def decode_columns(
-    table: Columns, frame: str = "sensor", header: float | None = None, times: bool = True
+    table: Columns,
+    frame: str = "sensor",
+    header: float | None = None,
+    times: bool = True,
+    units: CoordinateUnits | None = None,
 ) -> DecodedCloud:
     """Return the cloud of named columns: points without no-returns, with times and labels.
 
@@ -92,11 +107,14 @@ def decode_columns(
         frame: Frame of the coordinates.
         header: Stamp of a message [s since the epoch]: times count from there. None for a file.
         times: True to search for a column of times.
+        units: Units of the coordinates; None takes them as metres, with a remark if they are whole
+            numbers.
 
     Raises:
         FormatError: If x, y or z is missing.
     """
-    coordinates, remarks = _coordinates(table)
+    table = _with_small_coordinates(table)
+    coordinates, remarks = _coordinates(table, units)
     real = are_returns(coordinates, frame)
     # All other columns of numbers come along, unless they turn out to be times or labels.
     numbers = {n: c for n, c in table.items() if n not in COORDINATES and c.dtype.kind in "biuf"}
@@ -126,19 +144,35 @@ def decode_columns(
         others.pop(alias)
     cloud = PointCloud.from_coordinates(coordinates[real], frame, **columns)
     none = int(len(real) - real.sum())
-    return DecodedCloud(cloud, tuple(remarks), none, lost, others)
+    counted = units or METRES
+    return DecodedCloud(cloud, tuple(remarks), none, lost, others, units=counted)
 
 
-def _coordinates(table: Columns) -> tuple[NDArray[np.float64], list[str]]:
-    """Return x, y, z, shape (n, 3), and a remark where their type leaves the unit open."""
+def _with_small_coordinates(table: Columns) -> Columns:
+    """Return columns whose coordinates are called x, y, z, where the file has capitals."""
+    if set(COORDINATES) <= set(table) or len({n.lower() for n in table}) < len(table):
+        return table
+    return {name.lower() if name.lower() in COORDINATES else name: c for name, c in table.items()}
+
+
+def _coordinates(
+    table: Columns, units: CoordinateUnits | None
+) -> tuple[NDArray[np.float64], list[str]]:
+    """Return x, y, z [m], shape (n, 3), and a remark where their type leaves the unit open."""
     if not set(COORDINATES) <= set(table):
         raise FormatError(f"expected fields x, y, z, got {', '.join(table) or 'none'}")
     found = np.stack([table[name].astype(np.float64) for name in COORDINATES], axis=1)
+    if units is not None:
+        across, up = units.metres
+        found *= (across, across, up)
     found[np.abs(found) > _MAX_FLOAT32] = np.inf  # Beyond float32 there are no lengths.
     kinds = {table[name].dtype.name for name in COORDINATES if table[name].dtype.kind in "iu"}
-    if not kinds:
+    if not kinds or units is not None:
         return found, []
-    return found, [f"fields x, y, z: whole numbers ({', '.join(sorted(kinds))}) taken as metres"]
+    return found, [
+        f"fields x, y, z: whole numbers ({', '.join(sorted(kinds))}) taken as metres; if they are "
+        "another unit, give its length in metres with --unit"
+    ]
 
 
 def _precision(coordinates: NDArray[np.float64]) -> list[str]:

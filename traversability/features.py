@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, polar_tables
 from traversability.cell_columns import (
+    COVER_100,
+    COVER_OVER_QUARTILE,
     HEIGHT_DIFFERENCE,
     MIN_DESCRIBED,
     ORIENTATION,
     QUARTER_HEIGHT,
     ROUGHNESS,
+    SCATTER,
     SLOPE_MAX,
     STEP_MAX,
     STEP_MEAN,
@@ -64,6 +67,29 @@ Gaps are those over the median of the ring, ``spacing``, which is the laser's ow
 is the share of the sectors with points beyond the ring, ``depth`` the extent of a cell's points
 outwards [m]."""
 
+HEIGHT_FEATURES = (
+    "scatter",
+    "scatter_least",
+    "smooth_step",
+    "cover_67",
+    "cover_100",
+    "cover_133",
+    "cover_200",
+    "cover_300",
+    "cover_over_quartile",
+    "height_low",
+    "height_median",
+    "height_high",
+    "mean_over_way",
+    "low_over_way",
+)
+"""Scatter about the ground, steps between smooth parts, and heights over the local ground.
+
+``cover_133`` is the share of a cell's points more than 133 % of the plants' limit over the ground,
+``cover_over_quartile`` that of points more than the limit over the cell's own lower quartile;
+heights are in limits. Those over the way are in metres over the ground that is extrapolated from
+nearer rings."""
+
 SHARED = (
     ROUGHNESS,
     ORIENTATION,
@@ -73,6 +99,9 @@ SHARED = (
     SLOPE_MAX,
     STEP_MAX,
     STEP_MEAN,
+    SCATTER,
+    COVER_100,
+    COVER_OVER_QUARTILE,
 )
 """Columns of the features that a cell takes over from its neighbours, none of them negative."""
 
@@ -92,7 +121,7 @@ CONTEXT = (
 """Positions of neighbours: before and after along the sector, in the sectors to both sides,
 and in the next ones to both sides; of two cells, the lower and the higher value of a feature."""
 
-OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES
+OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES + HEIGHT_FEATURES
 """Names of a cell's own features, in the order of the columns of ``cell_columns``."""
 
 ALL_FEATURES = OWN_FEATURES + tuple(
@@ -142,7 +171,8 @@ def cell_features(points: NDArray[np.float32], grid: PolarGrid) -> CellFeatures:
     """
     quarters = fill_quarters(points, grid)
     cells = make_workspace(grid, len(ALL_FEATURES))
-    describe_cells(quarters, polar_tables(grid).middles, cells)
+    tables = polar_tables(grid)
+    describe_cells(quarters, tables.middles, tables.halves, grid.max_traversable_vegetation, cells)
     for sector in range(grid.n_sectors):
         for ring in range(grid.n_rings):
             gather_neighbours(sector, ring, cells.counts, cells.values)

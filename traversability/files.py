@@ -6,14 +6,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.class_table import ClassTable, load_class_table
+from traversability.class_table import ClassTable
 from traversability.cloud import COLUMNS, PointCloud, are_returns
-from traversability.decoding import DecodedCloud, Labelling, decode_columns
+from traversability.decoding import DecodedCloud, decode_columns
 from traversability.formats import bare_floats, las, pcd, ply, vtk
+from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.error import FormatError
 from traversability.formats.table import COORDINATES, Columns, record_columns
+from traversability.kitti_labels import labelled, read_labels
+from traversability.viewpoint import Viewpoint
 
 _FORMAT = "andabata-cloud"
 _OTHERS = "others/"
@@ -24,9 +28,6 @@ _READERS = {".ply": ply.parse, ".pcd": pcd.parse, ".vtk": vtk.parse}
 _LAS = (".las", ".laz")
 _KINDS = (".npz", *_READERS, *_LAS, ".bin")
 _NUSCENES_COLUMNS, _KITTI_COLUMNS = 5, 4
-
-_KITTI = "semantickitti"
-"""Table of the classes of label files beside KITTI's clouds, where nothing else is said."""
 
 
 class CloudFileError(ValueError):
@@ -42,7 +43,10 @@ def read_cloud(path: Path, columns: int | None = None) -> PointCloud:
 
 
 def decode_cloud_file(
-    path: Path, columns: int | None = None, labels: ClassTable | None = None
+    path: Path,
+    columns: int | None = None,
+    unit: float | None = None,
+    labels: ClassTable | None = None,
 ) -> DecodedCloud:
     """Return the cloud of a file: npz, ply, pcd, vtk, las, laz or bin (KITTI, nuScenes).
 
@@ -50,16 +54,18 @@ def decode_cloud_file(
     clouds and are left out. Clouds of other programs keep their coordinates, far ones as an
     ``origin`` and what is beyond it; their frame is called ``sensor``. Stamps and labels are kept
     where the file has them. Beside ``velodyne/NAME.bin`` the labels are in ``labels/NAME.label``.
+    Coordinates in feet and the like become metres where the file names its unit, with a remark.
 
     Args:
         path: Path of the file.
         columns: Number of columns of a bin file; None infers it from the content.
+        unit: Length of the unit of the coordinates [m]; None for what the file says, else metres.
         labels: Meaning of the classes in the file or in a label file beside it; None for what the
             files themselves say.
 
     Raises:
-        CloudFileError: If the file is empty, damaged, of an unknown kind, or has no finite point,
-            or its labels are missing or too few.
+        CloudFileError: If the file is empty, damaged, of an unknown kind, has no finite point, or
+            coordinates that are no lengths, or its labels are missing or too few.
         OSError: If it cannot be read.
     """
     suffix = path.suffix.lower()
@@ -72,7 +78,9 @@ def decode_cloud_file(
     if not data:
         raise CloudFileError(f"{path}: expected a point cloud, got an empty file")
     try:
-        decoded = _decode(data, suffix, path, columns, labels)
+        units = None if unit is None else CoordinateUnits.given(unit)
+        decoded = _decode(data, suffix, path, columns, units, labels)
+        decoded = decoded if labels is None else labels.apply(decoded)
     except (FormatError, ArrayFileError, ValueError) as error:
         text = str(error).splitlines()[0]
         # A text with a semicolon names the next step already.
@@ -87,19 +95,27 @@ def decode_cloud_file(
 
 
 def _decode(
-    data: bytes, suffix: str, path: Path, columns: int | None, labels: ClassTable | None
+    data: bytes,
+    suffix: str,
+    path: Path,
+    columns: int | None,
+    units: CoordinateUnits | None,
+    labels: ClassTable | None,
 ) -> DecodedCloud:
     """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
-        decoded = _from_npz(data)
-    elif suffix == ".bin":
-        decoded = _from_bare_floats(data, path, columns, labels)
-    elif suffix in _LAS:
-        table, spacing = las.parse(data)
-        decoded = replace(decode_columns(table), spacing=spacing)
-    else:
-        decoded = decode_columns(_with_classes(_READERS[suffix](data), path, labels))
-    return decoded if labels is None else labels.apply(decoded)
+        return _from_npz(data, units)
+    if suffix == ".bin":
+        return _from_bare_floats(data, path, columns, units, labels)
+    if suffix in _LAS:
+        return _from_las(las.parse(data, units))
+    if suffix == ".pcd":
+        return _from_pcd(data, units, path, labels)
+    if suffix == ".ply" and units is None:
+        columns_of_ply = _with_classes(ply.parse(data), path, labels)
+        units, remarks = ply.units(data)
+        return decode_columns(columns_of_ply, units=units).noting(*remarks)
+    return decode_columns(_with_classes(_READERS[suffix](data), path, labels), units=units)
 
 
 def _with_classes(table: Columns, path: Path, labels: ClassTable | None) -> Columns:
@@ -107,8 +123,31 @@ def _with_classes(table: Columns, path: Path, labels: ClassTable | None) -> Colu
     beside = None if labels is None else labels.file_beside(path)
     if beside is None:
         return table
-    numbers = _read_labels(beside, len(table["x"]))
+    numbers = read_labels(beside, len(table["x"]))
     return table | {"classes": numbers & 0xFFFF, "instances": numbers >> 16}
+
+
+def _from_las(points: las.LasPoints) -> DecodedCloud:
+    """Return the cloud of a LAS file, in metres."""
+    decoded = decode_columns(points.columns, units=points.units)
+    across, up = points.units.metres
+    spacing = points.spacing * (across, across, up)
+    return replace(decoded, spacing=spacing).noting(*points.remarks)
+
+
+def _from_pcd(
+    data: bytes, units: CoordinateUnits | None, path: Path, labels: ClassTable | None
+) -> DecodedCloud:
+    """Return the cloud of a PCD file with the pose that it was measured from."""
+    decoded = decode_columns(_with_classes(pcd.parse(data), path, labels), units=units)
+    numbers = pcd.viewpoint(data)
+    if numbers is None:
+        return decoded
+    across, up = decoded.units.metres
+    w, x, y, z = numbers[3:]
+    position = np.array(numbers[:3]) * (across, across, up)
+    viewpoint = Viewpoint(position, Rotation.from_quat([x, y, z, w]))
+    return decoded if viewpoint.is_origin else replace(decoded, viewpoint=viewpoint)
 
 
 def cloud_to_bytes(
@@ -116,6 +155,7 @@ def cloud_to_bytes(
     kind: str = "npz",
     others: Columns | None = None,
     spacing: NDArray[np.float64] | None = None,
+    viewpoint: Viewpoint | None = None,
 ) -> bytes:
     """Return a cloud's file; equal clouds give equal bytes.
 
@@ -125,6 +165,7 @@ def cloud_to_bytes(
             beside the last.
         others: Other columns by name; bin has room for ``intensity`` alone.
         spacing: Step and zero of the coordinates of a LAS file [m], shape (2, 3); None chooses.
+        viewpoint: Pose of the sensor in a PCD file's coordinates; None if they are its own.
 
     Raises:
         CloudFileError: If the kind is unknown, or cannot hold the coordinates.
@@ -161,20 +202,22 @@ def cloud_to_bytes(
         case "ply":
             return ply.render(table)
         case "pcd":
-            return pcd.render(table)
+            return pcd.render(table) if viewpoint is None else pcd.render(table, viewpoint.numbers)
         case "las" | "laz":
             return las.render(table, kind == "laz", spacing)
     raise CloudFileError(f"kind: expected npz, ply, pcd, las, laz or bin, got {kind!r}")
 
 
 def columns_lost_by(kind: str, decoded: DecodedCloud) -> tuple[str, ...]:
-    """Return the names of the columns of a cloud that a kind of file cannot hold."""
+    """Return the names of what a kind of file cannot hold: columns, and ``VIEWPOINT``."""
+    lost = () if decoded.viewpoint is None or kind == "pcd" else ("VIEWPOINT",)
     if kind == "bin":
         known = [name for name in COLUMNS if getattr(decoded.cloud, name) is not None]
-        return (*known, *(name for name in decoded.others if name != "intensity"))
+        return (*known, *(name for name in decoded.others if name != "intensity"), *lost)
     if kind == "npz":
-        return ()
-    return tuple(name for name, col in decoded.others.items() if not _held(kind, name, col))
+        return lost
+    others = (name for name, col in decoded.others.items() if not _held(kind, name, col))
+    return (*others, *lost)
 
 
 def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
@@ -183,23 +226,6 @@ def _held(kind: str, name: str, column: NDArray[Any]) -> bool:
         return False
     long = kind == "ply" and column.dtype.name in _LONG and len(column) > 0
     return not long or bool(np.abs(column.astype(np.float64)).max() <= _EXACT)
-
-
-def kitti_labels(cloud: PointCloud) -> bytes:
-    """Return the label file beside a KITTI file: uint32, the class in the lower half.
-
-    Raises:
-        ValueError: If the cloud has no classes, or some that do not fit.
-    """
-    if cloud.classes is None:
-        raise ValueError("classes: expected labelled points, got none")
-    instances = np.zeros(len(cloud), np.int64) if cloud.instances is None else cloud.instances
-    for name, column in (("classes", cloud.classes), ("instances", instances)):
-        if len(column) and (column.min() < 0 or column.max() > 0xFFFF):
-            raise ValueError(
-                f"{name}: expected 0 to 65535 in a label file, got {column.min()} to {column.max()}"
-            )
-    return (cloud.classes.astype("<u4") | instances.astype("<u4") << 16).tobytes()
 
 
 def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
@@ -214,23 +240,35 @@ def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
     return np.column_stack([cloud.points, fourth]).astype("<f4").tobytes()
 
 
-def _from_npz(data: bytes) -> DecodedCloud:
+def _from_npz(data: bytes, units: CoordinateUnits | None) -> DecodedCloud:
     """Return a cloud of ``cloud_to_bytes``, or that of the first array that looks like one."""
     arrays, header = unpack(data, _MAX_BYTES)
     if header.get("format") == _FORMAT:
-        return _own(arrays, header)
+        return _in_metres(_own(arrays, header), units)
     for array in arrays.values():
         if array.dtype.names:
-            return decode_columns(record_columns(array))
+            return decode_columns(record_columns(array), units=units)
     if set(COORDINATES) <= set(arrays):
         count = arrays["x"].size
-        return decode_columns({n: a.ravel() for n, a in arrays.items() if a.size == count})
+        table = {n: a.ravel() for n, a in arrays.items() if a.size == count}
+        return decode_columns(table, units=units)
     for array in arrays.values():
         if array.ndim == 2 and 3 <= array.shape[1] <= 8 and array.dtype.kind in "fiu":
             names = bare_floats.names(array)
-            return decode_columns(dict(zip(names, array.T, strict=True)))
+            return decode_columns(dict(zip(names, array.T, strict=True)), units=units)
     known = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
     raise FormatError(f"expected an array with fields x, y, z or of shape (n, 3), got {known}")
+
+
+def _in_metres(decoded: DecodedCloud, units: CoordinateUnits | None) -> DecodedCloud:
+    """Return a cloud whose coordinates count in other units in metres."""
+    if units is None:
+        return decoded
+    across, up = units.metres
+    cloud = decoded.cloud
+    scaled = PointCloud.from_coordinates(cloud.coordinates() * (across, across, up), cloud.frame)
+    cloud = replace(cloud, points=scaled.points, origin=scaled.origin)
+    return replace(decoded, cloud=cloud, units=units)
 
 
 def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedCloud:
@@ -258,7 +296,11 @@ def _own(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> DecodedClou
 
 
 def _from_bare_floats(
-    data: bytes, path: Path, width: int | None, labels: ClassTable | None
+    data: bytes,
+    path: Path,
+    width: int | None,
+    units: CoordinateUnits | None,
+    labels: ClassTable | None,
 ) -> DecodedCloud:
     """Return the points of a file without a header, with the labels beside it if it has any.
 
@@ -271,11 +313,11 @@ def _from_bare_floats(
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
     if labels is not None:
-        decoded = decode_columns(_with_classes(table, path, labels))
-        return replace(decoded, columns=found).noting(*([remark] if remark else []))
-    if path.parent.name == "velodyne" and beside.is_file():
-        table, labelling = _labelled(table, beside)
-    decoded = replace(decode_columns(table), columns=found, labelling=labelling)
+        table = _with_classes(table, path, labels)
+    elif path.parent.name == "velodyne" and beside.is_file():
+        table, labelling = labelled(table, beside)
+    decoded = decode_columns(table, units=units)
+    decoded = replace(decoded, columns=found, labelling=labelling)
     remarks = [remark] if remark else []
     if labelling is not None and labelling.assumed:
         good = ", ".join(map(str, labelling.traversable))
@@ -286,45 +328,3 @@ def _from_bare_floats(
     if labelling is not None and labelling.unlabelled:
         remarks.append(f"labels: {labelling.unlabelled} points without a label are left out")
     return decoded.noting(*remarks)
-
-
-def _labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
-    """Return the labelled points with classes, instances and which are non-traversable."""
-    count = len(table["x"])
-    labels = _read_labels(beside, count)
-    classes, instances = labels & 0xFFFF, labels >> 16
-    traversable = _traversable(beside.parent.parent)
-    assumed = traversable is None
-    kitti = load_class_table(_KITTI)
-    good = kitti.free if traversable is None else tuple(traversable)
-    known = ~np.isin(classes, kitti.unknown if assumed else ())
-    table = table | {"classes": classes, "nontraversable": ~np.isin(classes, good)}
-    if instances.any():
-        table["instances"] = instances
-    labelling = Labelling(
-        good, assumed, tuple(np.unique(classes).tolist()), int(count - known.sum())
-    )
-    return {name: column[known] for name, column in table.items()}, labelling
-
-
-def _read_labels(file: Path, count: int) -> NDArray[np.int64]:
-    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32."""
-    data = file.read_bytes()
-    width = len(data) // count if count and len(data) % count == 0 else 4
-    if width not in (1, 2, 4, 8) or len(data) != width * count:
-        raise FormatError(f"{file.name}: expected {count} labels, got {len(data) // 4}")
-    labels = np.frombuffer(data, dtype=f"<u{width}")
-    if width == 8 and (labels > 0xFFFFFFFF).any():
-        raise FormatError(f"{file.name}: expected labels of 32 bits, got {labels.max()}")
-    return labels.astype(np.int64)
-
-
-def _traversable(folder: Path) -> list[int] | None:
-    """Return the classes that ``traversable.txt`` of a sequence names, or None without it."""
-    file = folder / "traversable.txt"
-    if not file.is_file():
-        return None
-    try:
-        return [int(word) for word in file.read_text().split()]
-    except ValueError as error:
-        raise FormatError(f"{file.name}: expected class numbers, got {error}") from error

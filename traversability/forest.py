@@ -172,15 +172,21 @@ class Forest:
         return states
 
     def check_grid(self, grid: PolarGrid) -> None:
-        """Check that the forest was trained for a grid, apart from its number of sectors.
+        """Check that the forest was trained for a grid.
+
+        The number of sectors may differ, and the limit of plants, which features are relative to.
 
         Args:
             grid: Polar grid to check.
 
         Raises:
-            ValueError: If the grid is not the training's, but for its number of sectors.
+            ValueError: If the grid is not the training's but for these.
         """
-        if grid.model_copy(update={"n_sectors": self.grid.n_sectors}) != self.grid:
+        free = {
+            "n_sectors": self.grid.n_sectors,
+            "max_traversable_vegetation": self.grid.max_traversable_vegetation,
+        }
+        if grid.model_copy(update=free) != self.grid:
             raise ValueError(
                 f"grid: expected the {self.grid.n_rings} rings to {self.grid.outer_radius} m over "
                 f"the {self.grid.cut} that the forest was trained for, got {grid.n_rings} to "

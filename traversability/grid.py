@@ -25,6 +25,8 @@ class PolarGrid(BaseModel):
             hides the ground itself of slopes, or the local ``ground``, followed from ring to ring
             (assumption).
         min_points: Number of points below which a cell is empty (paper: 5).
+        max_traversable_vegetation: Height of plants that the robot may cross [m]; features of
+            heights over the ground are relative to it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -36,6 +38,7 @@ class PolarGrid(BaseModel):
     max_height: float = Field(default=1.2, gt=0)
     cut: Literal["base", "ground"] = "ground"
     min_points: int = Field(default=5, ge=3)
+    max_traversable_vegetation: float = Field(default=0.15, gt=0, le=1)
 
     @model_validator(mode="after")
     def _check_radii(self) -> "PolarGrid":

@@ -67,18 +67,25 @@ def tilt_of(normal: NDArray[np.float64]) -> float:
 
 
 def levelled(
-    points: NDArray[np.float32], plane: tuple[NDArray[np.float64], float]
+    points: NDArray[np.float32],
+    plane: tuple[NDArray[np.float64], float],
+    pivot: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float32]:
     """Return the points turned and shifted so that the plane becomes z = 0.
 
     Args:
         points: Points [m], float32, shape (n, 3).
         plane: Normal and height of ``ground_plane``.
+        pivot: Point that keeps its x, its y and its distance from the plane [m], such as the
+            sensor, shape (3,); None for the plane's point under the origin.
 
     Returns:
         float32, shape (n, 3).
     """
     normal, height = plane
+    foot = np.array([0.0, 0.0, height])
+    centre = foot if pivot is None else pivot
     turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])
-    moved = points - np.array([0.0, 0.0, height], dtype=np.float32)
-    return moved @ turn.as_matrix().T.astype(np.float32)
+    moved = points - centre.astype(np.float32)
+    place = np.array([centre[0], centre[1], normal @ (centre - foot)], dtype=np.float32)
+    return moved @ turn.as_matrix().T.astype(np.float32) + place

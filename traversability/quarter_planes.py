@@ -31,8 +31,8 @@ _FULL_WEIGHT = 4.0
 _WINDOW_NOISE = 2e-3
 """Spread of the means of quarters by range noise [m2]; their heights lie along beams, too."""
 
-# Columns of ``CellWorkspace.means``.
-_WEIGHT, _MEAN_X, _MEAN_Y, _MEAN_Z, _LOW, _HIGH = range(6)
+WEIGHT, MEAN_X, MEAN_Y, MEAN_Z, LOW, HIGH = range(6)
+"""Columns of ``CellWorkspace.means``."""
 
 GRADIENT_X, GRADIENT_Y, LEVEL = range(3)
 """Columns of ``CellWorkspace.planes``."""
@@ -84,12 +84,12 @@ def mean_points(sums: NDArray[np.float64], means: NDArray[np.float64]) -> None:
     for i in range(sums.shape[0]):
         for j in range(sums.shape[1]):
             n = sums[i, j, COUNT]
-            means[i, j, _WEIGHT] = min(n, _FULL_WEIGHT)
+            means[i, j, WEIGHT] = min(n, _FULL_WEIGHT)
             if n > 0:
-                means[i, j, _MEAN_X] = sums[i, j, X] / n
-                means[i, j, _MEAN_Y] = sums[i, j, Y] / n
-                means[i, j, _MEAN_Z] = sums[i, j, Z] / n
-                means[i, j, _LOW], means[i, j, _HIGH] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
+                means[i, j, MEAN_X] = sums[i, j, X] / n
+                means[i, j, MEAN_Y] = sums[i, j, Y] / n
+                means[i, j, MEAN_Z] = sums[i, j, Z] / n
+                means[i, j, LOW], means[i, j, HIGH] = sums[i, j, LOWEST], sums[i, j, HIGHEST]
 
 
 @kernel
@@ -163,7 +163,7 @@ def _fit_plane(
         j: Half ring of the quarter.
         plane: Output, gradient along x and y and height at the origin [m], shape (3,).
     """
-    x0, y0, z0 = means[i, j, _MEAN_X], means[i, j, _MEAN_Y], means[i, j, _MEAN_Z]
+    x0, y0, z0 = means[i, j, MEAN_X], means[i, j, MEAN_Y], means[i, j, MEAN_Z]
     window = _window_around(sums, means, i, j)
     # Weighted moments of the mean points, counted from the quarter's own for precision.
     n = sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
@@ -171,17 +171,17 @@ def _fit_plane(
     for step in range(-window.side, window.side + 1, window.stride):
         column = (i + step) % len(means)
         for k in range(window.first, window.last + 1):
-            w = means[column, k, _WEIGHT]
+            w = means[column, k, WEIGHT]
             if w == 0.0:
                 continue
-            x, y = means[column, k, _MEAN_X] - x0, means[column, k, _MEAN_Y] - y0
-            z = means[column, k, _MEAN_Z] - z0
+            x, y = means[column, k, MEAN_X] - x0, means[column, k, MEAN_Y] - y0
+            z = means[column, k, MEAN_Z] - z0
             n += w
             sx, sy, sz = sx + w * x, sy + w * y, sz + w * z
             sxx, syy, sxy = sxx + w * x * x, syy + w * y * y, sxy + w * x * y
             sxz, syz = sxz + w * x * z, syz + w * y * z
-            lowest = min(lowest, means[column, k, _LOW])
-            highest = max(highest, means[column, k, _HIGH])
+            lowest = min(lowest, means[column, k, LOW])
+            highest = max(highest, means[column, k, HIGH])
     # Least-squares plane from the covariance.
     mx, my, mz = sx / n, sy / n, sz / n
     gx, gy = gradient(
@@ -199,9 +199,9 @@ def _fit_plane(
     for step in range(-window.side, window.side + 1, window.stride):
         column = (i + step) % len(means)
         for k in range(window.first, window.last + 1):
-            if means[column, k, _WEIGHT] > 0.0:
-                rise = gx * (means[column, k, _MEAN_X] - x0) + gy * (means[column, k, _MEAN_Y] - y0)
-                off = means[column, k, _MEAN_Z] - rise
+            if means[column, k, WEIGHT] > 0.0:
+                rise = gx * (means[column, k, MEAN_X] - x0) + gy * (means[column, k, MEAN_Y] - y0)
+                off = means[column, k, MEAN_Z] - rise
                 under, over = min(under, off), max(over, off)
     slope = min(np.sqrt(gx * gx + gy * gy), MAX_SLOPE)
     return QuarterPlane(slope, over - under, level, lowest, highest)
@@ -213,7 +213,7 @@ def _window_around(
 ) -> _Window:
     """Return the quarters that come within reach of the mean point of quarter (i, j)."""
     sectors, rings = sums.shape[0], sums.shape[1]
-    x, y = means[i, j, _MEAN_X], means[i, j, _MEAN_Y]
+    x, y = means[i, j, MEAN_X], means[i, j, MEAN_Y]
     radius = np.sqrt(x * x + y * y)
     # Sideways: as many half sectors as the reach is wide here.
     side = max(1, int(_REACH / (radius * 2 * np.pi / sectors)))

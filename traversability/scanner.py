@@ -90,7 +90,8 @@ class TraversabilityScanner:
         self._trees = forest.trees
         self._cascade = _lay_out(forest, self.grid)
         self._threshold_log_odds = self._trees.log_odds(self._cascade.limits)
-        self._middles = polar_tables(self.grid).middles
+        tables = polar_tables(self.grid)
+        self._middles, self._halves = tables.middles, tables.halves
         self._quarters = make_quarters(self.grid, 65_536)
         self._cells = make_workspace(self.grid, len(ALL_FEATURES))
         shape = (self.grid.n_sectors, self.grid.n_rings)
@@ -125,7 +126,8 @@ class TraversabilityScanner:
         """
         # Cloud -> sums per quarter -> features per cell -> states and ranges.
         self._quarters = fill_quarters(points, self.grid, self._quarters)
-        describe_cells(self._quarters, self._middles, self._cells)
+        limit = self.grid.max_traversable_vegetation
+        describe_cells(self._quarters, self._middles, self._halves, limit, self._cells)
         ranges = np.empty(self.grid.n_sectors, dtype=np.float32)
         found = _Classified(self._states, self._votes, ranges, self._closed)
         edges, min_points = self.grid.ring_edges, self.grid.min_points

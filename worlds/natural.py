@@ -22,6 +22,7 @@ from terrain.generators import (
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
+from terrain.stands import stand
 from worlds.goals import sample_tasks
 from worlds.movers import Mover
 from worlds.truth import TruthConfig, build_truth
@@ -53,6 +54,7 @@ class NaturalConfig(BaseModel):
         traps: Number of dead ends, U-shaped rows of rocks.
         terraces: Number of plateaus and basins whose edges are steps or banks of 3 to 75 cm.
         stones: Density of stones that a wheel rolls over [1/m^2].
+        stands: Density of continuous stands of plants, 2 to 9 m wide [1/m^2].
         lamps: Density of lamps [1/m^2].
         benches: Density of benches [1/m^2].
         tables: Density of tables [1/m^2].
@@ -87,6 +89,7 @@ class NaturalConfig(BaseModel):
     traps: int = Field(default=5, ge=0, le=50)
     terraces: int = Field(default=0, ge=0, le=100)
     stones: float = Field(default=0.0, ge=0, le=1)
+    stands: float = Field(default=0.0, ge=0, le=0.1)
     lamps: float = Field(default=0.0, ge=0, le=0.1)
     benches: float = Field(default=0.0, ge=0, le=0.1)
     tables: float = Field(default=0.0, ge=0, le=0.1)
@@ -217,6 +220,7 @@ def _objects(
         (bench, config.benches, 20.0),
         (table, config.tables, 20.0),
         (bin_, config.bins, 20.0),
+        (stand, config.stands, 15.0),
     )
     for make, density, patch in kinds:
         # A stream for each kind: a preset without benches has the same trees as one with.

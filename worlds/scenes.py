@@ -1,10 +1,11 @@
 """Worlds with their ray scenes, made once and shared by all robots that drive in them."""
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from worlds.catalogue import make_world
 from worlds.rays import RayScene
+from worlds.truth import with_vegetation_limit
 from worlds.world import Geofence, World
 from worlds.world_files import is_world_file
 
@@ -30,6 +31,11 @@ class Scene:
         ground = self.world.ground
         x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN
         return -x, -y, x, y
+
+    def with_vegetation_limit(self, limit: float) -> "Scene":
+        """Return the scene with the true map of a robot that crosses plants up to a height [m]."""
+        world = with_vegetation_limit(self.world, limit)
+        return self if world is self.world else replace(self, world=world)
 
 
 class SceneCache:

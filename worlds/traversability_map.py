@@ -14,6 +14,11 @@ from worlds.paths import cost_to_go, shortest_path
 Floats = NDArray[np.floating]
 
 
+_BY_HEIGHT = np.zeros(256, dtype=np.bool_)
+"""True for the semantic classes that are crossed where they are low enough."""
+_BY_HEIGHT[[kind for kind, traits in TRAITS.items() if traits.by_height]] = True
+
+
 class Reason(IntEnum):
     """The reason why a place is forbidden.
 
@@ -100,7 +105,8 @@ class TraversabilityMap:
         Returns:
             Severity of each point, float32, shape (n,): more than 0 is non-traversable. On ground
             it is interpolated between the cells' centres; on other classes it is infinite, or
-            minus infinite if the class is traversable.
+            minus infinite if the class is traversable. Plants that may be low enough to be crossed
+            are traversable where the map forbids neither their cell nor one beside it.
         """
         table = np.full(256, np.float32(np.inf))
         for semantic, traits in TRAITS.items():
@@ -108,7 +114,21 @@ class TraversabilityMap:
         table[[SemanticClass.GROUND, SemanticClass.PATH]] = np.nan
         severity = table[classes]
         _fill_severity(points, (self.x_min, self.y_min, self.cell), self.severity, severity)
+        plants = np.flatnonzero(_BY_HEIGHT[classes])
+        if len(plants):
+            severity[plants[~self._forbidden_beside(points[plants])]] = -np.inf
         return severity
+
+    def _forbidden_beside(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Return which points have a forbidden cell under them or beside that, shape (n,)."""
+        n, m = self.reason.shape
+        i, j = self._index(points[:, 0], points[:, 1])
+        found = np.zeros(len(points), dtype=np.bool_)
+        for di in (-1, 0, 1):
+            for dj in (-1, 0, 1):
+                beside = self.reason[np.clip(i + di, 0, n - 1), np.clip(j + dj, 0, m - 1)]
+                found |= beside != Reason.FREE
+        return found
 
     def forbidden_under(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Return which points lie at forbidden places, as ``forbidden_at`` does, and faster.

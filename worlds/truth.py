@@ -4,6 +4,8 @@ The ground truth of labels, paths and evaluations. Its limits are an assumption:
 none.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
@@ -16,6 +18,7 @@ from terrain.objects import SceneObject
 from worlds.clearance import clearance_map
 from worlds.footprints import mark_footprints
 from worlds.traversability_map import Reason, TraversabilityMap
+from worlds.world import World
 
 _WINDOW = 5
 """Edge of the window of slope and step [cells]."""
@@ -33,6 +36,8 @@ class TruthConfig(BaseModel):
         max_step: Largest traversable step within a wheelbase [m].
         body_height: Height above ground below which foliage is an obstacle [m].
         ground_clearance: Height of the body's floor [m]; lower solid objects pass under it.
+        max_traversable_vegetation: Height up to which plants are crossed [m]
+            (``RobotModel.max_traversable_vegetation``).
         border: Width of the forbidden strip along the border [m].
         slope_margin: Difference from ``max_slope`` up to which ground is borderline [rad].
         step_margin: Difference from ``max_step`` up to which ground is borderline [m].
@@ -45,6 +50,7 @@ class TruthConfig(BaseModel):
     max_step: float = Field(default=0.05, gt=0, lt=1)
     body_height: float = Field(default=0.9, gt=0)
     ground_clearance: float = Field(default=0.09, gt=0)
+    max_traversable_vegetation: float = Field(default=0.15, gt=0, le=1)
     border: float = Field(default=1.0, ge=0)
     slope_margin: float = Field(default=np.deg2rad(3.0), gt=0)
     step_margin: float = Field(default=0.02, gt=0)
@@ -91,6 +97,22 @@ def build_truth(
         severity=severity.astype(np.float32),
         clearance=clearance_map(reason != Reason.FREE, cell),
     )
+
+
+def with_vegetation_limit(world: World, limit: float) -> World:
+    """Return a world whose true map is that of a robot with another limit of plants.
+
+    Args:
+        world: World with the map of the default limit.
+        limit: Height up to which the robot crosses plants [m].
+    """
+    config = TruthConfig(max_traversable_vegetation=limit)
+    if config == TruthConfig() or not any(
+        TRAITS[each.semantic].by_height for each in world.objects
+    ):
+        return world
+    truth = build_truth(world.ground, world.objects, config, world.surface)
+    return replace(world, truth=truth)
 
 
 def slope_and_step(
@@ -187,6 +209,8 @@ def _reasons_of(
     reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
     reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
     reasons[[trait.traversable for trait in traits]] = Reason.FREE
+    low = ends <= config.max_traversable_vegetation
+    reasons[low & np.array([trait.by_height for trait in traits])] = Reason.FREE
     # The robot passes below an object that begins above its body, such as the crown of a tree.
     reasons[begins >= config.body_height] = Reason.FREE
     return reasons.astype(np.uint8)

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from andabata.app.printable import printable
 from andabata.app.verbs import (
     bag,
     bench,
@@ -157,7 +158,7 @@ def _one_line(error: Exception) -> str:
 def _fail(text: str, code: int) -> int:
     """Print an error and return its code; no text means that typer has shown the help instead."""
     if text:
-        sys.stderr.write(f"error: {' '.join(text.split())}\n")
+        sys.stderr.write(f"error: {printable(' '.join(text.split()))}\n")
     return code
 
 

@@ -21,6 +21,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from andabata.app.printable import printable
+
 
 class Console:
     """Prints status and progress on stderr, and the result on stdout."""
@@ -49,7 +51,7 @@ class Console:
 
     def status(self, text: str) -> None:
         """Print a line on stderr, unless quiet."""
-        self._console.print(text, soft_wrap=True, markup=False)
+        self._console.print(printable(text), soft_wrap=True, markup=False)
 
     def result(self, data: Mapping[str, Any], *parts: RenderableType) -> None:
         """Print the result: the data as JSON, or its parts for people.
@@ -62,7 +64,9 @@ class Console:
             sys.stdout.write(json.dumps(_finite(data)) + "\n")
             return
         for part in parts:
-            RichConsole(highlight=False).print(part, markup=False, soft_wrap=isinstance(part, str))
+            shown = printable(part) if isinstance(part, str) else part
+            soft = isinstance(part, str)
+            RichConsole(highlight=False).print(shown, markup=False, soft_wrap=soft)
 
     @contextmanager
     def progress(self, what: str, total: int | None) -> Iterator["Step"]:
@@ -100,7 +104,9 @@ class Step:
 
 def table_of(rows: Sequence[Mapping[str, Any]], title: str = "") -> Table:
     """Return a table with one column for each key of the first row."""
-    table = Table(title=title or None, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(
+        title=printable(title) or None, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
     for key in rows[0] if rows else ():
         side: JustifyMethod = "left" if isinstance(rows[0][key], str) else "right"
         table.add_column(key, justify=side, overflow="fold")
@@ -113,15 +119,17 @@ def _text(value: object) -> str:
     """Return a table cell's text."""
     if value is None:
         return "-"
-    return f"{value:.3f}" if isinstance(value, float) else str(value)
+    return f"{value:.3f}" if isinstance(value, float) else printable(str(value))
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value.
-    """Return data for strict JSON: numbers that are not finite become null."""
+    """Return data for strict JSON: numbers that are not finite become null, texts are Unicode."""
     if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
+        return {printable(str(key)): _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
+    if isinstance(value, str):
+        return printable(value)
     if isinstance(value, float) and value - value != 0.0:
         return None
     return value

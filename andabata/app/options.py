@@ -136,6 +136,16 @@ LaserMounting = Annotated[
         "own; else /tf_static or the frame's name gives it. `laser=` overrides any frame.",
     ),
 ]
+CloudUnit = Annotated[
+    float | None,
+    typer.Option(
+        "--unit",
+        min=1e-6,
+        max=1e6,
+        help="Length of the unit of the cloud's coordinates, in metres, such as 0.001; by default "
+        "what the file says, else 1.",
+    ),
+]
 CloudTopic = Annotated[
     str | None,
     typer.Option(

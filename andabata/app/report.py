@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from andabata.app.columns import heading, interval, shown_keys
 from andabata.app.plots.axes import png
 from andabata.app.plots.svg import inline_figure, svg
+from andabata.app.printable import printable
 from andabata.records import atomic_io
 
 _WIDTH = 100
@@ -258,7 +259,7 @@ class Report:
             f"<body>{self._head}{contents}{''.join(self._parts)}<script>{script}</script></body>"
             "</html>"
         )
-        return page.encode()
+        return printable(page).encode()
 
 
 def _plain(text: str) -> str:

@@ -3,15 +3,25 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.app.scan_explanations import (
+    MAX_HEIGHT,
+    MAX_TILT,
+    Origin,
+    could_be_feet,
+    explain,
+    is_level_ground,
+)
 from andabata.app.scanning import ScanConfig, Scanned
 from traversability.binning import fill_quarters
 from traversability.labels import CellState
-from traversability.levelling import tilt_of
+from traversability.levelling import levelled, tilt_of
 
-MOST_TILT = np.deg2rad(12.0)
-"""Tilt of the ground [rad] above which the cloud is probably not level."""
+_LEAST_OVER, _MOST_OVER = 0.1, 10.0
+"""Heights over the ground between which a sensor may be mounted [m]."""
 
-_MOST_HEIGHT = 0.2  # Distance [m] of the ground from the base plane that needs no remark.
+_SECTORS = 32
+"""Number of sectors without ``--sectors``."""
+
 _OWN_REACH = 1.0  # Distance [m] from the sensor's axis within which the robot's body may be.
 _OWN_RISE = 0.15  # Height [m] above which a return is not of the ground.
 _OWN_POINTS = 5  # Number of returns in a sector from which on they may be the robot's body.
@@ -19,18 +29,37 @@ _LASER_REACH = 300.0  # Longest range [m] of the lasers of such robots.
 _FEW = 0.01  # Share of near points below which the origin or the unit is probably wrong.
 
 
-def diagnose(scanned: Scanned, config: ScanConfig) -> list[str]:
-    """Return the doubts about a scan, each a sentence with the next step."""
-    found = _far_remarks(scanned) or _empty_remarks(scanned)
+def diagnose(scanned: Scanned, config: ScanConfig, origin: Origin | None = None) -> list[str]:
+    """Return the doubts about a scan, each a sentence with the next step.
+
+    Args:
+        scanned: Scan of a cloud.
+        config: Settings of the scan.
+        origin: What happened to the cloud before; None for a cloud in metres.
+    """
+    origin = origin or Origin()
+    found = _explained(scanned, config, origin)
+    found = found or _far_remarks(scanned) or _empty_remarks(scanned, config, origin)
     if not found:
-        found = _ground_remarks(scanned, config)
-        found += _own_body_remarks(scanned, config)
+        # Ground that is not in its place looks like a body over it.
+        found = _ground_remarks(scanned, config, origin) or _own_body_remarks(scanned, config)
         if scanned.ground is None:
             found.append("too few points within 5 m to find the ground; is it the right cloud?")
     unknown = np.isnan(scanned.scan.ranges)
     if unknown.mean() > 0.5 and not unknown.all():
         found.append("most sectors hold no classified cell: their ranges are unknown, not free")
     return found
+
+
+def _explained(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
+    """Return what puts the ground in its place, if no height of the sensor does."""
+    plane, sensor = scanned.ground, scanned.sensor
+    over = 0.0 if plane is None or sensor is None else float(sensor[2] - plane[1])
+    level = plane is not None and tilt_of(plane[0]) <= MAX_TILT
+    if level and _LEAST_OVER <= over <= _MOST_OVER:
+        return []
+    text = explain(scanned, config, origin)
+    return [] if text is None else [text]
 
 
 def _outward(scanned: Scanned) -> NDArray[np.float64]:
@@ -55,7 +84,7 @@ def _far_remarks(scanned: Scanned) -> list[str]:
     if middle > _LASER_REACH:
         return [
             f"half of the points are more than {middle:.4g} m away, further than lasers reach: are "
-            "the coordinates millimetres? divide them by 1000"
+            "the coordinates metres? (--unit gives the length of another unit)"
         ]
     if nearest >= outer:
         return [
@@ -65,7 +94,7 @@ def _far_remarks(scanned: Scanned) -> list[str]:
     return []
 
 
-def _empty_remarks(scanned: Scanned) -> list[str]:
+def _empty_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
     """Return the reason why no cell could be classified."""
     if (scanned.cells != CellState.EMPTY).any():
         return []
@@ -76,7 +105,7 @@ def _empty_remarks(scanned: Scanned) -> list[str]:
         return [
             f"all {len(points)} points lie within {grid.inner_radius:g} m of the robot's axis, "
             f"nearer than the first ring (farthest {outward.max():.3g} m): the robot's own body, "
-            "or a unit other than metres?"
+            "or a unit other than metres? (--unit)"
         ]
     heights = points[ringed, 2].astype(np.float64)
     left = int((fill_quarters(points, grid).bins[: len(points)] >= 0).sum())
@@ -85,36 +114,83 @@ def _empty_remarks(scanned: Scanned) -> list[str]:
         return [
             f"all points within {grid.outer_radius:g} m lie {side} the robot's height, "
             f"up to {grid.max_height:g} m over the ground: z is {heights.min():.3g} to "
-            f"{heights.max():.3g} m over the base plane; are --sensor-height and --mounting right?"
+            f"{heights.max():.3g} m over the base plane"
+            f"{_height_step(scanned, config, origin) or '; is the sensor mounted so?'}"
         ]
-    return [
-        f"no cell holds {grid.min_points} points: {left} are too few in "
-        f"{grid.n_sectors * grid.n_rings} cells; is the cloud thinned, or --sectors too many?"
-    ]
+    few = f"no cell holds {grid.min_points} points: {left} are too few in "
+    few += f"{grid.n_sectors * grid.n_rings} cells; "
+    if grid.n_sectors > _SECTORS and _fills_a_cell(points[ringed], scanned):
+        return [f"{few}larger sectors hold more: --sectors {_SECTORS}"]
+    return [f"{few}is the cloud thinned?"]
 
 
-def _ground_remarks(scanned: Scanned, config: ScanConfig) -> list[str]:
+def _fills_a_cell(points: NDArray[np.float32], scanned: Scanned) -> bool:
+    """Return True if some cell would hold enough points with as many sectors as usual."""
+    grid, (x, y) = scanned.grid, points[:, :2].T.astype(np.float64)
+    edges = np.linspace(-np.pi, np.pi, _SECTORS + 1)
+    counts, _, _ = np.histogram2d(np.arctan2(y, x), np.hypot(x, y), (edges, grid.ring_edges))
+    return bool((counts >= grid.min_points).any())
+
+
+def _ground_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
     """Return the contradictions between the ground and the mounting."""
     if scanned.ground is None or config.level:
         return []
     normal, height = scanned.ground
     tilt, sensor = tilt_of(normal), scanned.sensor
-    if tilt > MOST_TILT:
+    if tilt > MAX_TILT:
         return [
             f"the ground around the robot tilts {np.rad2deg(tilt):.0f} degrees; is the cloud "
-            "level? (--mounting, --level)"
+            f"level? ({_tilt_options(scanned)})"
         ]
-    if sensor is not None and height > sensor[2] + _MOST_HEIGHT / 2:
-        return [
-            f"the ground is {height - sensor[2]:.2f} m above the sensor; is it mounted upside "
-            "down? (--mounting 0,0,180,0,0)"
-        ]
-    if abs(height) <= _MOST_HEIGHT:
+    if abs(height) <= MAX_HEIGHT:
         return []
     where = f"the ground around the robot is at z = {height:.2f} m instead of 0"
     if sensor is None:
         return [f"{where}; is it the right frame? (--level)"]
-    return [f"{where}; --sensor-height should be about {sensor[2] - height:.2f} (or --level)"]
+    return [f"{where}{_height_step(scanned, config, origin)}"]
+
+
+def _tilt_options(scanned: Scanned) -> str:
+    """Return the options against tilted ground, ``--level`` only where it levels the ground."""
+    base = scanned.sensor is None
+    option = f"--mounting {'laser=X,Y,Z' if base else 'X,Y'},ROLL,PITCH,YAW"
+    points, plane = scanned.cloud.points, scanned.ground
+    levels = plane is not None and is_level_ground(levelled(points, plane, scanned.sensor))
+    return f"{option}, --level" if levels else option
+
+
+def _height_step(scanned: Scanned, config: ScanConfig, origin: Origin) -> str:
+    """Return the option that puts level ground in the base plane; empty if there is none.
+
+    A sensor's height explains it, unless the origin is in the ground or below, or too high up: then
+    the origin is no sensor.
+    """
+    if scanned.ground is None or tilt_of(scanned.ground[0]) > MAX_TILT or config.level:
+        return ""
+    sensor, height = scanned.sensor, scanned.ground[1]
+    if sensor is None:
+        return "; is it the right frame? (--level)"
+    over = float(sensor[2] - height)
+    if _LEAST_OVER <= over <= _MOST_OVER:
+        feet = could_be_feet(scanned, config, origin)
+        more = ", or --unit 0.3048 if the coordinates are feet" if feet else ""
+        return (
+            f"; --sensor-height should be about {over:.2f} (Z in --mounting if it has one){more}; "
+            "or --level"
+        )
+    side = "above" if over > 0 else "below"
+    where = f": the cloud's origin is {abs(over):.2f} m {side} the ground, where no sensor is; "
+    if origin.has_viewpoint:
+        return f"{where}is VIEWPOINT where the sensor was? (--sensor-at X,Y,Z overrides it)"
+    shift = config.mounting.rotation.inv().apply([0.0, 0.0, height])
+    x, y, z = np.array(config.sensor_at or (0.0, 0.0, 0.0)) + shift
+    own = (x / origin.across, y / origin.across, z / origin.up)
+    place = ",".join(f"{round(float(number), 2) + 0.0:.10g}" for number in own)
+    base = (
+        ", or if it is a base on the ground, --sensor-height 0" if abs(over) < _LEAST_OVER else ""
+    )
+    return f"{where}if the sensor is over it, give --sensor-at {place}{base}"
 
 
 def _own_body_remarks(scanned: Scanned, config: ScanConfig) -> list[str]:

@@ -11,6 +11,8 @@ from andabata.app.plots.axes import png
 from andabata.app.plots.perception import scan_figure
 from andabata.app.report import Report
 from andabata.app.scan_diagnosis import diagnose
+from andabata.app.scan_explanations import Origin
+from andabata.app.scan_origin import Position, from_the_sensor
 from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
 from andabata.app.tables import scan_text
 from andabata.records import atomic_io
@@ -21,6 +23,7 @@ from traversability.class_table import ClassTable
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file
 from traversability.forest import Forest
+from traversability.formats.coordinate_units import METRES
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class CloudSource:
         number: Index of the cloud in the topic, negative from the end.
         columns: Number of columns of a bin file; None to infer it from the content.
         mountings: Mountings by sensor that the user gives.
+        unit: Length of the unit of the coordinates [m]; None for what the cloud says, else metres.
         labels: Meaning of the classes of points; None for what the files say.
     """
 
@@ -39,14 +43,16 @@ class CloudSource:
     number: int = 0
     columns: int | None = None
     mountings: Mapping[str, GivenMounting] = field(default_factory=dict)
+    unit: float | None = None
     labels: ClassTable | None = None
 
     def read(self, file: Path) -> DecodedCloud:
         """Return the cloud of a file, or one of a recording."""
         if file.suffix in (".bag", ".mcap") or is_recording(file):
-            decoded = decode_bag_cloud(file, self.topic, self.number, dict(self.mountings))
+            mountings = dict(self.mountings)
+            decoded = decode_bag_cloud(file, self.topic, self.number, mountings, self.unit)
             return decoded if self.labels is None else self.labels.apply(decoded)
-        decoded = decode_cloud_file(file, self.columns, self.labels)
+        decoded = decode_cloud_file(file, self.columns, self.unit, self.labels)
         if "laser" not in self.mountings:
             return decoded
         return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
@@ -111,15 +117,28 @@ def scan_file(
     labels: ClassTable | None = None,
 ) -> tuple[dict[str, Any], Figure]:
     """Return the scan of one cloud with its notes, ready for JSON, and its picture."""
+    decoded, sensor_at = from_the_sensor(decoded, config.sensor_at)
+    config = config.model_copy(update={"sensor_at": sensor_at})
     scanned = scan_cloud(decoded.cloud, config, forest)
     data = scan_result(scanned, labels) | {
         "no_returns": decoded.no_returns,
         "columns": decoded.columns,
         "labels": _labels(decoded),
         "data_lost": decoded.data_lost,
-        "notes": [*decoded.remarks, *_unscored(decoded), *diagnose(scanned, config)],
+        "notes": [
+            *decoded.remarks,
+            *_unscored(decoded),
+            *diagnose(scanned, config, _origin(decoded, sensor_at)),
+        ],
     }
     return data, scan_figure(scanned, name)
+
+
+def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
+    """Return what happened to a cloud before it is scanned, by the position that the user gives."""
+    metric = decoded.units._replace(is_assumed=False) == METRES
+    viewpoint = decoded.viewpoint is not None and sensor_at is None
+    return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 
 
 def exit_code(found: Sequence[Mapping[str, Any]]) -> int:

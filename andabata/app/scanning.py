@@ -55,6 +55,7 @@ class ScanConfig(BaseModel):
         level: True to turn and shift the cloud so that the ground around the robot is the base
             plane, instead of relying on the mounting.
         n_sectors: Number of sectors; the paper has 32.
+        max_traversable_vegetation: Height up to which the robot drives over plants [m].
         sensor_at: Position of the sensor in the cloud's own coordinates [m], for clouds of a map;
             None if the sensor is their origin.
     """
@@ -65,6 +66,7 @@ class ScanConfig(BaseModel):
     own_body: float = Field(default=0.0, ge=0, le=5)
     level: bool = False
     n_sectors: int = Field(default=32, ge=4, le=360)
+    max_traversable_vegetation: float = Field(default=0.15, gt=0, le=1)
     sensor_at: tuple[float, float, float] | None = None
 
 
@@ -98,9 +100,17 @@ def scan_cloud(cloud: PointCloud, config: ScanConfig, forest: Forest) -> Scanned
     if config.level:
         if plane is None:
             raise ValueError("level: expected ground within 5 m, got too few points")
-        cloud = replace(cloud, points=levelled(cloud.points, plane))
-        sensor = None if sensor is None else sensor - np.array([0.0, 0.0, plane[1]])
-    grid = forest.grid.model_copy(update={"n_sectors": config.n_sectors})
+        # The robot stands under its sensor, not where the sensor's tilted axis meets the ground.
+        cloud = replace(cloud, points=levelled(cloud.points, plane, sensor))
+        if sensor is not None:
+            over = plane[0] @ (sensor - np.array([0.0, 0.0, plane[1]]))
+            sensor = np.array([sensor[0], sensor[1], over])
+    grid = forest.grid.model_copy(
+        update={
+            "n_sectors": config.n_sectors,
+            "max_traversable_vegetation": config.max_traversable_vegetation,
+        }
+    )
     cells = TraversabilityScanner(forest, grid).cells(cloud.points)
     return Scanned(cloud, cells, virtual_scan(cells, grid), grid, plane, sensor)
 

@@ -34,7 +34,7 @@ class NavigatorConfig(BaseModel):
         robot: Body: size, speed, limits.
         sensing: Scanner and other sensors.
         assembly: Assembly of sweeps into clouds.
-        grid: Polar grid.
+        grid: Polar grid; the limit of plants is always the robot's.
         localizer: ``ukf``, the robot's filter, or ``truth``, the true pose with ``errors``, for
             ablation.
         filter: Settings of the filter.
@@ -124,7 +124,9 @@ def make_perception(
             planner.low_obstacles,
             models.ground_classifier,
         )
-    return CloudPerception(assembler, models.forest, config.grid, layers)
+    limit = config.robot.max_traversable_vegetation
+    grid = config.grid.model_copy(update={"max_traversable_vegetation": limit})
+    return CloudPerception(assembler, models.forest, grid, layers)
 
 
 def make_localizer(config: NavigatorConfig, rng: np.random.Generator) -> Localizer:

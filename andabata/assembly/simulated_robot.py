@@ -62,6 +62,7 @@ class SimulatedRobot:
         Raises:
             ValueError: If the rotating laser comes without classifiers.
         """
+        scene = scene.with_vegetation_limit(config.robot.max_traversable_vegetation)
         self.scene = scene
         self.config = config
         self._rng = np.random.default_rng(0)

@@ -29,26 +29,32 @@ _VARIED = tuple(
         "hidden=12",
         "grass=[0.02, 0.15]",
         "litter=[0.0, 0.025]",
+        "undulation=[0.005, 0.05]",
+        "exact=0.08",
         "difficulty=[0.0, 1.0]",
     )
     for word in ("--set", setting)
 )
-_PLAIN = ("--set", 'presets=["plain"]', "--set", "reach=20", "--set", "close=0")
+_MEADOWS = (
+    "--set",
+    'presets=["forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow", "meadow"]',
+)
+_PLAIN = ("--set", 'presets=["plain", "meadow"]', "--set", "reach=20", "--set", "close=0")
 
 
 def data_sets() -> dict[str, list[str]]:
     """Return the options of each data set by name, in the order in which they are trained on."""
     stony = ("--set", "varied=0.6", "--set", 'presets=["stony"]')
     found = {
-        "c0": _options(100, 4000, 560, "--set", "varied=0.5"),
-        "c2": _options(105, 1600, 24, *_THIN, "--set", "kept=[0.15, 0.6]"),
-        "c1": _options(104, 1600, 84, *_THIN),
+        "c0": _options(100, 2000, 320, "--set", "varied=0.5"),
+        "c2": _options(105, 800, 24, *_THIN, "--set", "kept=[0.15, 0.6]"),
+        "c1": _options(104, 800, 96, *_THIN),
     }
     for k, laser in enumerate(("os1-64", "vlp-16", "livox-rosette")):
-        found[f"c{3 + k}"] = _options(111 + k, 720, 84, "--sensor", laser, "--set", "varied=0.8")
-    found["c6"] = _options(114, 1800, 84, *stony)
+        found[f"c{3 + k}"] = _options(111 + k, 360, 96, "--sensor", laser, "--set", "varied=0.8")
+    found["c6"] = _options(114, 1200, 84, *stony)
     for name, first, counts, more in (
-        ("d", 120, (360, 48), ()),
+        ("d", 120, (360, 48), _MEADOWS),
         ("e", 140, (120, 24), _PLAIN),
     ):
         sets = {

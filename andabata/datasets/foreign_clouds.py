@@ -129,7 +129,7 @@ def _cells(folder: Path, entry: ForeignCloud, number: int, grid: PolarGrid) -> C
     """Return the labelled cells of one cloud."""
     own = folder / entry.labels
     table = load_class_table(str(own) if own.is_file() else entry.labels)
-    cloud = decode_cloud_file(folder / entry.file, entry.columns, table).cloud.absolute()
+    cloud = decode_cloud_file(folder / entry.file, entry.columns, labels=table).cloud.absolute()
     cloud = _standing(cloud, entry)
     assert cloud.classes is not None  # A table was applied.
     bad, known, _ = table.judge(cloud.classes)

@@ -10,7 +10,8 @@ from andabata.records import atomic_io
 from andabata.records.runs import make_folder
 from terrain.classes import TRAITS, SemanticClass
 from traversability.cloud import PointCloud
-from traversability.files import cloud_to_bytes, kitti_labels
+from traversability.files import cloud_to_bytes
+from traversability.kitti_labels import kitti_labels
 
 ROUGH_GROUND = 32
 """Label of ground that is too steep or stepped; the others are those of ``SemanticClass``."""

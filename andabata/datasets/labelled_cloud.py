@@ -19,6 +19,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.navigation.cloud_assembly import CloudAssemblyConfig, assembled_turn
+from terrain.heightfield import Heightfield
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
 from worlds.rays import RayScene
@@ -27,6 +28,9 @@ from worlds.traversability_map import TraversabilityMap
 from worlds.world import Start
 
 Span = tuple[float, float]
+
+_SLOPE_REACH = 0.15
+"""Half the stretch over which the slope of the ground under cover is taken [m]."""
 
 
 class CloudsConfig(BaseModel):
@@ -55,11 +59,17 @@ class CloudsConfig(BaseModel):
         kept: Span of the share of points kept in varied clouds.
         hidden: Largest number of directions in which part of the view of a varied cloud is hidden,
             as by parts of the robot or by ground too dark to return a beam.
-        grass: Span of the height of low grass in half of the varied clouds [m]. It stops some of
-            the beams above the ground, which stays drivable (assumption: to 15 cm; what is higher
-            is an object of the world, high grass).
-        litter: Span of the height of leaf litter and tufts in half of the varied clouds, root mean
-            square [m].
+        cover_share: Share of the varied clouds that have each of grass, litter and undulations.
+        grass: Span of the height of low grass [m]. It stops some of the beams above the ground,
+            which stays drivable (assumption: to 15 cm; what is higher is an object of the world).
+        litter: Span of the height of leaf litter, root mean square [m].
+        undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, root
+            mean square [m].
+        cover: Largest scatter of grass, litter and undulations together, root mean square [m]: what
+            is higher is scaled down, since low plants on broken ground are not told from high ones
+            on level ground.
+        exact: Share of the clouds that are taken without noise, dropout and errors of the pose, as
+            another simulator's are.
         room: Least distance of the nearest forbidden ground [m].
         reach: Largest distance of the nearest forbidden ground, so that there is something to see
             [m].
@@ -71,7 +81,9 @@ class CloudsConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    presets: tuple[str, ...] = ("forest", "hill", "lake", "park", "natural", "hollow", "maze")
+    presets: tuple[str, ...] = (
+        *("forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow"),
+    )
     difficulty: Span = (0.2, 1.0)
     patch_size: float = Field(default=60.0, ge=0, le=200)
     patch_cell: float = Field(default=0.125, gt=0.02, le=0.5)
@@ -89,8 +101,12 @@ class CloudsConfig(BaseModel):
     tilts: Span = (0.0, 0.0)
     kept: Span = (0.25, 1.0)
     hidden: int = Field(default=0, ge=0, le=64)
+    cover_share: float = Field(default=0.5, ge=0, le=1)
     grass: Span = (0.0, 0.0)
     litter: Span = (0.0, 0.0)
+    undulation: Span = (0.0, 0.0)
+    cover: float = Field(default=0.065, gt=0, le=1)
+    exact: float = Field(default=0.0, ge=0, le=1)
     room: float = Field(default=0.3, ge=0)
     reach: float = Field(default=4.0, gt=0)
     close: float = Field(default=0.4, ge=0, le=1)
@@ -99,7 +115,7 @@ class CloudsConfig(BaseModel):
 
     @field_validator(
         *("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept"),
-        *("grass", "litter"),
+        *("grass", "litter", "undulation"),
     )
     @classmethod
     def _check_span(cls, span: Span) -> Span:
@@ -129,7 +145,8 @@ def cloud_scene(config: CloudsConfig, preset: str, seed: int) -> Scene:
         world = make_world(preset, seed, difficulty, smaller)
     else:
         world = make_world(preset, seed, difficulty)
-    return Scene(world, RayScene(world))
+    scene = Scene(world, RayScene(world))
+    return scene.with_vegetation_limit(config.robot.max_traversable_vegetation)
 
 
 def labelled_cloud(
@@ -178,13 +195,17 @@ def take_cloud(
     cloud = _labelled(cloud, surveyed, scene.world.truth)
     middle = Pose(*np.split(localizers[0].track.at(np.array([half_turn / 2]))[0], [3]))
     laser = _seen_from(pose, middle.matrix[:3] @ [0.0, 0.0, lift, 1.0])
-    return varied_cloud(cloud, variation, laser, rng), pose
+    slopes = _slopes_under(surveyed, scene.world.ground, pose.yaw) if variation.covered else None
+    return varied_cloud(cloud, variation, laser, rng, slopes), pose
 
 
 def _draw_noise(
     config: CloudsConfig, rng: np.random.Generator
 ) -> tuple[SensingConfig, NoisyGroundTruthConfig]:
     """Return the laser with its noise, and the errors of the pose that the robot believes."""
+    if config.exact and rng.random() < config.exact:
+        lidar = config.sensing.lidar.model_copy(update={"noise": 0.0, "dropout": 0.0})
+        return config.sensing.model_copy(update={"lidar": lidar, "proprioception": None}), _SURVEYED
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
     lidar = config.sensing.lidar.model_copy(update={"noise": noise, "dropout": dropout})
     believed = NoisyGroundTruthConfig(
@@ -201,6 +222,7 @@ def _draw_variation(
     """Return the robot with its laser's height, and what else another robot's cloud has."""
     if rng.random() >= config.varied:
         return config.robot, CloudVariation()
+    share = config.cover_share
     robot = config.robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
     variation = CloudVariation(kept=rng.uniform(*config.kept))
     if config.tilts[1] > 0:
@@ -210,8 +232,14 @@ def _draw_variation(
         variation = variation._replace(hidden=int(rng.integers(config.hidden + 1)))
     if config.grass[1] > 0 or config.litter[1] > 0:
         grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
-        grass, litter = grass * (rng.random() < 0.5), litter * (rng.random() < 0.5)
+        grass, litter = grass * (rng.random() < share), litter * (rng.random() < share)
         variation = variation._replace(grass=grass, litter=litter)
+    if config.undulation[1] > 0:
+        undulation = rng.uniform(*config.undulation) * (rng.random() < share)
+        tufted, verge = rng.random(2) < 0.5
+        variation = variation._replace(
+            undulation=undulation, tufted=bool(tufted), verge=bool(verge)
+        ).limited(config.cover)
     return robot, variation
 
 
@@ -288,6 +316,19 @@ def _labelled(
     severity = truth.severity_of(surveyed, cloud.classes)
     forbidden = truth.forbidden_under(surveyed)
     return replace(cloud, severity=severity, nontraversable=severity > 0, forbidden=forbidden)
+
+
+def _slopes_under(
+    places: NDArray[np.float32], ground: Heightfield, yaw: float
+) -> NDArray[np.float64]:
+    """Return the rise of the ground under map places along the robot's x and y, shape (n, 2)."""
+    x, y = places[:, 0].astype(np.float64), places[:, 1].astype(np.float64)
+    east, north = (
+        (ground.height_at(x + dx, y + dy) - ground.height_at(x - dx, y - dy)) / (2 * _SLOPE_REACH)
+        for dx, dy in ((_SLOPE_REACH, 0.0), (0.0, _SLOPE_REACH))
+    )
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([c * east + s * north, c * north - s * east])
 
 
 def _tilt(angle: float, direction: float) -> Rotation:

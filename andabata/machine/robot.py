@@ -25,6 +25,8 @@ class RobotModel(BaseModel):
         centre_of_mass: Height of the body's centre of mass above the ground [m] (assumption:
             batteries and motors lie low, the laser is light).
         clearance: Height of the body's floor above the ground [m] (assumption).
+        max_traversable_vegetation: Height up to which the robot drives over plants [m]; higher ones
+            are obstacles, in truth, labels and features (assumption).
         slip_factor: Effective track as a multiple of the geometric one, measured in the bullet
             plant at 0.3 m/s: 1.25 on flat ground, more on rough ground, where wheels lose contact;
             the default is a compromise (``docs/results/body.md`` has the numbers).
@@ -58,6 +60,7 @@ class RobotModel(BaseModel):
     wheelbase: float = Field(default=0.40, gt=0)
     centre_of_mass: float = Field(default=0.25, gt=0)
     clearance: float = Field(default=0.09, gt=0)
+    max_traversable_vegetation: float = Field(default=0.15, gt=0, le=1)
     slip_factor: float = Field(default=1.275, ge=1)
     creep: float = Field(default=0.18, ge=0)
     creep_slope: float = Field(default=0.09, gt=0)

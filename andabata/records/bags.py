@@ -96,6 +96,7 @@ class Bag:
         self._container: Container | None = None
         self._decoders: dict[int, Deserialize] = {}
         self._reasons: dict[int, str] = {}
+        self._replaced: tuple[str, ...] = ()
         self._undecoded: dict[str, tuple[int, str]] = {}
 
     def __enter__(self) -> Self:
@@ -132,6 +133,7 @@ class Bag:
                 self._decoders[number] = decoders.deserializer(connection)
             except UnreadableConnectionError as error:
                 self._reasons[number] = str(error)
+        self._replaced = tuple(decoders.notes)
 
     def __exit__(self, *_: object) -> None:
         """Close the recording."""
@@ -182,7 +184,7 @@ class Bag:
     @property
     def notes(self) -> Sequence[str]:
         """Facts that a user should know although no message is missing."""
-        return self._opened.notes
+        return [*self._opened.notes, *self._replaced]
 
     @property
     def left_out(self) -> list[LeftOut]:

@@ -19,6 +19,12 @@ _EMPTY_DIGEST = "d41d8cd98f00b204e9800998ecf8427e"
 _PLACEHOLDER = "structure_needs_at_least_one_member"
 """Name of the field that rosbags gives to types without fields."""
 
+_FORMATS = ("", "ros1msg", "ros2msg", "ros2idl")
+"""Formats of definitions of ROS, and none: what an empty definition may be said to be in."""
+
+_SHOWN = 80
+"""Number of letters of a definition that an error shows."""
+
 _PAGE = "=" * 80 + "\n"
 """Line that separates the types of an IDL definition."""
 
@@ -31,14 +37,22 @@ class UnreadableConnectionError(ValueError):
 
 
 class Deserializers:
-    """Creates deserialising functions, with one type store per definition."""
+    """Creates deserialising functions, with one type store per definition.
+
+    Attributes:
+        notes: Sentences on definitions that were replaced or completed by standard ones.
+    """
 
     def __init__(self) -> None:
         """Create a factory without type stores."""
         self._stores: dict[tuple[str, str, str], Typestore] = {}
+        self._added: dict[tuple[str, str, str], list[str]] = {}
+        self.notes: list[str] = []
 
     def deserializer(self, connection: Connection) -> Deserialize:
         """Return the function that deserialises a connection's messages.
+
+        A standard type whose definition is empty or damaged is read by the standard one.
 
         Raises:
             UnreadableConnectionError: If the encoding is not one of ROS, or the definition cannot
@@ -49,21 +63,21 @@ class Deserializers:
             raise UnreadableConnectionError(
                 f"expected messages encoded as ros1 or cdr, got {connection.encoding or 'nothing'}"
             )
-        store = self._store(connection, ros)
         try:
-            store.get_msgdef(connection.kind)
-        except KeyError as error:
-            missing = str(error.args[0])
-            if missing == connection.kind:
-                text = f"expected a definition of {missing}, got none"
-            else:
-                text = f"expected a definition that includes {missing}, got one without it"
-            raise UnreadableConnectionError(text) from error
-        except Exception as error:  # Code generation fails in many ways.
-            raise UnreadableConnectionError(_unusable(error)) from error
+            store = self._store(connection, ros)
+        except UnreadableConnectionError as error:
+            if not _is_standard(connection, ros):
+                raise
+            store = message_types(ros)
+            self._note(f"{connection.topic}: {error}; read by the standard definition")
         if ros == 1:
             return partial(store.deserialize_ros1, typename=connection.kind)
         return partial(_decode_cdr, store, connection.kind)
+
+    def _note(self, text: str) -> None:
+        """Add a note, once."""
+        if text not in self.notes:
+            self.notes.append(text)
 
     def _store(self, connection: Connection, ros: Ros) -> "Typestore":
         """Return a type store with a connection's type.
@@ -71,23 +85,79 @@ class Deserializers:
         Raises:
             UnreadableConnectionError: If the definition cannot be used.
         """
+        kind = connection.kind
         if connection.definition_format == "standard":
-            return message_types(ros)
-        key = (connection.kind, connection.definition_format, connection.definition)
+            store = message_types(ros)
+            _complete(store, kind, ros)
+            return store
+        key = (kind, connection.definition_format, connection.definition)
         if key not in self._stores:
             from rosbags.typesys import Stores, get_typestore
 
-            if not connection.definition.strip() and not _has_no_fields(connection, ros):
-                raise UnreadableConnectionError("expected a message definition, got an empty one")
+            empty_is_wrong = not _has_no_fields(connection, ros)
+            if not connection.definition.strip() and empty_is_wrong:
+                raise UnreadableConnectionError(
+                    f"expected a message definition of {kind}, got an empty one"
+                )
             store = get_typestore(Stores.EMPTY)
             try:
-                store.register(_types(connection))
+                types = _types(connection)
+                hollow = kind in types and not types[kind][1] and empty_is_wrong
+                if hollow and _is_standard(connection, ros):
+                    raise UnreadableConnectionError(
+                        f"expected a message definition of {kind}, got one without fields"
+                    )
+                store.register(types)
             except UnreadableConnectionError:
                 raise
             except Exception as error:  # Garbage makes the parser fail in many ways.
-                raise UnreadableConnectionError(_unusable(error)) from error
+                raise UnreadableConnectionError(_unusable(connection, error)) from error
+            self._added[key] = _complete(store, kind, ros)
             self._stores[key] = store
+        if missing := ", ".join(self._added[key]):
+            self._note(
+                f"{connection.topic}: the definition of {kind} lacks {missing}; read by the "
+                "standard definitions"
+            )
         return self._stores[key]
+
+
+def _complete(store: "Typestore", kind: str, ros: Ros) -> list[str]:
+    """Add the standard types that a definition needs and lacks to a store; return their names.
+
+    Raises:
+        UnreadableConnectionError: If another type is missing.
+    """
+    standard, added = message_types(ros).fielddefs, list[str]()
+    expected = f"expected a message definition of {kind}"
+    while True:
+        try:
+            store.get_msgdef(kind)
+        except KeyError as error:
+            missing = str(error.args[0])
+            if missing == kind:
+                text = f"expected a definition of {kind}, got none"
+                raise UnreadableConnectionError(text) from error
+            if missing in added or missing not in standard:
+                text = f"that includes {missing}, got one without it"
+                raise UnreadableConnectionError(f"{expected} {text}") from error
+            store.register({missing: standard[missing]})
+            added.append(missing)
+        except Exception as error:  # Code generation fails in many ways.
+            text = f"{expected}, got one that can't be used: {one_line(error)}"
+            raise UnreadableConnectionError(text) from error
+        else:
+            return added
+
+
+def _is_standard(connection: Connection, ros: Ros) -> bool:
+    """Return True if a type is a standard one, as far as its checksum says."""
+    known = message_types(ros)
+    if connection.definition_format not in _FORMATS or connection.kind not in known.fielddefs:
+        return False
+    if ros != 1 or connection.digest in ("", "*"):
+        return True
+    return known.generate_msgdef(connection.kind, ros_version=1)[1] == connection.digest
 
 
 def _has_no_fields(connection: Connection, ros: Ros) -> bool:
@@ -122,9 +192,15 @@ def _types(connection: Connection) -> "Typesdict":
     return found
 
 
-def _unusable(error: Exception) -> str:
-    """Return the reason why a definition cannot be used, in one line."""
-    return f"expected a message definition, got one that can't be parsed: {one_line(error)}"
+def _unusable(connection: Connection, error: Exception) -> str:
+    """Return the reason why a definition cannot be parsed, in one line."""
+    begin = " ".join(connection.definition[:_SHOWN].split())
+    kind = connection.kind
+    if begin.replace("/msg/", "/") == kind.replace("/msg/", "/"):
+        return f"expected a message definition of {kind}, got its name alone"
+    reason = one_line(error).removesuffix("Could not parse:").strip()
+    text = f"expected a message definition of {kind}, got {begin!r}, which can't be parsed"
+    return f"{text}: {reason}" if reason else text
 
 
 def _decode_cdr(store: "Typestore", kind: str, data: bytes) -> RosMessage:

@@ -14,7 +14,7 @@ import numpy as np
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
 from andabata.records.extrinsics import Extrinsics
-from andabata.records.frames import is_base
+from andabata.records.frames import FrameError, is_base, is_world
 from andabata.records.messages import NS, header_ns
 from andabata.records.point_cloud2 import PointCloudError, decode_point_cloud2, point_columns
 from andabata.records.sensor_decoder import frame_of
@@ -24,6 +24,7 @@ from andabata.records.transform_tree import read_transforms
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
 from traversability.formats import las, pcd, ply
+from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.table import COORDINATES, Columns
 
 CLOUD_KINDS = ("ply", "pcd", "las", "laz")
@@ -55,6 +56,7 @@ def decode_bag_cloud(
     topic: str | None,
     number: int = 0,
     given: Mapping[str, GivenMounting] = MappingProxyType({}),
+    unit: float | None = None,
 ) -> DecodedCloud:
     """Return one cloud of a recording with remarks on its decoding.
 
@@ -63,6 +65,7 @@ def decode_bag_cloud(
         topic: Topic of the cloud; None for the only topic with clouds.
         number: Number of the cloud, from 0; negative ones count from the end.
         given: Mountings that the user gives, by sensor.
+        unit: Length of the unit of the coordinates [m]; None for metres, ROS's unit.
 
     Returns:
         Cloud in ``base_footprint``; in ``sensor``, with unchanged coordinates, if the laser's
@@ -75,13 +78,26 @@ def decode_bag_cloud(
     with Bag(path, damaged=True) as bag:
         message = _find_cloud(bag, topic, number)
         extrinsics = Extrinsics(given, read_transforms(bag))
-    decoded = decode_point_cloud2(message, frame_of(message) or "sensor", header_ns(message) / NS)
+        notes = bag.notes
+    frame, stamp = frame_of(message) or "sensor", header_ns(message) / NS
+    units = None if unit is None else CoordinateUnits.given(unit)
+    decoded = decode_point_cloud2(message, frame, stamp, units).noting(*notes)
     cloud = decoded.cloud
-    if extrinsics.pose_of("laser", cloud.frame).source == "option":
+    try:
+        pose = extrinsics.pose_of("laser", cloud.frame)
+    except FrameError as error:
+        if not is_world(cloud.frame):
+            raise
+        raise FrameError(
+            f"{error}; --sensor-at X,Y,Z with --mounting laser=0,0,HEIGHT,0,0,0 reads it from there"
+        ) from error
+    if pose.source == "option":
         return replace(decoded, cloud=replace(cloud, frame="sensor", stamps=None))
     cloud = replace(extrinsics.transform_cloud(cloud, 0.0), stamps=None)
     frame = "base_footprint" if is_base(cloud.frame) else cloud.frame
-    return replace(decoded, cloud=replace(cloud, frame=frame)).noting(*extrinsics.remarks)
+    rotation = pose.transform.rotation if pose.source == "name" else None
+    decoded = replace(decoded, cloud=replace(cloud, frame=frame), rotation=rotation)
+    return decoded.noting(*extrinsics.remarks)
 
 
 def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
@@ -95,7 +111,11 @@ def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
         topic = next(iter(clouds))
     if topic not in clouds:
         found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
-        raise BagError(f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic}")
+        lost = "".join(f"; {name}: {reason}" for name, reason in sorted(bag.unreadable.items()))
+        text = (
+            f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic or 'no name'}"
+        )
+        raise BagError(text + lost)
     if topic in bag.unreadable:
         raise BagError(f"{bag.path}: {topic} can't be read: {bag.unreadable[topic]}")
     messages = (each for each in bag.messages((topic,)) if each.kind == POINT_CLOUD)
@@ -191,10 +211,13 @@ class _Export:
         number = self._counts.get(name, 0)
         self._counts[name] = number + 1
         try:
-            data = _render(point_columns(message.content), self._clouds)
+            columns, remarks = point_columns(message.content)
+            data = _render(columns, self._clouds)
         except PointCloudError as error:
             self.bad_clouds[message.topic] = _one_more(self.bad_clouds, message.topic, str(error))
             return
+        notes = [f"{message.topic}: {text}" for text in remarks]
+        self.notes += [note for note in notes if note not in self.notes]
         self.files.append(f"{name}_{number:05d}.{self._clouds}")
         (self._folder / self.files[-1]).write_bytes(data)
 

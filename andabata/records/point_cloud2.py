@@ -1,6 +1,6 @@
 """Points of PointCloud2 messages of any driver, and of the older PointCloud."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,8 @@ from andabata.records.topics import POINT_CLOUD, RosMessage, message_types
 from andabata.records.unusable_message import UnusableMessageError
 from traversability.cloud import BASE_FRAMES, PointCloud
 from traversability.decoding import DecodedCloud, decode_columns
+from traversability.formats.bare_floats import no_lengths
+from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.table import COORDINATES, MAX_POINTS, Columns
 from traversability.point_times import time_unit_of
 
@@ -21,6 +23,13 @@ _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"
 
 _FLOAT32 = 7
 """PointField's number of a float32."""
+
+_SAMPLE = 300
+"""Number of coordinates of an axis by which the byte order is judged, or up to twice as many."""
+
+_NONSENSE, _SENSE = 0.5, 0.05
+"""Shares of coordinates that are no lengths: from the first on the byte order is wrong, up to the
+second it is right (assumption); in the wrong order it is 0.7 of float32 and more of float64."""
 
 
 class PointCloudError(ValueError):
@@ -35,7 +44,10 @@ def cloud_of(
 
 
 def decode_point_cloud2(
-    message: RosMessage, frame: str | None = None, stamp: float | None = None
+    message: RosMessage,
+    frame: str | None = None,
+    stamp: float | None = None,
+    units: CoordinateUnits | None = None,
 ) -> DecodedCloud:
     """Return the points of a PointCloud2: any fields, offsets, padding and byte order.
 
@@ -47,6 +59,7 @@ def decode_point_cloud2(
             ``sensor``.
         stamp: Time of its header [s]; the points then get times of their own, by the driver's
             field if there is a credible one. None leaves times out.
+        units: Units of the coordinates that the user gives; None for metres, ROS's unit.
 
     Raises:
         PointCloudError: If x, y or z is missing, or the data do not fit.
@@ -61,7 +74,7 @@ def decode_point_cloud2(
         sizes = f"{layout.width} times {layout.height}"
         raise PointCloudError(f"width, height: expected points, got {sizes}")
     table: Columns = {}
-    remarks = []
+    remarks = [*layout.remarks]
     for name in names:
         count = int(fields[name].count)
         if count <= 1:
@@ -72,7 +85,7 @@ def decode_point_cloud2(
             remarks.append(f"field {name}: expected one number a point, got {count}; not used")
     own = str(message.header.frame_id)
     frame = frame or (own if own in BASE_FRAMES else "sensor")
-    decoded = decode_columns(table, frame, header_ns(message) / NS, stamp is not None)
+    decoded = decode_columns(table, frame, header_ns(message) / NS, stamp is not None, units)
     cloud = decoded.cloud
     if stamp is not None:
         after = np.zeros(len(cloud)) if cloud.stamps is None else cloud.stamps
@@ -80,7 +93,7 @@ def decode_point_cloud2(
     return replace(decoded, cloud=cloud).noting(*remarks)
 
 
-def point_columns(message: RosMessage) -> Columns:
+def point_columns(message: RosMessage) -> tuple[Columns, tuple[str, ...]]:
     """Return every field of every point with its own type; points without a return are kept.
 
     Fields of several numbers become several columns: ``name_0``, ``name_1``.
@@ -89,7 +102,7 @@ def point_columns(message: RosMessage) -> Columns:
         message: PointCloud2 with any fields, offsets, padding and byte order.
 
     Returns:
-        Columns by name, shape (n,) each, in the machine's byte order.
+        Columns by name, shape (n,) each, in the machine's byte order; and remarks on the layout.
 
     Raises:
         PointCloudError: If it has no fields, or its data do not fit.
@@ -104,7 +117,7 @@ def point_columns(message: RosMessage) -> Columns:
             columns[_unused(name, columns)] = native
     if not columns:
         raise PointCloudError("fields: expected x, y and z, got none")
-    return columns
+    return columns, layout.remarks
 
 
 @dataclass(frozen=True)
@@ -118,6 +131,7 @@ class _Layout:
         height: Number of rows.
         point_step: Number of bytes per point.
         row_step: Number of bytes per row.
+        remarks: Sentences on what the message says of itself and is not so.
     """
 
     data: NDArray[np.uint8]
@@ -126,6 +140,7 @@ class _Layout:
     height: int
     point_step: int
     row_step: int
+    remarks: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, message: RosMessage) -> "_Layout":
@@ -137,15 +152,43 @@ class _Layout:
         step, width, height = int(message.point_step), int(message.width), int(message.height)
         if not 0 <= width * height <= MAX_POINTS:
             raise PointCloudError(f"width, height: expected points, got {width} times {height}")
-        # Only a second row needs the length of a row; drivers leave it at zero or write anything.
-        row = (int(message.row_step) if height > 1 else 0) or step * width
-        if row < step * width or len(message.data) < row * height:
-            raise PointCloudError(
-                f"data: expected {height} rows of {row} bytes for {width} points of {step}, got "
-                f"{len(message.data)} bytes"
-            )
         data = np.asarray(message.data, dtype=np.uint8)
-        return cls(data, ">" if message.is_bigendian else "<", width, height, step, row)
+        row, remarks = _row_step(message, len(data))
+        layout = cls(data, ">" if message.is_bigendian else "<", width, height, step, row, remarks)
+        return layout._in_a_sensible_order(message.fields)
+
+    def _in_a_sensible_order(self, fields: Iterable[RosMessage]) -> "_Layout":
+        """Return the layout in the byte order in which the coordinates are lengths.
+
+        Drivers set the flag at will, but in the wrong order floats have any exponent.
+
+        Raises:
+            PointCloudError: If the coordinates are nonsense in both orders.
+        """
+        places = [field for field in fields if str(field.name) in COORDINATES]
+        if self._nonsense(places) < _NONSENSE:
+            return self
+        other = replace(self, order="<" if self.order == ">" else ">")
+        if other._nonsense(places) > _SENSE:
+            raise PointCloudError(
+                "fields x, y, z: expected coordinates in metres, got numbers that are no lengths "
+                "in either byte order"
+            )
+        names = {">": "big-endian", "<": "little-endian"}
+        text = f"is_bigendian: the coordinates are {names[other.order]}, against the flag; read so"
+        return replace(other, remarks=(*self.remarks, text))
+
+    def _nonsense(self, places: Iterable[RosMessage]) -> float:
+        """Return the share of coordinates that no sensor gives, of a sample without zeros."""
+        found = []
+        for field in places:
+            (values,) = self.columns(field, 1)
+            values = values[values != 0]  # Slots without a return are zero in both orders.
+            values = values[:: max(len(values) // _SAMPLE, 1)]
+            kind = values.dtype.newbyteorder("=") if values.dtype.kind == "f" else np.float64
+            found.append(no_lengths(values.astype(kind)))
+        judged = np.concatenate(found) if found else np.zeros(0)
+        return float(judged.mean()) if len(judged) else 0.0
 
     def columns(self, field: RosMessage, count: int) -> Iterator[NDArray[Any]]:
         """Yield the numbers of a field one after the other, shape (height * width,) each.
@@ -172,6 +215,31 @@ class _Layout:
                 continue
             offset = int(field.offset) + k * size
             yield np.ndarray(shape, dtype, self.data, offset, strides).ravel()
+
+
+def _row_step(message: RosMessage, size: int) -> tuple[int, tuple[str, ...]]:
+    """Return the number of bytes per row, and a remark if it is not what the message says.
+
+    Args:
+        message: PointCloud2 to read.
+        size: Number of bytes of its data.
+
+    Raises:
+        PointCloudError: If the data do not hold as many points as the message says.
+    """
+    step, width, height = int(message.point_step), int(message.width), int(message.height)
+    # Only a second row needs the length of a row; drivers leave it at zero or write anything.
+    row = (int(message.row_step) if height > 1 else 0) or step * width
+    if row != step * width and size == step * width * height:
+        return step * width, (
+            "row_step: is not the length of a row; the data are rows without gaps, and read so",
+        )
+    if row < step * width or size < row * height:
+        raise PointCloudError(
+            f"data: expected {height} rows of {row} bytes for {width} points of {step}, got "
+            f"{size} bytes"
+        )
+    return row, ()
 
 
 def _unused(name: str, columns: Columns) -> str:

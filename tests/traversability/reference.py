@@ -66,9 +66,119 @@ def describe(points, grid):
         values[s, r, 24:27] = _bumps(quarters, s, r, grid)
         values[s, r, 29] = _depth(quarters, s, r)
     _compare_with_ring(values, counts)
+    _heights(quarters, counts, values, grid)
     for s, r in np.argwhere(counts >= 3):
         values[s, r, OWN:] = _neighbours(values, counts, s, r)
     return values, counts
+
+
+def _gradients(quarters, counts, grid):
+    """Return gradient and place of the plane of every quarter of a described cell."""
+    found = {}
+    for s, r in np.argwhere(counts >= 3):
+        planes, last = _planes(quarters, s, r, grid), None
+        for place in _four(s, r):
+            last = planes.get(place, last)
+            if place in quarters:
+                found[place] = last[:2]
+    return found
+
+
+def _levels(quarters, scatter, grid):
+    """Return the lower envelope of cones of a slope of 0.3 over the low points of quarters."""
+    levels = np.full((2 * grid.n_sectors, 2 * grid.n_rings), np.inf)
+    for place, spread in scatter.items():
+        z = quarters[place][:, 2]
+        if len(z) >= 2:
+            levels[place] = max(z.min(), z.mean() - 1.5 * spread)
+    halves = np.empty(2 * grid.n_rings + 1)
+    halves[::2] = grid.ring_edges
+    halves[1::2] = np.sqrt(grid.ring_edges[:-1] * grid.ring_edges[1:])
+    middles = (halves[:-1] + halves[1:]) / 2
+    aside = 0.3 * middles * 2 * np.pi / len(levels)
+    outwards = 0.3 * np.diff(middles)
+    while True:  # Relaxed until nothing changes.
+        lower = np.minimum(levels, np.roll(levels, 1, axis=0) + aside)
+        lower = np.minimum(lower, np.roll(levels, -1, axis=0) + aside)
+        lower[:, 1:] = np.minimum(lower[:, 1:], levels[:, :-1] + outwards)
+        lower[:, :-1] = np.minimum(lower[:, :-1], levels[:, 1:] + outwards)
+        if (lower == levels).all():
+            return levels
+        levels = lower
+
+
+def _heights(quarters, counts, values, grid):
+    """Write scatter, smooth steps and heights over the local ground; see ``heights``."""
+    limit = grid.max_traversable_vegetation
+    planes = _gradients(quarters, counts, grid)
+    scatter = {}
+    for place, (gradient, _) in planes.items():
+        rise = quarters[place][:, :2] @ gradient
+        scatter[place] = (quarters[place][:, 2] - rise).std()
+    levels = _levels(quarters, scatter, grid)
+    first = len(OWN_FEATURES) - 14
+
+    def off(place, plane):
+        """Return how far a quarter's mean lies over a plane."""
+        mean = quarters[place].mean(axis=0)
+        gradient, middle = plane
+        return mean[2] - middle[2] - gradient @ (mean[:2] - middle[:2])
+
+    for s, r in np.argwhere(counts >= 3):
+        inside = [place for place in _four(s, r) if place in quarters]
+        n = np.array([len(quarters[place]) for place in inside])
+        spreads = np.array([scatter[place] for place in inside])
+        step = 0.0
+        for i, j in inside:
+            for other in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+                other = (other[0] % (2 * grid.n_sectors), other[1])
+                if other in quarters and len(quarters[other]) >= 3:
+                    plane = planes[i, j]
+                    apart = abs(off((i, j), plane) - off(other, plane))
+                    # A neighbour in a cell that is not described has no scatter.
+                    step = max(step, apart - scatter[i, j] - scatter.get(other, 0.0))
+        layers = np.zeros(32)
+        for place in inside:
+            points = quarters[place]
+            mean, gradient = points.mean(axis=0), planes[place][0]
+            over = mean[2] - levels[place]
+            if over + 2 * scatter[place] > 0.4 * limit:
+                rise = (points[:, :2] - mean[:2]) @ gradient
+                height = points[:, 2] - rise - levels[place]
+            else:
+                height = np.full(len(points), over)
+            index = np.clip(np.floor(height / limit * 3).astype(int) + 2, 0, 31)
+            np.add.at(layers, index, 1)
+        edges = np.concatenate([[0.0], np.cumsum(layers)])
+        covers = [1 - edges[2 + k] / n.sum() for k in (2, 3, 4, 6, 9)]
+        quantiles = []
+        for share in (0.25, 0.5, 0.9):
+            k = int(np.searchsorted(edges[1:], share * n.sum()))
+            quantiles.append(k + (share * n.sum() - edges[k]) / layers[k])
+        above = n.sum() - np.interp(quantiles[0] + 3, np.arange(33), edges)
+        values[s, r, first : first + 12] = (
+            np.sqrt((n * spreads**2).sum() / n.sum()),
+            spreads.min(),
+            step,
+            *covers,
+            above / n.sum(),
+            *((np.array(quantiles) - 2) / 3),
+        )
+    for s in range(grid.n_sectors):
+        ground = at = slope = 0.0
+        for r in np.flatnonzero(counts[s] >= 3):
+            inside = [place for place in _four(s, r) if place in quarters]
+            x, y, z = np.concatenate([quarters[place] for place in inside]).mean(axis=0)
+            n = [len(quarters[place]) for place in inside]
+            low = np.average([levels[place] for place in inside], weights=n)
+            run = max(np.hypot(x, y) - at, 0.1)
+            expected = ground + slope * run
+            values[s, r, first + 12] = np.clip(z - expected, -2, 2)
+            values[s, r, first + 13] = np.clip(low - expected, -2, 2)
+            smooth = values[s, r, first] <= 0.3 * limit
+            if low - expected <= (0.05 + 0.12 * run if smooth else 0.03):
+                slope = np.clip(0.5 * slope + 0.5 * (low - ground) / run, -0.36, 0.36)
+                ground, at = low, np.hypot(x, y)
 
 
 def _four(s, r):

@@ -24,7 +24,8 @@ def described(points, cells=None):
     """Return the workspace after a cloud, and the cells that are described."""
     cells = cells or make_workspace(GRID, len(OWN_FEATURES))
     quarters = fill_quarters(points, GRID)
-    describe_cells(quarters, polar_tables(GRID).middles, cells)
+    tables = polar_tables(GRID)
+    describe_cells(quarters, tables.middles, tables.halves, 0.15, cells)
     return cells, cells.counts >= MIN_DESCRIBED
 
 

@@ -10,10 +10,10 @@ from traversability.files import (
     cloud_to_bytes,
     columns_lost_by,
     decode_cloud_file,
-    kitti_labels,
     read_cloud,
 )
 from traversability.formats import pcd, ply
+from traversability.formats.error import FormatError
 
 RNG = np.random.default_rng(0)
 KINDS = ["npz", "ply", "pcd", "las", "laz"]
@@ -207,22 +207,6 @@ def test_label_files_of_any_width(tmp_path, width):
     np.testing.assert_array_equal(sure.cloud.nontraversable, labels != 72)
 
 
-def test_instances_of_semantic_kitti_come_back(tmp_path):
-    """Classes are the lower half of a label, instances the upper one."""
-    for name in ("velodyne", "labels"):
-        (tmp_path / name).mkdir()
-    path = tmp_path / "velodyne" / "1.bin"
-    rows = np.column_stack([RNG.normal(size=(40, 3)), np.zeros(40)]).astype("<f4")
-    path.write_bytes(rows.tobytes())
-    labels = (np.arange(40, dtype="<u4") << 16 | 252).tobytes()
-    (tmp_path / "labels" / "1.label").write_bytes(labels)
-    cloud = decode_cloud_file(path).cloud
-    np.testing.assert_array_equal(cloud.instances, np.arange(40))
-    assert kitti_labels(cloud) == labels
-    with pytest.raises(ValueError, match="expected 0 to 65535 in a label file"):
-        kitti_labels(PointCloud(cloud.points, "sensor", classes=np.full(40, 70_000)))
-
-
 def test_other_numbers_of_points_come_along_or_are_named():
     """Each kind names the columns that it cannot hold."""
     columns = dict(zip("xyz", RNG.normal(size=(3, 40)), strict=True))
@@ -239,3 +223,13 @@ def test_whole_coordinates_are_taken_as_metres_with_a_remark():
     """The remark names their type."""
     table = {name: np.arange(1, 9, dtype=np.int16) for name in "xyz"}
     assert "(int16) taken as metres" in decode_columns(table).remarks[0]
+
+
+def test_coordinates_may_be_capitals():
+    """X, Y, Z are read as x, y, z where there are none of these."""
+    columns = {name: np.arange(1.0, 4.0) for name in ("X", "Y", "Z", "Intensity")}
+    decoded = decode_columns(columns)
+    np.testing.assert_array_equal(decoded.cloud.points[:, 2], [1, 2, 3])
+    assert list(decoded.others) == ["Intensity"]
+    with pytest.raises(FormatError, match="expected fields x, y, z, got x, X"):
+        decode_columns({"x": columns["X"], "X": columns["X"]})

@@ -5,9 +5,16 @@ import struct
 import numpy as np
 import pytest
 
+from tests.pcd_files import pcd_file
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
-from traversability.files import CloudFileError, cloud_to_bytes, read_cloud
+from traversability.files import (
+    CloudFileError,
+    cloud_to_bytes,
+    columns_lost_by,
+    decode_cloud_file,
+    read_cloud,
+)
 
 RNG = np.random.default_rng(0)
 POINTS = RNG.normal(size=(40, 3)).astype(np.float32)
@@ -227,40 +234,6 @@ def test_labels_and_stamps_are_kept(tmp_path, kind):
         np.testing.assert_array_equal(again.forbidden, cloud.forbidden)
 
 
-def kitti(folder, labels, traversable=None):
-    """Write a cloud in the layout of SemanticKITTI and return its path."""
-    for name in ("velodyne", "labels"):
-        (folder / name).mkdir()
-    path = folder / "velodyne" / "000007.bin"
-    path.write_bytes(cloud_to_bytes(PointCloud(POINTS, "sensor"), "bin"))
-    (folder / "labels" / "000007.label").write_bytes(np.asarray(labels, dtype="<u4").tobytes())
-    if traversable is not None:
-        (folder / "traversable.txt").write_text(traversable)
-    return path
-
-
-def test_labels_beside_a_kitti_file_are_semantic_kittis(tmp_path):
-    """Points without a label are left out."""
-    terrain, trunk, unlabelled = 72, 71 | (5 << 16), 0  # The upper half is the instance.
-    cloud = read_cloud(kitti(tmp_path, [terrain] * 20 + [trunk] * 15 + [unlabelled] * 5))
-    assert len(cloud) == 35
-    np.testing.assert_array_equal(cloud.nontraversable, np.arange(35) >= 20)
-    np.testing.assert_array_equal(cloud.classes[:1], [72])
-
-
-def test_a_sequence_may_name_its_own_traversable_classes(tmp_path):
-    """``traversable.txt`` replaces the assumed classes."""
-    cloud = read_cloud(kitti(tmp_path, [0, 1, 2, 3] * 10, "0 1\n"))
-    np.testing.assert_array_equal(cloud.nontraversable, np.arange(40) % 4 > 1)
-
-
-@pytest.mark.parametrize(("labels", "words"), [([72] * 39, None), ([72] * 40, "grass")])
-def test_labels_that_do_not_fit_are_refused(tmp_path, labels, words):
-    """One label too few, or a class that is no number."""
-    with pytest.raises(CloudFileError, match=r"expected (40 labels, got 39|class numbers)"):
-        read_cloud(kitti(tmp_path, labels, words))
-
-
 def test_zeros_of_a_foreign_sensor_are_no_returns(tmp_path):
     """Every second slot is empty."""
     slots = np.zeros((130_000, 4), dtype="<f4")
@@ -308,3 +281,28 @@ def test_clouds_of_the_first_version_are_read(tmp_path):
     again = read_cloud(new)
     for name, column in columns.items():
         assert getattr(again, name).tobytes() == column.tobytes()
+
+
+def test_a_pcds_viewpoint_is_kept_or_named_as_lost(tmp_path):
+    """Coordinates stay in the file's frame; PCD keeps the pose, other formats name it."""
+    path = tmp_path / "cloud.pcd"
+    path.write_bytes(pcd_file(POINTS, "1 2 3 0 0 0 1"))
+    found = decode_cloud_file(path)
+    np.testing.assert_array_equal(found.cloud.points, POINTS)
+    for kind in ("npz", "ply", "las", "bin"):
+        assert columns_lost_by(kind, found) == ("VIEWPOINT",)
+    assert columns_lost_by("pcd", found) == ()
+    path.write_bytes(cloud_to_bytes(found.cloud, "pcd", viewpoint=found.viewpoint))
+    again = decode_cloud_file(path)
+    assert again.viewpoint.numbers == found.viewpoint.numbers == (1, 2, 3, 0, 0, 0, 1)
+    np.testing.assert_array_equal(again.cloud.points, POINTS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_unit_that_the_user_gives_counts_for_every_kind(tmp_path, name):
+    """All kinds of files become metres."""
+    path = tmp_path / name
+    path.write_bytes(files(tmp_path)[name])
+    found = decode_cloud_file(path, unit=0.5)
+    np.testing.assert_allclose(found.cloud.points, 0.5 * POINTS, rtol=1e-6)
+    assert found.units.metres == (0.5, 0.5)

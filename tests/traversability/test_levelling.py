@@ -34,6 +34,16 @@ def test_the_tilt_of_the_ground_is_found_and_undone(tilt):
     )
 
 
+def test_a_pivot_stays_over_the_same_ground():
+    """The sensor keeps its x, its y and its distance from the ground."""
+    points, turn = ground_with_trunks(25.0)
+    sensor = np.array([0.3, -0.2, 0.1])
+    flat = levelled(points + sensor.astype(np.float32), ground_plane(points + sensor), sensor)
+    np.testing.assert_allclose(
+        flat, turn.inv().apply(points) + np.array([0.3, -0.2, 0.7]), atol=0.12
+    )
+
+
 def test_too_few_points_have_no_ground():
     """Three points, or points out of range, make no plane."""
     assert ground_plane(np.zeros((3, 3), dtype=np.float32)) is None

@@ -13,6 +13,7 @@ NAMES = (
     "hollow",
     "lake",
     "maze",
+    "meadow",
     "natural",
     "natural-far",
     "natural-test",

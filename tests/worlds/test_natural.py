@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from terrain.classes import SemanticClass
+from terrain.classes import TRAITS, SemanticClass
 from worlds.natural import NaturalConfig, make_natural
 from worlds.traversability_map import Reason
 
@@ -87,3 +87,19 @@ def test_a_trap_is_a_row_of_rocks_in_reach_of_each_other():
     middles = np.array([rock.vertices[:, :2].mean(axis=0) for rock in rocks])
     assert np.hypot(*np.diff(middles, axis=0).T).max() < 1.6
     assert np.hypot(*(middles[0] - middles[-1])) > 3.0
+
+
+def test_stands_cover_the_ground_where_they_stand():
+    """High stands forbid it, their low edges do not; nothing else of the world moves."""
+    world, bare = natural(stands=0.01, bushes=0.01), natural(bushes=0.01)
+    tiles = [each for each in world.objects if TRAITS[each.semantic].by_height]
+    assert len(tiles) > 200
+    assert 0.05 < (world.truth.reason == Reason.VEGETATION).mean() < 0.4
+    middles = np.array([each.vertices[4:].mean(axis=0) for each in tiles], dtype=np.float64)
+    heights = middles[:, 2] - world.ground.height_at(middles[:, 0], middles[:, 1])
+    high = world.truth.reason_at(*middles[heights > 0.2, :2].T)
+    assert (high != Reason.FREE).all()
+    others = [each for each in world.objects if not TRAITS[each.semantic].by_height]
+    assert len(others) == len(bare.objects)
+    for one, other in zip(others, bare.objects, strict=True):
+        np.testing.assert_array_equal(one.vertices, other.vertices)

@@ -22,6 +22,19 @@ def test_points_are_labelled_by_class_and_ground_by_its_shape():
     assert (flat > 0).tolist() == [False, True, False]
 
 
+def test_plants_are_labelled_by_the_height_of_what_grows_there():
+    """Points of low plants are free, of high ones blocked, and so are low ones beside high ones."""
+    low = frustum(SemanticClass.MEADOW, (-2.0, 0.0, -0.1), (0.8, 0.8), 0.2)
+    high = frustum(SemanticClass.MEADOW, (0.0, 0.0, -0.1), (0.8, 0.8), 0.5)
+    truth = truth_of(np.zeros((51, 51)), (low, high))
+    points = np.array([[-2.0, 0, 0.05], [0.0, 0, 0.3], [-0.95, 0.0, 0.05]], dtype=np.float32)
+    for kind in (SemanticClass.MEADOW, SemanticClass.HIGH_GRASS):
+        severity = truth.severity_of(points, np.full(3, kind, dtype=np.uint8))
+        assert severity.tolist() == [-np.inf, np.inf, np.inf]
+    bush = truth.severity_of(points, np.full(3, SemanticClass.BUSH, dtype=np.uint8))
+    assert np.isposinf(bush).all()
+
+
 def test_severity_of_ground_is_interpolated_between_centres():
     """As scipy's bilinear interpolation, bit for bit; beyond the border, that of the border."""
     rng = np.random.default_rng(0)

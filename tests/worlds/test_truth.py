@@ -8,7 +8,7 @@ from terrain.heightfield import Heightfield
 from terrain.objects import frustum
 from tests.true_maps import slope, truth_of
 from worlds.traversability_map import Reason
-from worlds.truth import TruthConfig, build_truth, slope_and_step
+from worlds.truth import TruthConfig, build_truth, slope_and_step, with_vegetation_limit
 
 
 @pytest.mark.parametrize(
@@ -88,14 +88,18 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
     [
         (SemanticClass.ROCK, -0.1, 0.18, Reason.LOW),
         (SemanticClass.ROCK, -0.1, 0.2, Reason.SOLID),
-        (SemanticClass.HIGH_GRASS, -0.1, 0.18, Reason.VEGETATION),
+        (SemanticClass.HIGH_GRASS, -0.1, 0.24, Reason.FREE),
+        (SemanticClass.HIGH_GRASS, -0.1, 0.26, Reason.VEGETATION),
+        (SemanticClass.MEADOW, -0.1, 0.24, Reason.FREE),
+        (SemanticClass.MEADOW, -0.1, 0.26, Reason.VEGETATION),
+        (SemanticClass.BUSH, -0.1, 0.18, Reason.VEGETATION),
         (SemanticClass.FOLIAGE, 0.85, 1.0, Reason.VEGETATION),
         (SemanticClass.FOLIAGE, 0.95, 1.0, Reason.FREE),
         (SemanticClass.CABLE, 0.95, 1.0, Reason.FREE),
     ],
 )
 def test_objects_forbid_their_footprint_by_class_and_height(semantic, base, height, reason):
-    """Below 9 cm a solid object is low; above 90 cm an object leaves the ground free."""
+    """Solid objects below 9 cm are low, plants up to 15 cm free, and so is what begins at 90 cm."""
     truth = truth_of(np.zeros((51, 51)), (frustum(semantic, (1, 2, base), (0.4, 0.4), height),))
     assert truth.reason_at(1.0, 2.0) == reason
     assert truth.reason_at(1.0, 2.6) == Reason.FREE
@@ -139,3 +143,15 @@ def test_a_stone_under_the_wheel_is_no_obstacle():
     assert not truth.forbidden_at(0.0, 0.0)
     label = truth.severity_of(np.zeros((1, 3)), np.array([SemanticClass.STONE], dtype=np.uint8))
     assert label[0] < 0
+
+
+def test_a_robot_with_another_limit_of_plants_has_another_true_map(make_ground):
+    """Grass of 25 cm is free from a limit of 0.25 m on; without plants the world stays the same."""
+    grass = frustum(SemanticClass.MEADOW, (1, 2, -0.1), (0.4, 0.4), 0.35)
+    world = make_ground(objects=(grass,))
+    assert world.truth.reason_at(1.0, 2.0) == Reason.VEGETATION
+    assert with_vegetation_limit(world, 0.15) is world
+    assert with_vegetation_limit(world, 0.2).truth.reason_at(1.0, 2.0) == Reason.VEGETATION
+    assert with_vegetation_limit(world, 0.3).truth.reason_at(1.0, 2.0) == Reason.FREE
+    bare = make_ground()
+    assert with_vegetation_limit(bare, 0.3) is bare

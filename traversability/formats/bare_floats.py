@@ -87,12 +87,12 @@ def _kind(data: bytes) -> str:
     pairs = words[: len(words) // 2 * 2].reshape(-1, 2)
     pairs = pairs[pairs[:, 1] != 0]
     # The lower half of a double is zero, or nothing that a float would hold.
-    lower = bool(len(pairs)) and (_no_length(pairs[:, 0]) | (pairs[:, 0] == 0)).mean() > _LOWER
-    garbage = _no_length(words).mean() if len(words) else 0.0
+    lower = bool(len(pairs)) and (no_lengths(pairs[:, 0]) | (pairs[:, 0] == 0)).mean() > _LOWER
+    garbage = no_lengths(words).mean() if len(words) else 0.0
     if garbage < _GARBAGE and not lower:
         return "<f4"
     doubles = np.frombuffer(data, dtype="<f8", count=len(data) // 8)[:_MAX_NUMBERS]
-    if len(doubles) and _no_length(doubles).mean() < _GARBAGE / 5:
+    if len(doubles) and no_lengths(doubles).mean() < _GARBAGE / 5:
         return "<f8"
     if garbage < _GARBAGE:
         return "<f4"
@@ -102,7 +102,7 @@ def _kind(data: bytes) -> str:
     )
 
 
-def _no_length(words: NDArray[np.floating]) -> NDArray[np.bool_]:
+def no_lengths(words: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return which numbers no sensor gives; zeros, NaN and infinity are no-returns.
 
     Of the many bit patterns of NaN, programs write few; others are negative integers.

@@ -1,13 +1,20 @@
 """LAS and LAZ: parser and writer on top of laspy, which comes with the extra ``las``."""
 
 import io
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from traversability.formats.coordinate_units import METRES, CoordinateUnits
 from traversability.formats.error import FormatError
+from traversability.formats.geo_keys import units_of_geo_keys
 from traversability.formats.table import COORDINATES, Columns
+from traversability.formats.well_known_text import units_of_text
+
+if TYPE_CHECKING:
+    import laspy
 
 _FINE = 1e-4
 """Step of coordinates where 32 bits have room for it [m]."""
@@ -29,14 +36,38 @@ _PLAIN_CLASSES = 31
 """Largest class of the older point formats."""
 
 
-def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
-    """Return coordinates [m], GPS times [s], classes and all other dimensions of the points.
+_SYSTEMS = "LASF_Projection"
+_WKT, _GEO_KEYS, _GEO_DOUBLES, _GEO_TEXTS = 2112, 34735, 34736, 34737
+"""Name and numbers of the records that hold the coordinate reference system."""
 
-    Returns:
-        Columns by name; and the step and zero of the coordinates [m], shape (2, 3).
+
+class LasPoints(NamedTuple):
+    """Points of a LAS file, in the file's own units.
+
+    Attributes:
+        columns: Columns by name, shape (n,) each: coordinates, ``stamps`` [s], ``classes``, others.
+        spacing: Step and zero of the coordinates, shape (2, 3).
+        units: Units of the coordinates.
+        remarks: Sentences about the units.
+    """
+
+    columns: Columns
+    spacing: NDArray[np.float64]
+    units: CoordinateUnits
+    remarks: tuple[str, ...]
+
+
+def parse(data: bytes, units: CoordinateUnits | None = None) -> LasPoints:
+    """Return coordinates, GPS times [s], classes and all other dimensions of the points.
+
+    Args:
+        data: Bytes of the file.
+        units: Units that the user gives; None reads what the file says.
 
     Raises:
-        FormatError: If the bytes are no such file, or laspy is not installed.
+        UnknownUnitError: If the file does not say clearly in which unit its coordinates are.
+        FormatError: If the bytes are no such file, its coordinates are angles, or laspy is not
+            installed.
     """
     try:
         import laspy
@@ -53,9 +84,44 @@ def parse(data: bytes) -> tuple[Columns, NDArray[np.float64]]:
             if name not in ("X", "Y", "Z") and values.ndim == 1 and values.any():
                 columns.setdefault(_DIMENSIONS.get(name, name), values)
         spacing = np.array([cloud.header.scales, cloud.header.offsets], dtype=np.float64)
+        records = _system_records(cloud)
     except Exception as error:  # laspy and its LAZ backends raise many kinds on damaged input.
         raise FormatError(f"expected a whole LAS or LAZ file, got {error}") from error
-    return columns, spacing
+    if units is not None:
+        return LasPoints(columns, spacing, units, ())
+    return LasPoints(columns, spacing, *_units(records, bool(cloud.header.global_encoding.wkt)))
+
+
+def _system_records(cloud: "laspy.LasData") -> dict[int, bytes]:
+    """Return the records of the coordinate reference system by number, the first of each."""
+    extended: Iterable[laspy.vlrs.vlr.IVLR] = getattr(cloud, "evlrs", None) or ()
+    found: dict[int, bytes] = {}
+    for record in (*cloud.header.vlrs, *extended):
+        if str(record.user_id).rstrip("\0 ") == _SYSTEMS:
+            found.setdefault(int(record.record_id), bytes(record.record_data_bytes()))
+    return found
+
+
+def _units(
+    records: dict[int, bytes], prefers_text: bool
+) -> tuple[CoordinateUnits, tuple[str, ...]]:
+    """Return the units that a file names, metres if it names none, and what to say of them.
+
+    Args:
+        records: Records of the coordinate reference system by number.
+        prefers_text: True if the header says that the WKT counts, not the GeoKeys.
+    """
+    order = (_WKT, _GEO_KEYS) if prefers_text else (_GEO_KEYS, _WKT)
+    for number in order:
+        data = records.get(number, b"")
+        if number == _WKT:
+            units, source = units_of_text(data.decode("utf-8", "replace")), "its WKT"
+        else:
+            texts = (records.get(each, b"") for each in (_GEO_DOUBLES, _GEO_TEXTS))
+            units, source = units_of_geo_keys(data, *texts), "its GeoKeys"
+        if units is not None:
+            return units, units.remarks(source)
+    return METRES, ()
 
 
 def render(columns: Columns, packed: bool, spacing: NDArray[np.float64] | None = None) -> bytes:

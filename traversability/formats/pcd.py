@@ -1,5 +1,7 @@
 """PCD 0.7: parser of ASCII, binary and binary_compressed files, binary writer."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,9 @@ from traversability.formats.table import (
     text_columns,
 )
 
+_IDENTITY = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+"""Viewpoint of points in the sensor's own frame."""
+
 
 def parse(data: bytes) -> Columns:
     """Return the fields by name.
@@ -22,18 +27,20 @@ def parse(data: bytes) -> Columns:
     Raises:
         FormatError: If the bytes are no such file.
     """
-    lines, body = header_lines(data, b"DATA")
-    entries = {words[0]: words[1:] for words in lines if words}
+    entries, body = _header(data)
     try:
-        fields, kinds = entries["FIELDS"], entries["TYPE"]
-        sizes, counts = entries["SIZE"], entries.get("COUNT", ["1"] * len(entries["FIELDS"]))
-        points = check_count(int(entries["POINTS"][0]))
+        # The first versions of the format call the fields COLUMNS, and count by WIDTH and HEIGHT.
+        fields = entries["FIELDS"] if "FIELDS" in entries else entries["COLUMNS"]
+        kinds = [kind.upper() for kind in entries["TYPE"]]
+        sizes, counts = entries["SIZE"], entries.get("COUNT", ["1"] * len(fields))
+        factors = ("POINTS",) if "POINTS" in entries else ("WIDTH", "HEIGHT")
+        points = check_count(math.prod(int(entries[name][0]) for name in factors))
         repeats = [check_count(int(count)) for count in counts]
     except (KeyError, IndexError, ValueError) as error:
         raise FormatError(f"expected FIELDS, SIZE, TYPE and POINTS, got {error}") from error
     if not len(fields) == len(kinds) == len(sizes) == len(repeats):
         raise FormatError("expected FIELDS, SIZE, TYPE and COUNT of one length")
-    form = (entries["DATA"] or [""])[0]
+    form = (entries["DATA"] or [""])[0].lower()
     if form == "ascii":
         begins = [int(begin) for begin in np.concatenate([[0], np.cumsum(repeats)])]
         single = zip(fields, begins, repeats, strict=False)
@@ -48,8 +55,40 @@ def parse(data: bytes) -> Columns:
     raise FormatError(f"expected DATA ascii, binary or binary_compressed, got {form!r}")
 
 
-def render(columns: Columns) -> bytes:
-    """Return the binary file of these fields."""
+def viewpoint(data: bytes) -> tuple[float, ...] | None:
+    """Return the pose of the sensor in the coordinates of the points, None without one.
+
+    Returns:
+        Position and quaternion w, x, y, z of unit length.
+
+    Raises:
+        FormatError: If these are no seven numbers, or no rotation.
+    """
+    words = _header(data)[0].get("VIEWPOINT")
+    if not words:
+        return None
+    try:
+        numbers = np.array(words, dtype=np.float64)
+    except ValueError:
+        numbers = np.zeros(0)
+    length = float(np.linalg.norm(numbers[3:])) if len(numbers) == 7 else np.nan
+    if not numbers.any() and len(numbers) == 7:
+        return None  # Programs that know no viewpoint write zeros.
+    if not (np.isfinite(numbers).all() and length > 0.01):
+        raise FormatError(
+            "VIEWPOINT: expected X Y Z and a quaternion W X Y Z of length 1, got "
+            f"{' '.join(words)}; write the sensor's pose there, or {_text(_IDENTITY)}"
+        )
+    return (*numbers[:3].tolist(), *(numbers[3:] / length).tolist())
+
+
+def render(columns: Columns, viewpoint: tuple[float, ...] = _IDENTITY) -> bytes:
+    """Return the binary file of these fields.
+
+    Args:
+        columns: Columns by name, shape (n,) each.
+        viewpoint: Position and quaternion w, x, y, z of the sensor.
+    """
     kinds = {"f": "F", "i": "I", "u": "U"}
     types = [column.dtype for column in columns.values()]
     count = len(next(iter(columns.values())))
@@ -62,11 +101,22 @@ def render(columns: Columns) -> bytes:
         "COUNT " + " ".join("1" for _ in types),
         f"WIDTH {count}",
         "HEIGHT 1",
-        "VIEWPOINT 0 0 0 1 0 0 0",
+        f"VIEWPOINT {_text(viewpoint)}",
         f"POINTS {count}",
         "DATA binary\n",
     ]
     return "\n".join(head).encode() + packed_records(columns)
+
+
+def _header(data: bytes) -> tuple[dict[str, list[str]], bytes]:
+    """Return the words of each entry by its keyword in capitals, and the bytes after them."""
+    lines, body = header_lines(data, b"DATA", any_case=True)
+    return {words[0].upper(): words[1:] for words in lines if words}, body
+
+
+def _text(numbers: tuple[float, ...]) -> str:
+    """Return numbers with all of their digits."""
+    return " ".join(np.format_float_positional(number, trim="-") for number in numbers)
 
 
 def _records(

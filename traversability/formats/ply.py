@@ -1,8 +1,12 @@
 """PLY: parser of ASCII and binary files with any scalar vertex properties, binary writer."""
 
+import re
+
 import numpy as np
 
+from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.error import FormatError
+from traversability.formats.length_units import unit_of_name
 from traversability.formats.table import (
     Columns,
     check_count,
@@ -32,6 +36,12 @@ _TYPES = {
     "float64": "f8",
 }
 
+_UNIT = re.compile(
+    r"(?:comment|obj_info) (?:(?:coordinate|length|linear)[ _])?units?(?: ?[:=] ?| )([a-z -]+)",
+    re.I,
+)
+"""Comment on the unit of the coordinates: PLY has no field for it."""
+
 
 def parse(data: bytes) -> Columns:
     """Return the vertices' properties by name; the vertices have to be the first element.
@@ -50,6 +60,21 @@ def parse(data: bytes) -> Columns:
     if order is None:
         raise FormatError(f"expected format ascii or binary, got {form!r}")
     return packed_columns(body, count, record_type(names, [order + kind for kind in types]))
+
+
+def units(data: bytes) -> tuple[CoordinateUnits | None, tuple[str, ...]]:
+    """Return the units of the coordinates that a comment names, None without, and a remark.
+
+    Raises:
+        FormatError: If the header has no end.
+    """
+    for words in header_lines(data, b"end_header")[0]:
+        match = _UNIT.fullmatch(" ".join(words))
+        unit = None if match is None else unit_of_name(match.group(1))
+        if unit is not None:
+            found = CoordinateUnits(unit, unit)
+            return found, found.remarks("a comment in its header")
+    return None, ()
 
 
 def render(columns: Columns) -> bytes:

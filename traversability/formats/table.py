@@ -103,13 +103,16 @@ def record_type(names: list[str], formats: list[str]) -> np.dtype[np.void]:
         raise FormatError(f"expected fields with different names, got {error}") from error
 
 
-def header_lines(data: bytes, last: bytes, limit: int = 65_536) -> tuple[list[list[str]], bytes]:
+def header_lines(
+    data: bytes, last: bytes, limit: int = 65_536, any_case: bool = False
+) -> tuple[list[list[str]], bytes]:
     """Return the words of each header line up to the one that begins with ``last``, and the rest.
 
     Args:
         data: Bytes of the file.
         last: Beginning of the header's last line.
         limit: Number of bytes within which that line has to begin.
+        any_case: True if that line may begin with small letters, too; ``last`` has capitals.
 
     Raises:
         FormatError: If there is no such line.
@@ -121,6 +124,6 @@ def header_lines(data: bytes, last: bytes, limit: int = 65_536) -> tuple[list[li
         if not line:
             break
         lines.append(line.decode("latin-1").split())
-        if line.startswith(last):
+        if (line.upper() if any_case else line).startswith(last):
             return lines, data[stream.tell() :]
     raise FormatError(f"expected a header that ends with {last.decode()!r}, got none")

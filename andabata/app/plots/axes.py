@@ -1,8 +1,9 @@
 """Parts that several pictures share: ranges of a scan, and PNG bytes."""
 
 import io
+import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -10,8 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
+from andabata.app.printable import printable
 from traversability.grid import PolarGrid
 
 RANGE_COLOUR = "#1540c4"
@@ -62,8 +65,25 @@ def range_legend() -> list[Artist]:
     ]
 
 
+def save(figure: Figure, stream: BinaryIO, **options: Any) -> None:  # noqa: ANN401
+    """Write a figure; names in it may hold anything that a file's name may.
+
+    Args:
+        figure: Figure, whose texts become such that can be drawn.
+        stream: File to write to.
+        **options: Options of ``Figure.savefig``.
+    """
+    for text in figure.findobj(Text):
+        if isinstance(text, Text):
+            text.set_text(printable(text.get_text()))
+    with warnings.catch_warnings():
+        # The font draws a box for letters that it lacks, of other scripts.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
+        figure.savefig(stream, **options)
+
+
 def png(figure: Figure) -> bytes:
     """Return a figure's PNG file."""
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=80)
+    save(figure, stream, format="png", dpi=80)
     return stream.getvalue()

@@ -1,6 +1,7 @@
 """Figures of virtual scans and classifiers, drawn without a screen."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +14,9 @@ from andabata.app.plots.axes import draw_ranges, range_legend
 from andabata.app.scanning import Scanned
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
+
+if TYPE_CHECKING:  # Only named: it imports what makes clouds.
+    from andabata.bench.fields import FieldClassification
 
 _STATE_COLOURS = {
     CellState.EMPTY: "#f4f4f0",
@@ -33,7 +37,7 @@ def scan_figure(scanned: Scanned, title: str) -> Figure:
         *points[near, :2].T, c=points[near, 2], s=1.5, cmap="viridis", linewidths=0, vmin=-1, vmax=1
     )
     figure.colorbar(dots, ax=left, label="height above the base plane [m]", shrink=0.7)
-    left.set_title(f"{title}: points lower than {grid.max_height} m")
+    left.set_title(f"{title}: points lower than {grid.max_height} m", parse_math=False)
     _draw_cells(right, scanned.cells, grid, alpha=0.75)
     right.scatter(*points[near, :2].T, s=0.3, color="black", alpha=0.35, linewidths=0)
     right.set_title("cells: green traversable, red not, white empty")
@@ -89,7 +93,7 @@ def labelled_figure(
     ):
         x, y = points[near & chosen, :2].T
         left.scatter(x, y, s=1.0, color=_STATE_COLOURS[state], linewidths=0)
-    left.set_title(f"{title}: points, green traversable, red not")
+    left.set_title(f"{title}: points, green traversable, red not", parse_math=False)
     _draw_cells(right, cells, grid, alpha=0.9)
     right.set_title("cells by the labels, white empty")
     for axes in (left, right):
@@ -99,6 +103,41 @@ def labelled_figure(
         axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
         axes.set_xlabel("x, forward [m]")
         axes.set_ylabel("y, left [m]")
+    return figure
+
+
+def fields_figure(examples: "Mapping[str, FieldClassification]", grid: PolarGrid) -> Figure:
+    """Return one case of each kind of the field suite: from the side, by the labels, as called.
+
+    Args:
+        examples: Cells of the cases by kind.
+        grid: Polar grid of the cells.
+    """
+    figure = Figure(figsize=(13, 3.0 * len(examples)), layout="constrained")
+    for axes, (kind, example) in zip(
+        figure.subplots(len(examples), 3), examples.items(), strict=True
+    ):
+        side, truth, called = axes
+        # From the side: the sector pair that looks towards the middle of the field.
+        bearing = grid.bearings[np.argmin(np.abs(example.bearings))]
+        x, y, z = example.points.T
+        along = x * np.cos(bearing) + y * np.sin(bearing)
+        strip = (np.abs(y * np.cos(bearing) - x * np.sin(bearing)) < 0.5) & (along > 0)
+        side.scatter(along[strip], z[strip], s=1.5, color="#444444", linewidths=0)
+        side.set_xlim(0, grid.outer_radius)
+        side.set_ylim(-1.0, 1.5)
+        side.set_xlabel("ahead [m]")
+        side.set_ylabel("height [m]")
+        about = f"{kind}, {example.case.sensor} at {example.case.height:.2f} m"
+        field = example.case.field
+        side.set_title(about if field is None else f"{about}, plants of {field.height:.2f} m")
+        for panel, cells, title in (
+            (truth, example.truth, "labels"),
+            (called, example.called, "as called"),
+        ):
+            _draw_cells(panel, cells, grid, alpha=0.9)
+            panel.set_title(title)
+            panel.set_aspect("equal")
     return figure
 
 

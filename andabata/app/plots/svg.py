@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from andabata.app.plots.axes import save
+
 _DPI = 72
 """Number of SVG units in an inch."""
 
@@ -52,7 +54,7 @@ def svg(figure: Figure, name: str) -> bytes:
     """
     stream = io.BytesIO()
     with matplotlib.rc_context(_SETTINGS | {"svg.hashsalt": name}):
-        figure.savefig(stream, format="svg", dpi=_IMAGE_DPI, metadata={"Date": None})
+        save(figure, stream, format="svg", dpi=_IMAGE_DPI, metadata={"Date": None})
     return stream.getvalue()
 
 

@@ -119,6 +119,51 @@ def perception(
 
 @app.command()
 @command
+def fields(
+    *,
+    count: Annotated[
+        int, typer.Option(min=4, help="Number of fields, and of cases of free ground.")
+    ] = 200,
+    picture: Annotated[
+        Path | None, typer.Option(help="Picture of one case of each kind to write, PNG.")
+    ] = None,
+    forest: ForestOptions,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the suite: 0 judges a release, others develop.")
+    ] = 1,
+    workers: Workers = 2,
+    output: ConsoleOptions,
+) -> None:
+    """Score the cell classifier on fields of plants, and on ground that must stay free.
+
+    Fields are 0.2 to 1.2 m high, of three densities, with abrupt and gradual edges, gaps, trunks
+    and slopes. Free ground is level, without any noise, or has grass, litter, undulations or a
+    path with verges. Lasers and their heights are drawn.
+
+    Examples:
+        andabata bench fields
+        andabata bench fields --count 20 --json
+        andabata bench fields --forest f/forest.npz
+        andabata bench fields --count 12 --picture fields.png
+    """
+    from andabata.app.console import table_of
+    from andabata.app.plots.axes import png
+    from andabata.app.plots.perception import fields_figure
+    from andabata.bench.fields import evaluate_fields, field_examples, field_table
+    from andabata.records import atomic_io
+
+    console, loaded = output.console(), forest.load()
+    with console.progress("clouds", 2 * count) as step:
+        rows = evaluate_fields(loaded.to_bytes(), count, seed, workers, step)
+    if picture is not None:
+        examples = field_examples(loaded.to_bytes(), count, seed)
+        atomic_io.write(picture, png(fields_figure(examples, loaded.grid)))
+    title = f"{count} fields and as many clouds of free ground, seed {seed}"
+    console.result({"rows": rows, "seed": seed}, table_of(field_table(rows), title))
+
+
+@app.command()
+@command
 def localization(
     *,
     world: Annotated[str, typer.Option(help="World preset of the drives.")] = "natural-test",

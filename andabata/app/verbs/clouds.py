@@ -6,7 +6,14 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, EngineOptions, Seed, Sensor, SettingsOptions
+from andabata.app.options import (
+    CloudUnit,
+    ConsoleOptions,
+    EngineOptions,
+    Seed,
+    Sensor,
+    SettingsOptions,
+)
 
 app = typer.Typer(help="Synthetic labelled clouds: generate, convert.", no_args_is_help=True)
 
@@ -71,9 +78,10 @@ def convert(
         int | None,
         typer.Option(help="Numbers of a point in a bin file; by default read from the content."),
     ] = None,
+    unit: CloudUnit = None,
     output: ConsoleOptions,
 ) -> None:
-    """Write a cloud in another format, with its labels, stamps and other numbers.
+    """Write a cloud in another format, in metres, with its labels, stamps and other numbers.
 
     The exit code is 3 when the new format has no place for some of them.
 
@@ -85,8 +93,8 @@ def convert(
     from traversability.files import cloud_to_bytes, columns_lost_by, decode_cloud_file
 
     console, kind = output.console(), out.suffix[1:].lower()
-    decoded = decode_cloud_file(file, columns)
-    data = cloud_to_bytes(decoded.cloud, kind, decoded.others, decoded.spacing)
+    decoded = decode_cloud_file(file, columns, unit)
+    data = cloud_to_bytes(decoded.cloud, kind, decoded.others, decoded.spacing, decoded.viewpoint)
     atomic_io.write(out, data)
     left_out, notes = columns_lost_by(kind, decoded), [*decoded.remarks]
     if left_out:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, ForestOptions, LaserMounting
+from andabata.app.options import CloudUnit, ConsoleOptions, ForestOptions, LaserMounting
 
 
 @command
@@ -32,6 +32,7 @@ def scan(
         int | None,
         typer.Option(help="Numbers of a point in bin files; by default read from the content."),
     ] = None,
+    unit: CloudUnit = None,
     level: Annotated[
         bool, typer.Option("--level", help="Make the ground around the robot the base plane.")
     ] = False,
@@ -86,7 +87,7 @@ def scan(
     overrides = [f"own_body={own_body}", f"level={str(level).lower()}", f"n_sectors={sectors}"]
     config, console = resolve(ScanConfig, None, overrides, base), output.console()
     table = None if labels is None else load_class_table(labels)
-    source = CloudSource(topic, number, columns, given, table)
+    source = CloudSource(topic, number, columns, given, unit, table)
     found = scan_files(
         files, source, config, forest.load(), console.status, picture=picture, report=report
     )

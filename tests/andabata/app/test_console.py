@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import pytest
 
@@ -65,3 +66,16 @@ def test_a_table_of_nothing_is_empty(capsys):
     """No rows make a table without columns."""
     Console().result({}, table_of([]))
     assert capsys.readouterr().out.strip() == ""
+
+
+def test_names_that_are_no_unicode_are_replaced_everywhere(capsys):
+    """Status, texts, tables and JSON take any file's name."""
+    name = os.fsdecode(b"\xf1")
+    console = Console()
+    console.status(f"{name} read")
+    console.result({}, f"{name} done", table_of([{"name": name}], name))
+    out, err = capsys.readouterr()
+    assert err == "\ufffd read\n"
+    assert out.count("\ufffd") == 3
+    Console(as_json=True).result({name: [name]})
+    assert json.loads(capsys.readouterr().out) == {"\ufffd": ["\ufffd"]}

@@ -119,14 +119,15 @@ def test_an_empty_scan_has_a_note_on_its_cause(capsys, tmp_path):
     """Without a classified cell a note gives the cause."""
     seen = sensor_cloud()
     for points, words in (
-        (seen * 1000, "are the coordinates millimetres?"),
+        (seen * 1000, "look like millimetres, not metres: give --unit 0.001"),
+        (seen * [1000, 1000, 0], "further than lasers reach: are the coordinates metres?"),
         (seen + np.float32([300, 5000, 0]), "--sensor-at X,Y,Z"),
         (seen + np.float32([25, 0, 0]), "expected points within 10 m, got the nearest"),
         (seen + np.float32([0, 0, 20]), "above the robot's height, up to 1.2 m over the ground"),
         (seen / 50, "nearer than the first ring"),
         (seen[::2500], "no cell holds 5 points"),
     ):
-        code, data = scan(capsys, tmp_path, points)
+        code, data = scan(capsys, tmp_path, np.asarray(points, np.float32))
         assert words in " ".join(data["notes"])
         assert code == 1
         assert data["cells"]["green"] == data["cells"]["red"] == 0

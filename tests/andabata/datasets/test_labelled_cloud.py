@@ -12,6 +12,7 @@ from andabata.datasets.labelled_cloud import (
 )
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from worlds.traversability_map import Reason
 from worlds.world import Start
 
 SMALL = CloudsConfig(patch_size=40.0, patch_cell=0.25)
@@ -200,3 +201,43 @@ def test_clouds_are_plain_by_default():
     assert CloudsConfig.model_validate(config.model_dump()) == config
     with pytest.raises(ValueError, match="hidden"):
         CloudsConfig(hidden=-1)
+
+
+def test_exact_clouds_have_no_noise(make_scene):
+    """Level ground is level to the last digits, and every beam returns."""
+    scene, start = make_scene(size=40.0), Start(0.0, 0.0, 0.3)
+    config = with_parts(CloudsConfig, "vlp-16").model_copy(update={"still": 1.0})
+    noisy, exact = (
+        labelled_cloud(
+            scene, config.model_copy(update={"exact": share}), np.random.default_rng(1), start
+        )
+        for share in (0.0, 1.0)
+    )
+    assert np.abs(exact.points[:, 2]).max() < 1e-5
+    assert np.abs(noisy.points[:, 2]).max() > 1e-3
+    assert len(exact) >= len(noisy)
+
+
+def test_cover_lies_on_the_slope_of_the_ground(make_scene):
+    """On a slope towards the robot's left, grass is no higher than on level ground."""
+    scene, start = make_scene(lambda x, y: 0.15 * y, size=40.0), Start(0.0, 0.0, 0.0)
+    cover = {"varied": 1.0, "cover_share": 1.0, "grass": (0.1, 0.1), "kept": (1.0, 1.0)}
+    config = with_parts(CloudsConfig, "vlp-16").model_copy(
+        update={"still": 1.0, "exact": 1.0, "heights": (0.6, 0.6), **cover}
+    )
+    points = labelled_cloud(scene, config, np.random.default_rng(3), start).points
+    near = np.hypot(points[:, 0], points[:, 1]) < 6
+    over = points[near, 2] - 0.15 * points[near, 1]
+    assert over.min() > -0.01
+    assert 0.08 < over.max() < 0.115
+
+
+def test_the_robots_limit_of_plants_decides_what_is_blocked():
+    """The same stands are free to a robot that crosses plants of a metre."""
+    config = SMALL.model_copy(update={"presets": ("meadow",)})
+    tall = config.robot.model_copy(update={"max_traversable_vegetation": 1.0})
+    shares = []
+    for robot in (config.robot, tall):
+        world = cloud_scene(config.model_copy(update={"robot": robot}), "meadow", 3).world
+        shares.append((world.truth.reason == Reason.VEGETATION).mean())
+    assert shares[0] > 2 * shares[1] > 0

@@ -13,7 +13,7 @@ DEFINITIONS = {
     "an empty one": "",
     "without it": "other_msgs/Part part\n",
     "parsed": "int8 ! no (definition\n",
-    "parsed: ": "\0\xff",
+    "got 'Ä', which can't": "\xc4",
 }
 
 
@@ -36,6 +36,20 @@ def test_an_unusable_definition_skips_its_topic_only(tmp_path, reason):
         assert list(bag.messages(("/bad",))) == []
         (lost,) = bag.left_out
     assert (lost.topic, lost.messages) == ("/bad", 3)
+
+
+def test_a_standard_type_needs_no_definition(tmp_path):
+    """Messages of a standard type are read without its definition, which is noted once."""
+    path = tmp_path / "x.bag"
+    digest = message_types(1).generate_msgdef(STRING, ros_version=1)[1]
+    with Writer(path) as writer:
+        for topic in ("/a", "/b"):
+            one = writer.add_connection(topic, STRING, msgdef="std_msgs/String", md5sum=digest)
+            writer.write(one, stamp(0), note(1, 0))
+    with Bag(path) as bag:
+        assert [m.content.data for m in bag.messages()] == ["note 0", "note 0"]
+        assert not bag.left_out
+        assert [text.split(":")[0] for text in bag.notes] == ["/a", "/b"]
 
 
 def test_types_without_fields_are_read(tmp_path):

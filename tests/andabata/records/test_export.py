@@ -3,15 +3,17 @@
 import base64
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer
 
 from andabata.app.cli import main
 from andabata.records.bags import BagError
 from andabata.records.csv_table import LONGEST_ARRAY, LONGEST_BYTES, LONGEST_LIST
-from andabata.records.export import export_bag, file_names, read_bag_cloud
+from andabata.records.export import decode_bag_cloud, export_bag, file_names, read_bag_cloud
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import stamp, write_bag
@@ -243,6 +245,46 @@ def test_clouds_keep_every_field_of_every_point(tmp_path, big):
         own = found[name.replace(" ", "_")]
         np.testing.assert_array_equal(own, values)
         assert own.dtype == values.dtype.newbyteorder("<")
+
+
+def test_what_a_cloud_says_wrongly_of_itself_is_noted_once(tmp_path):
+    """Clouds whose byte order contradicts their flag are exported right, with one note."""
+    columns, message = cloud()
+    rows = [("/points", POINT_CLOUD, replace(message, is_bigendian=True))] * 3
+    found = export_bag(write(tmp_path / "x.bag", rows), tmp_path / "out")
+    (note,) = found.notes
+    assert note.startswith("/points: is_bigendian: the coordinates are little-endian")
+    data = ply.parse(found.files[2].read_bytes())
+    np.testing.assert_array_equal(data["ring"], columns["ring"])
+
+
+def mcap_of(path, kind):
+    """Write an MCAP with a cloud whose schema holds the name of its type alone."""
+    store = message_types(2)
+    builder = MessageBuilder(2)
+    message = builder.cloud(0.0, PointCloud(np.ones((5, 3), np.float32), "velodyne"))
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start(profile="ros2", library="test")
+        schema = writer.register_schema(kind, "ros2msg", kind.encode())
+        channel = writer.register_channel("/points", "cdr", schema)
+        writer.add_message(channel, 1, bytes(store.serialize_cdr(message, POINT_CLOUD)), 1)
+        writer.finish()
+    return path
+
+
+def test_a_definition_that_is_the_types_name_is_the_standard_one(tmp_path):
+    """A cloud of a standard type is read and that is noted; another type is named."""
+    decoded = decode_bag_cloud(mcap_of(tmp_path / "x.mcap", POINT_CLOUD), None)
+    assert len(decoded.cloud) == 5
+    assert decoded.remarks[0] == (
+        f"/points: expected a message definition of {POINT_CLOUD}, got its name alone; read by the "
+        "standard definition"
+    )
+    other = mcap_of(tmp_path / "y.mcap", "my_msgs/msg/Cloud")
+    text = "none; got no name; /points: expected a message definition of my_msgs/msg/Cloud, got its"
+    with pytest.raises(BagError, match=text):
+        decode_bag_cloud(other, None)
 
 
 def test_an_empty_cloud_is_a_file_and_a_damaged_one_is_left_out(tmp_path):

@@ -19,6 +19,7 @@ from andabata.records.unusable_message import UnusableMessageError
 from tests import made_bag
 from tests.made_bag import new
 from tests.made_messages import header
+from traversability.formats.coordinate_units import CoordinateUnits
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 COMPOSE = MessageBuilder(2)
@@ -155,25 +156,25 @@ def test_rows_are_read_by_their_own_length():
 
 def test_all_fields_of_all_points_become_columns():
     """Types are kept, several numbers are numbered, and points without a return stay."""
-    columns = point_columns(message(xyz(POINTS) | {"ring": np.arange(5, dtype="u2")}))
+    columns, _ = point_columns(message(xyz(POINTS) | {"ring": np.arange(5, dtype="u2")}))
     assert {name: column.dtype.str for name, column in columns.items()} == {
         "x": "<f4", "y": "<f4", "z": "<f4", "ring": "<u2",
     }  # fmt: skip
     np.testing.assert_array_equal(columns["ring"], np.arange(5))
     np.testing.assert_array_equal(columns["x"], POINTS[:, 0].astype("f4"))
     pairs = message({"x": np.array([1, 2], "f4"), "y": np.array([3, 4], "f4")}, counts={"x": 2})
-    columns = point_columns(pairs)
+    columns, _ = point_columns(pairs)
     assert {name: column.tolist() for name, column in columns.items()} == {
         "x_0": [1, 2], "x_1": [3, 4], "y": [3, 4],
     }  # fmt: skip
-    empty = point_columns(message(xyz(np.zeros((0, 3)))))
+    empty, _ = point_columns(message(xyz(np.zeros((0, 3)))))
     assert [len(column) for column in empty.values()] == [0, 0, 0]
 
 
 def test_columns_are_in_the_byte_order_of_the_machine():
     """Big-endian numbers keep their values."""
     swapped = {name: column.astype(">f4") for name, column in xyz(POINTS[3:4]).items()}
-    columns = point_columns(message(swapped, is_bigendian=True))
+    columns, _ = point_columns(message(swapped, is_bigendian=True))
     assert [columns[name].tolist() for name in "xyz"] == [[4], [5], [6]]
     assert columns["x"].dtype.isnative
 
@@ -184,7 +185,7 @@ def test_names_of_columns_differ():
     named = [
         replace(field, name=name) for field, name in zip(fields, ("a b", "a_b", ""), strict=True)
     ]
-    columns = point_columns(message(xyz(POINTS[:1]), fields=named))
+    columns, _ = point_columns(message(xyz(POINTS[:1]), fields=named))
     assert list(columns) == ["a_b", "a_b_2", "field"]
 
 
@@ -266,6 +267,73 @@ def test_any_layout_of_points_is_read(dtype, offsets, step, rows, pad, big):
     cloud = cloud_of(foreign(points, dtype, offsets, step, big, rows, pad))
     np.testing.assert_array_equal(cloud.points, points)
     assert cloud.frame == "sensor"
+
+
+def seen(count=400):
+    """Return points at the distances that lasers measure, with slots of zeros and NaN."""
+    points = np.random.default_rng(0).normal(0, 8, (count, 3))
+    points[::3], points[1::7] = 0.0, np.nan
+    return points
+
+
+@pytest.mark.parametrize("dtype", ["f4", "f8"])
+@pytest.mark.parametrize("big", [False, True])
+def test_the_byte_order_is_that_of_the_coordinates(dtype, big):
+    """A flag that makes nonsense of the coordinates is not believed, for any field; it is said."""
+    points = seen()
+    right = foreign(points, dtype, (0, 8, 16), 24, big)
+    wrong = replace(right, is_bigendian=not big)
+    assert decode_point_cloud2(right).remarks == ()
+    decoded = decode_point_cloud2(wrong)
+    np.testing.assert_array_equal(decoded.cloud.points, cloud_of(right).points)
+    name = "big-endian" if big else "little-endian"
+    assert decoded.remarks == (
+        f"is_bigendian: the coordinates are {name}, against the flag; read so",
+    )
+    columns, remarks = point_columns(wrong)
+    np.testing.assert_array_equal(columns["x"], points[:, 0].astype(dtype))
+    assert remarks == decoded.remarks
+
+
+def test_whole_numbers_have_a_byte_order_too():
+    """Whole numbers of 32 bits that would be beyond the Earth are in the other order."""
+    millimetres = {name: np.arange(1, 40, dtype="i4") * 321 for name in "xyz"}
+    decoded = decode_point_cloud2(message(millimetres, is_bigendian=True))
+    np.testing.assert_array_equal(decoded.cloud.coordinates()[:, 0], np.arange(1, 40) * 321)
+
+
+def test_coordinates_that_are_nonsense_in_both_orders_are_refused():
+    """Bytes that are no coordinates at all make no cloud."""
+    data = np.random.default_rng(0).integers(0, 256, 4800, dtype=np.uint8)
+    noise = replace(foreign(seen(), "f4", (0, 4, 8), 12), data=data)
+    with pytest.raises(PointCloudError, match="no lengths in either byte order"):
+        cloud_of(noise)
+
+
+def test_a_cloud_without_returns_keeps_its_flag():
+    """Zeros and NaN say nothing on the byte order."""
+    for value in (0.0, np.nan):
+        empty = foreign(np.full((9, 3), value), "f4", (0, 4, 8), 12, big=True)
+        assert decode_point_cloud2(empty).remarks == ()
+
+
+@pytest.mark.parametrize("row_step", [4 * 2 * 12, 7, 24 * 100])
+def test_rows_without_gaps_are_recognised_by_the_length_of_the_data(row_step):
+    """A row_step that is no row's length is not believed where the data fit without it."""
+    points = np.arange(24).reshape(8, 3) - 5
+    cloud = replace(foreign(points, "f4", (0, 4, 8), 12, rows=4), row_step=row_step)
+    decoded = decode_point_cloud2(cloud)
+    np.testing.assert_array_equal(decoded.cloud.points, points)
+    (text,) = decoded.remarks
+    assert text.startswith("row_step: is not the length of a row")
+    with pytest.raises(PointCloudError, match="rows of"):
+        decode_point_cloud2(replace(cloud, data=cloud.data[:-1]))
+
+
+def test_points_in_another_unit_become_metres():
+    """The unit that the user gives overrides ROS's metres."""
+    decoded = decode_point_cloud2(message(xyz(POINTS * 1000)), units=CoordinateUnits.given(0.001))
+    np.testing.assert_allclose(decoded.cloud.points, [[1, 2, 3], [4, 5, 6]], rtol=1e-6)
 
 
 def test_points_that_are_not_finite_are_left_out():

@@ -46,7 +46,8 @@ def test_unreadable_messages_are_listed_with_count_and_reason(tmp_path, capsys):
             writer.write(bad, stamp(k), b"\0")
     code, text = run(capsys, path)
     assert code == 0
-    assert "/bad can't be read: expected a message definition, got an empty one" in text
+    reason = "expected a message definition of my_msgs/msg/X, got an empty one"
+    assert f"/bad can't be read: {reason}" in text
     assert "/good: 1 messages left out" in text
     _, text = run(capsys, path, "--json")
     data = json.loads(text)

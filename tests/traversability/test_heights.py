@@ -1,0 +1,93 @@
+"""Heights over the ground: what plants, tufts and kerbs look like in the features."""
+
+import numpy as np
+import pytest
+
+from tests.traversability.made_ground import flat
+from traversability.features import ALL_FEATURES, cell_features
+from traversability.grid import PolarGrid
+
+GRID = PolarGrid()
+AHEAD = (16, int(np.searchsorted(GRID.ring_edges, 3.5)) - 1)
+
+
+def feature(points, name, grid=GRID):
+    """Return one feature of all cells, and the numbers of points."""
+    found = cell_features(points.astype(np.float32), grid)
+    return found.values[..., ALL_FEATURES.index(name)], found.counts
+
+
+def field(height, stopped=0.6, begin=3.0):
+    """Return level ground of which ``stopped`` of the points beyond an edge end in plants."""
+    rng = np.random.default_rng(1)
+    points = flat(0.0, 200_000).astype(float)
+    hit = (points[:, 0] > begin) & (rng.random(len(points)) < stopped)
+    points[hit, 2] = rng.uniform(0, height, hit.sum())
+    return points
+
+
+def test_level_ground_has_no_cover_and_no_scatter():
+    """All shares, heights and steps are zero, also where the ground slopes."""
+    for grade in (0.0, 0.2):
+        points = flat(0.0, 100_000).astype(float)
+        points[:, 2] = grade * points[:, 0]
+        for name in ("cover_67", "cover_100", "cover_over_quartile", "smooth_step"):
+            values, counts = feature(points, name)
+            inner = counts >= 20
+            inner[:, 8:] = False
+            assert np.quantile(values[inner], 0.99) < 0.01, name
+
+
+@pytest.mark.parametrize(
+    ("name", "above"), [("cover_67", 0.10), ("cover_100", 0.15), ("cover_200", 0.30)]
+)
+def test_covers_are_the_shares_of_points_above_their_heights(name, above):
+    """Of plants of half a metre that stop 60 % of the points, evenly up to the top."""
+    values, _ = feature(field(0.5), name)
+    assert values[AHEAD] == pytest.approx(0.6 * (1 - above / 0.5), abs=0.04)
+
+
+def test_heights_are_quantiles_in_limits():
+    """The upper decile of plants of half a metre is at five sixths of it."""
+    values, _ = feature(field(0.5), "height_high")
+    assert values[AHEAD] == pytest.approx(0.5 * 5 / 6 / 0.15, abs=0.15)
+    values, _ = feature(field(0.5), "height_median")
+    assert values[AHEAD] == pytest.approx(0.5 / 6 / 0.15, abs=0.15)
+
+
+def test_a_robot_that_crosses_higher_plants_sees_lower_ones():
+    """Plants of twice the height look the same to a robot with twice the limit."""
+    tall = PolarGrid(max_traversable_vegetation=0.3)
+    for name in ("cover_67", "cover_100", "cover_300", "height_high", "cover_over_quartile"):
+        low, _ = feature(field(0.3), name)
+        high, _ = feature(field(0.6), name, tall)
+        assert low[AHEAD] == pytest.approx(high[AHEAD], abs=0.03), name
+
+
+def test_a_kerb_is_a_smooth_step_and_plants_are_none():
+    """Two smooth parts 10 cm apart are a step of that height; plants of 0.5 m have none."""
+    kerb = flat(0.0, 200_000).astype(float)
+    kerb[kerb[:, 0] > 3.6, 2] = 0.10
+    step, _ = feature(kerb, "smooth_step")
+    assert 0.02 < step[AHEAD] < 0.10  # The plane through both parts takes up some of it.
+    plants, _ = feature(field(0.5), "smooth_step")
+    assert plants[AHEAD] < 0.01
+    scatter, _ = feature(field(0.5), "scatter")
+    assert scatter[AHEAD] > 0.1
+
+
+def test_dense_plants_lie_over_the_ground_that_is_extrapolated_from_before_them():
+    """No ground of the field is seen: its cells lie their height over the way, as far as it goes.
+
+    A slope that bends gradually is followed and lies over nothing.
+    """
+    points = flat(0.0, 200_000).astype(float)
+    rng = np.random.default_rng(2)
+    beyond = points[:, 0] > 3.0
+    points[beyond, 2] = rng.uniform(0.2, 0.5, beyond.sum())
+    over, _ = feature(points, "mean_over_way")
+    assert over[16, AHEAD[1] + 1 :] == pytest.approx(0.35, abs=0.05)
+    bend = flat(0.0, 200_000).astype(float)
+    bend[:, 2] = 0.006 * np.clip(bend[:, 0], 0, None) ** 2
+    low, counts = feature(bend, "low_over_way")
+    assert np.abs(low[16][counts[16] >= 20]).max() < 0.12

@@ -8,8 +8,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, suppress
-from multiprocessing import active_children, get_context, parent_process
-from multiprocessing.connection import wait
+from multiprocessing import Pipe, active_children, get_context, parent_process
+from multiprocessing.connection import Connection, wait
 from threading import Thread
 from types import TracebackType
 from typing import Any, Self
@@ -25,6 +25,11 @@ from andabata.engine import (
     WorkerLostError,
     answer,
 )
+from andabata.interrupts import held_interrupts
+from terrain.compilation import compilation_begins, on_first_compilation
+
+_COMPILES, _OVER = b"compiles", b"over"
+"""Messages of a worker that compiles, and of the end of a pool."""
 
 _M_MMAP_THRESHOLD = -3
 _LARGE = 1 << 20
@@ -83,12 +88,13 @@ class ProcessEngine(ParallelEngine):
         """Hand a task to the pool, or to a new one if a process of it was killed."""
         if self._pool is None:
             raise ValueError("engine: expected a `with` block for several workers, got none")
-        try:
-            return self._pool.submit(answer, self.origin, work, task)
-        except BrokenProcessPool:
-            self._stack.close()
-            self._pool = self._stack.enter_context(open_pool(self.workers))
-            return self._pool.submit(answer, self.origin, work, task)
+        with held_interrupts():  # The pool starts its processes when it gets tasks.
+            try:
+                return self._pool.submit(answer, self.origin, work, task)
+            except BrokenProcessPool:
+                self._stack.close()
+                self._pool = self._stack.enter_context(open_pool(self.workers))
+                return self._pool.submit(answer, self.origin, work, task)
 
     def _wait(self, calls: "Collection[Future[Any]]") -> "Iterable[Future[Any]]":
         """Return the calls that are over, at least one."""
@@ -120,21 +126,48 @@ def run_tasks(
 @contextmanager
 def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of fresh processes; an error or Ctrl-C ends them at once."""
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin)
-    before = set(active_children())
+    with _notices() as notices:
+        pool = ProcessPoolExecutor(
+            workers, mp_context=get_context("spawn"), initializer=_begin, initargs=(notices,)
+        )
+        before = set(active_children())
+        try:
+            yield pool
+        except BaseException:
+            for child in set(active_children()) - before:
+                child.terminate()
+            raise
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _notices() -> Iterator[Connection]:
+    """Yield a pipe on which workers say that they compile; this process says it to people.
+
+    A message of a few bytes is written whole: no lock can be left by a worker that is killed.
+    """
+    reader, writer = Pipe(duplex=False)
+
+    def listen() -> None:
+        if reader.recv_bytes() == _COMPILES:
+            compilation_begins()
+
+    listener = Thread(target=listen, daemon=True)
+    listener.start()
     try:
-        yield pool
-    except BaseException:
-        for child in set(active_children()) - before:
-            child.terminate()
-        raise
+        yield writer
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        writer.send_bytes(_OVER)
+        listener.join()
+        reader.close()
+        writer.close()
 
 
-def _begin() -> None:
-    """Leave Ctrl-C to the parent, and end with it."""
+def _begin(notices: Connection) -> None:
+    """Leave Ctrl-C to the parent, and end with it; tell it of a compilation."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    on_first_compilation(lambda: notices.send_bytes(_COMPILES))
     give_memory_back()
     Thread(target=_follow_the_parent, daemon=True).start()
 

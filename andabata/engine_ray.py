@@ -11,12 +11,10 @@ from collections.abc import Collection, Iterable
 from types import TracebackType
 from typing import Any, Self
 
+from andabata.distribution import install_extra
 from andabata.engine import ParallelEngine, Reply, Tell, WorkerLostError, answer
 from andabata.engine_origin import OriginError
 from andabata.engine_processes import give_memory_back
-
-INSTALL = "pip install -e '.[ray]'"
-"""Command that installs Ray."""
 
 _PATIENCE = 10.0
 """Time without a result after which it is asked whether any worker is left, and the time that a
@@ -164,7 +162,8 @@ def _ray() -> Any:  # noqa: ANN401 - a package that need not be there.
         import ray.exceptions
     except ModuleNotFoundError as error:
         raise RayError(
-            f"--engine ray: expected the package ray, got none in {sys.prefix}; {INSTALL}"
+            f"--engine ray: expected the package ray, got none in {sys.prefix}; "
+            f"{install_extra('ray')}"
         ) from error
     # Else Ray writes of killed workers to stdout, which is for results; the engine tells of them.
     ray._private.worker._worker_logs_enabled = False

@@ -23,6 +23,9 @@ from threading import Lock
 from typing import Any, TypeVar, cast
 
 from numba import config, njit
+from numba.core import event
+
+from terrain.compilation import compilation_begins
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -40,6 +43,20 @@ _FOLDER = re.compile(r"[0-9a-f]{32}")
 
 _KEPT_DAYS = 30.0
 """Time after its last use at which a folder of machine code is deleted [days]."""
+
+
+class _Compilation(event.Listener):
+    """Listener of numba's compiler; the cache does not wake it."""
+
+    def on_start(self, event: "event.Event") -> None:
+        """Tell that a function is compiled."""
+        compilation_begins()
+
+    def on_end(self, event: "event.Event") -> None:
+        """Do nothing."""
+
+
+event.register("numba:compile", _Compilation())
 
 
 def kernel(function: Function) -> Function:

@@ -4,6 +4,8 @@ import os
 import signal
 from pathlib import Path
 
+from terrain.compilation import compilation_begins
+
 
 def square(number):
     return number * number, os.getpid()
@@ -51,3 +53,9 @@ def read_here(pid):
 
 def threads_of_the_worker(number):
     return os.environ.get("OMP_NUM_THREADS")
+
+
+def compile_something(number):
+    """Say that a compilation begins, as the compiler does."""
+    compilation_begins()
+    return number

@@ -80,7 +80,6 @@ def decode_cloud_file(
     try:
         units = None if unit is None else CoordinateUnits.given(unit)
         decoded = _decode(data, suffix, path, columns, units, labels)
-        decoded = decoded if labels is None else labels.apply(decoded)
     except (FormatError, ArrayFileError, ValueError) as error:
         text = str(error).splitlines()[0]
         # A text with a semicolon names the next step already.
@@ -104,18 +103,20 @@ def _decode(
 ) -> DecodedCloud:
     """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
-        return _from_npz(data, units)
-    if suffix == ".bin":
-        return _from_bare_floats(data, path, columns, units, labels)
-    if suffix in _LAS:
-        return _from_las(las.parse(data, units))
-    if suffix == ".pcd":
-        return _from_pcd(data, units, path, labels)
-    if suffix == ".ply" and units is None:
-        columns_of_ply = _with_classes(ply.parse(data), path, labels)
-        units, remarks = ply.units(data)
-        return decode_columns(columns_of_ply, units=units).noting(*remarks)
-    return decode_columns(_with_classes(_READERS[suffix](data), path, labels), units=units)
+        decoded = _from_npz(data, units)
+    elif suffix == ".bin":
+        decoded = _from_bare_floats(data, path, columns, units, labels)
+    elif suffix in _LAS:
+        decoded = _from_las(las.parse(data, units))
+    elif suffix == ".pcd":
+        decoded = _from_pcd(data, _with_classes(pcd.parse(data), path, labels), units)
+    else:
+        table = _with_classes(_READERS[suffix](data), path, labels)
+        remarks: tuple[str, ...] = ()
+        if suffix == ".ply" and units is None:
+            units, remarks = ply.units(data)
+        decoded = decode_columns(table, units=units).noting(*remarks)
+    return decoded if labels is None else labels.apply(decoded)
 
 
 def _with_classes(table: Columns, path: Path, labels: ClassTable | None) -> Columns:
@@ -135,11 +136,9 @@ def _from_las(points: las.LasPoints) -> DecodedCloud:
     return replace(decoded, spacing=spacing).noting(*points.remarks)
 
 
-def _from_pcd(
-    data: bytes, units: CoordinateUnits | None, path: Path, labels: ClassTable | None
-) -> DecodedCloud:
-    """Return the cloud of a PCD file with the pose that it was measured from."""
-    decoded = decode_columns(_with_classes(pcd.parse(data), path, labels), units=units)
+def _from_pcd(data: bytes, table: Columns, units: CoordinateUnits | None) -> DecodedCloud:
+    """Return the cloud of a PCD file's columns, with the pose that it was measured from."""
+    decoded = decode_columns(table, units=units)
     numbers = pcd.viewpoint(data)
     if numbers is None:
         return decoded
@@ -313,8 +312,9 @@ def _from_bare_floats(
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
     if labels is not None:
-        table = _with_classes(table, path, labels)
-    elif path.parent.name == "velodyne" and beside.is_file():
+        decoded = decode_columns(_with_classes(table, path, labels), units=units)
+        return replace(decoded, columns=found).noting(*([remark] if remark else []))
+    if path.parent.name == "velodyne" and beside.is_file():
         table, labelling = labelled(table, beside)
     decoded = decode_columns(table, units=units)
     decoded = replace(decoded, columns=found, labelling=labelling)

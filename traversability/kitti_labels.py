@@ -12,7 +12,7 @@ from traversability.formats.error import FormatError
 from traversability.formats.table import Columns
 
 _KITTI = "semantickitti"
-"""Table of the classes, where no file beside the labels names what is traversable."""
+"""Table of the classes, where no file beside the cloud names them."""
 
 
 def kitti_labels(cloud: PointCloud) -> bytes:
@@ -60,7 +60,15 @@ def labelled(table: Columns, beside: Path) -> tuple[Columns, Labelling]:
 
 
 def read_labels(file: Path, count: int) -> NDArray[np.int64]:
-    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32."""
+    """Return the labels of a file, as wide as its size shows; SemanticKITTI's are uint32.
+
+    Args:
+        file: File of the labels.
+        count: Number of points.
+
+    Raises:
+        FormatError: If they are too few or too many, or do not fit.
+    """
     data = file.read_bytes()
     width = len(data) // count if count and len(data) % count == 0 else 4
     if width not in (1, 2, 4, 8) or len(data) != width * count:

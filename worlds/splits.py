@@ -13,6 +13,10 @@ VALIDATION_SEEDS = tuple(range(100, 132))
 DEVELOPMENT_SEEDS = tuple(range(7300, 7324))
 """World seeds for comparisons between changes; release figures come from the evaluation split."""
 
+DEVELOPMENT_SEED = DEVELOPMENT_SEEDS[0]
+"""Seed of commands that show or time something and are given none: ``evaluation_world`` of it and
+its like selects worlds to develop in, so that what is looked at every day does not judge."""
+
 EVALUATION_START = 1_000_000
 """First world seed of evaluations: ``EVALUATIONS`` worlds for each evaluation seed."""
 

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from andabata.app.closed_pipes import drop_unread_output
 from andabata.app.printable import printable
 from andabata.app.verbs import (
     bag,
@@ -27,8 +28,9 @@ from andabata.app.verbs import (
     view,
     world,
 )
+from andabata.interrupts import INTERRUPTED, TEXT, handle_interrupts
 
-OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+OK, FAILED, USAGE = 0, 1, 2
 
 FLOW = (
     "doctor",
@@ -124,7 +126,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         return _fail(_one_line(error), _code(error))
     if code == INTERRUPTED:
-        sys.stderr.write("interrupted\n")
+        sys.stderr.write(TEXT)
     return code if isinstance(code, int) else OK
 
 
@@ -164,4 +166,6 @@ def _fail(text: str, code: int) -> int:
 
 def run() -> None:
     """Run the console script and exit with its code."""
+    handle_interrupts()
+    drop_unread_output()
     sys.exit(main())

@@ -23,6 +23,9 @@ from rich.table import Table
 
 from andabata.app.printable import printable
 
+COMPILES = "compiling kernels, once after an installation or an update: a minute or two ..."
+"""Line before the silence of a first use."""
+
 
 class Console:
     """Prints status and progress on stderr, and the result on stdout."""

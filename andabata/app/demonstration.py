@@ -28,7 +28,8 @@ from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
 from andabata.records import atomic_io
-from andabata.records.runs import describe, make_folder, write_json
+from andabata.records.run_lock import locked_folder
+from andabata.records.runs import describe, write_json
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history
@@ -95,9 +96,17 @@ class Demonstration:
         self._figures: dict[str, Any] = {"sensor": sensor}
 
     def run(self) -> dict[str, Any]:
-        """Run all parts and return the figures and the path of the report."""
+        """Run all parts and return the figures and the path of the report.
+
+        Raises:
+            RunLockError: If another command writes the folder.
+        """
+        with locked_folder(self._folder):
+            return self._run()
+
+    def _run(self) -> dict[str, Any]:
+        """Run all parts in a folder that is there."""
         began = time.perf_counter()
-        make_folder(self._folder)
         about = describe("demo", self._config.model_dump(mode="json"), self._seed)
         write_json(self._folder / "run.json", about)
         self._train_classifier()

@@ -15,6 +15,7 @@ from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConf
 from andabata.evaluation.drive import Recording, drive_once
 from andabata.models import Models
 from andabata.records import atomic_io
+from andabata.records.run_lock import locked_folder
 from andabata.records.runs import make_folder
 
 
@@ -62,10 +63,12 @@ def run_drive(
     Raises:
         BagError: If the recording cannot be begun.
         GoalError: If no safe path leads to a goal.
+        RunLockError: If another command writes the folder.
         ViewerError: If the live view lacks its package.
     """
     clips: list[ClipRecorder] = []
     with ExitStack() as stack:
+        stack.enter_context(locked_folder(folder))
         view: SimulatedDriveView | None = None
         if request.view is not None:
             made = SimulatedDriveView(request.view, request.controller, models, console.status)

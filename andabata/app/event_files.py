@@ -10,6 +10,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from andabata.distribution import install_extra
+
 Row = Mapping[str, Any]
 
 FOLDER = "tensorboard"
@@ -153,6 +155,6 @@ def _tensorboardx() -> ModuleType:
     except ImportError as error:
         raise EventFilesError(
             "--tensorboard: expected tensorboardX, got no such package; install it with "
-            "`pip install -e '.[tensorboard]'`"
+            f"`{install_extra('tensorboard')}`"
         ) from error
     return tensorboardX

@@ -8,7 +8,8 @@ from pathlib import Path
 from shutil import which
 from typing import Any
 
-from andabata.app.import_guard import check_origins
+from andabata.app.import_guard import check_origins, other_claims
+from andabata.distribution import install_browser, install_extra, install_ros
 from andabata.records.runs import commit
 from andabata.ros.graph import DEBIAN
 
@@ -36,8 +37,8 @@ EXTRAS = {
     "zensical": "extra docs",
     "CSF": "extra peers",
     "pypatchworkpp": "extra peers",
-    "rospy": "make ros",
-    "chromium": "make browser",
+    "rospy": "ROS 1",
+    "chromium": "a browser",
 }
 """Packages and programs that only some commands and tests need, and the way to install each."""
 
@@ -48,6 +49,13 @@ SYSTEM = (
     "apt-get install -y libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1 (Debian)"
 )
 """Command that installs the system libraries."""
+
+_RECEIVE_BUFFER = Path("/proc/sys/net/core/rmem_max")
+
+_UDP_BUFFER = 8_388_608
+"""Receive buffer that drivers of large 3D lasers ask for [bytes]: a tenth of a second of packets.
+
+Assumption: 128 rings of 1024 columns at 20 Hz are 30 to 60 MB/s."""
 
 _IMPORTED_BY = {"pybullet": "worlds.quiet_pybullet"}
 """Module that imports a package for us, where it is not imported by its own name."""
@@ -63,7 +71,11 @@ def check_installation() -> dict[str, Any]:
     found["origins"] = check_origins()
     found["modules"] = {name: version(name) for name in MODULES}
     found["extras"] = {name: _is_installed(name) for name in EXTRAS}
-    found["ok"] = not any(text.startswith("broken") for text in found["modules"].values())
+    claims = other_claims()
+    found["claims"] = [claim.as_dict() | {"text": claim.text} for claim in claims]
+    found["receive_buffer_bytes"] = receive_buffer()
+    is_broken = any(text.startswith("broken") for text in found["modules"].values())
+    found["ok"] = not is_broken and not any(claim.is_mixed for claim in claims)
     return found
 
 
@@ -86,8 +98,35 @@ def _is_installed(name: str) -> bool:
 def _missing(way: str) -> str:
     """Return how to install an optional package, as the line to type."""
     kind, _, name = way.partition(" ")
-    line = f"pip install -e '.[{name}]'" if kind == "extra" else way
+    commands = {"ROS 1": install_ros, "a browser": install_browser}
+    line = install_extra(name) if kind == "extra" else commands[way]()
     return f"not installed, optional ({line})"
+
+
+def receive_buffer(file: Path = _RECEIVE_BUFFER) -> int | None:
+    """Return the largest receive buffer of a socket [bytes]; None on systems other than Linux.
+
+    Args:
+        file: File in which Linux keeps it.
+    """
+    try:
+        return int(file.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _sockets(size: int) -> str:
+    """Return what the size of receive buffers means here, in one line."""
+    text = (
+        f"socket receive buffers: up to {size:,} bytes (net.core.rmem_max). Live view and ROS 1 "
+        "need none: they use TCP, which loses nothing"
+    )
+    if size >= _UDP_BUFFER:
+        return text
+    return (
+        f"{text}; a driver of a 3D laser on this machine, which reads UDP, can lose packets: "
+        f"`sudo sysctl -w net.core.rmem_max={_UDP_BUFFER}`"
+    )
 
 
 def installation_text(found: dict[str, Any]) -> str:
@@ -99,6 +138,9 @@ def installation_text(found: dict[str, Any]) -> str:
         lines.append(f"{name:12} {'here' if installed else _missing(way)}")
     home = Path(found["origins"]["andabata"]).parent
     lines.append(f"packages lie beside each other in {home}")
-    if not found["ok"]:
+    lines += [claim["text"] for claim in found["claims"]]
+    if found["receive_buffer_bytes"] is not None:
+        lines.append(_sockets(found["receive_buffer_bytes"]))
+    if any(text.startswith("broken") for text in found["modules"].values()):
         lines.append(f"a system library may be missing: {SYSTEM}")
     return "\n".join(lines)

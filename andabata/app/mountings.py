@@ -8,7 +8,8 @@ from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
 from andabata.records.frames import SENSORS
-from andabata.records.sensor_pose import UNNAMED, GivenMounting, yaw_pitch_roll
+from andabata.records.sensor_pose import UNNAMED, GivenMounting
+from andabata.records.transform import yaw_pitch_roll
 
 _TURN = 360.0
 """Full turn [deg]."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
+from terrain.compilation import on_first_compilation
 from worlds.splits import EVALUATIONS
 
 if TYPE_CHECKING:
@@ -200,7 +201,8 @@ Units = Annotated[
         metavar="QUANTITY=UNIT",
         help="Unit of acceleration (m/s2, g, mg), angular_velocity (rad/s, deg/s), "
         "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
-        "to SI, where the values leave it open; may be repeated.",
+        "to SI, where the values leave it open; a minus sign turns readings round; may be "
+        "repeated.",
         rich_help_panel=_SENSORS,
     ),
 ]
@@ -214,10 +216,12 @@ class ConsoleOptions:
     quiet: Quiet = False
 
     def console(self) -> "Console":
-        """Return the console that prints in this form."""
-        from andabata.app.console import Console
+        """Return the console that prints in this form; it says when kernels are compiled."""
+        from andabata.app.console import COMPILES, Console
 
-        return Console(self.quiet, self.as_json)
+        console = Console(self.quiet, self.as_json)
+        on_first_compilation(lambda: console.status(COMPILES))
+        return console
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,9 @@ class CloudSource:
     def read(self, file: Path) -> DecodedCloud:
         """Return the cloud of a file, or one of a recording."""
         if file.suffix in (".bag", ".mcap") or is_recording(file):
-            mountings = dict(self.mountings)
-            decoded = decode_bag_cloud(file, self.topic, self.number, mountings, self.unit)
+            decoded = decode_bag_cloud(
+                file, self.topic, self.number, dict(self.mountings), self.unit
+            )
             return decoded if self.labels is None else self.labels.apply(decoded)
         decoded = decode_cloud_file(file, self.columns, self.unit, self.labels)
         if "laser" not in self.mountings:

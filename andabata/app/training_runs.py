@@ -12,6 +12,7 @@ from andabata.app.training_view import TrainingView
 from andabata.app.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models
+from andabata.records.run_lock import locked_folder
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import CHECKPOINT, learn
 from rl.curriculum import TrainingIteration
@@ -68,13 +69,18 @@ def train_seeds(
         tensorboard: True to write TensorBoard's event files into the folder of each run.
 
     Raises:
+        RunLockError: If another command writes the folder of a run.
         EventFilesError: If event files are wanted and tensorboardX is not installed.
     """
     chosen = dict(list(plan.stages.items())[stages.start : stages.stop])
     several, results = len(seeds) > 1, []
     for seed in seeds:
         one = folder / f"seed-{seed}" if several else folder
-        with _watched(chosen, seed, console) as on_iteration, _events(one, tensorboard) as events:
+        with (
+            locked_folder(one),
+            _watched(chosen, seed, console) as on_iteration,
+            _events(one, tensorboard) as events,
+        ):
             result = learn(
                 one,
                 plan,

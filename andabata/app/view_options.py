@@ -1,7 +1,7 @@
 """Options of the live view, shared by the commands that have one."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -44,6 +44,15 @@ ViewSpeed = Annotated[
     ),
 ]
 
+ViewWait = Annotated[
+    bool,
+    typer.Option(
+        "--view-wait",
+        help="With --view: begin the drive when the first page is open.",
+        rich_help_panel=_VIEW,
+    ),
+]
+
 
 @dataclass(frozen=True)
 class PageOptions:
@@ -65,3 +74,24 @@ class ViewOptions(PageOptions):
     """Live view of a command that can do without: ``--view`` and its page."""
 
     view: View = False
+
+
+@dataclass(frozen=True)
+class DriveViewOptions(ViewOptions):
+    """Live view of a drive in simulation, which can wait for who watches: ``--view-wait``."""
+
+    view_wait: ViewWait = False
+
+    def wanted(self) -> "ViewConfig | None":
+        """Return the choices of who watches; None without a view.
+
+        Raises:
+            UsageError: If the drive is to wait for a page, and there is none.
+        """
+        from andabata.app.usage import UsageError
+
+        if self.view:
+            return replace(self.view_config(), waits=self.view_wait)
+        if self.view_wait:
+            raise UsageError("--view-wait: expected --view beside it, got no live view")
+        return None

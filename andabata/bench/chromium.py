@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from andabata.distribution import install_browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
@@ -31,7 +33,7 @@ _ARGUMENTS = (
 def missing() -> str | None:
     """Return what a browser lacks here, in words; None where there is all."""
     if not EXECUTABLE.exists():
-        return f"no {EXECUTABLE}: `make browser` installs it"
+        return f"no {EXECUTABLE}: `{install_browser()}` installs it"
     if importlib.util.find_spec("playwright") is None:
         return "no playwright: it comes with the extra `dev`"
     return None

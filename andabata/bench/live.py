@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from andabata.bench.ros_graph import finished_bag, result, running
 from andabata.bench.table import Row, markdown_table
 from andabata.records.bags import Bag
+from worlds.splits import DEVELOPMENT_SEED
 
 CLOUD = "/3D_relative_cloud"
 """Topic to whose messages delays refer."""
@@ -106,7 +107,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="Duration [s].")
     parser.add_argument("--world", default="natural-test", help="World preset.")
-    parser.add_argument("--seed", type=int, default=0, help="Seed of world and noise.")
+    parser.add_argument(
+        "--seed", type=int, default=DEVELOPMENT_SEED, help="Seed of world and noise."
+    )
     options = parser.parse_args(argv)
     run = run_graph(options.world, options.seed, options.seconds)
     clouds = run.stamps[CLOUD]

@@ -24,6 +24,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from andabata.bench import chromium
 from andabata.bench.ros_graph import enable_interrupts
+from worlds.splits import DEVELOPMENT_SEED
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page, WebSocket
@@ -134,7 +135,7 @@ def _driven(words: Sequence[str]) -> dict[str, Any]:
         assert drive.stderr is not None
         if "--view" in words:
             url = _url(drive.stderr)
-            threading.Thread(target=_read, args=(url,), daemon=True).start()
+            threading.Thread(target=read_page, args=(url,), daemon=True).start()
         else:
             threading.Thread(target=drive.stderr.read, daemon=True).start()
         found: dict[str, Any] = json.loads(drive.stdout.readline())
@@ -143,7 +144,7 @@ def _driven(words: Sequence[str]) -> dict[str, Any]:
         return found
 
 
-def _read(url: str) -> None:
+def read_page(url: str) -> None:
     """Take in all that a page is sent, until the server closes."""
     import msgspec
     import viser
@@ -249,7 +250,7 @@ def _stamp(page: "Page") -> float:
 def main(argv: Sequence[str] | None = None) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=7300, help="Seed of the drive.")
+    parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="Seed of the drive.")
     parser.add_argument("--plant", default="bullet", help="Plant: bullet, wheels or kinematic.")
     parser.add_argument("--points", type=int, default=32_000, help="Number of points shown.")
     parser.add_argument("--seconds", type=float, default=8.0, help="Time to watch.")

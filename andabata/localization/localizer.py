@@ -21,6 +21,16 @@ class Health(StrEnum):
     LOST = "lost"
 
 
+def health_after(health: Health, has_failures: bool) -> Health:
+    """Return the health of a localizer whose sensors were checked against each other.
+
+    Args:
+        health: Health by the sensors' data alone.
+        has_failures: True if a check failed: then the pose is not ok, whatever the filter accepts.
+    """
+    return Health.DEGRADED if has_failures and health is Health.OK else health
+
+
 class Localizer(Protocol):
     """Estimator of poses from sensor readings.
 

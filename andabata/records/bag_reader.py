@@ -76,7 +76,8 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
             yield _period(sensor_decoder, end)
             end = next(ends)
         if message.stamp_ns >= sensor_decoder.epoch_ns:
-            sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
+            topic = names[message.topic]
+            sensor_decoder.add(topic, message.content, message.stamp_ns, message.publisher)
     yield _period(sensor_decoder, end)
 
 

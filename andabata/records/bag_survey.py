@@ -11,7 +11,8 @@ import numpy as np
 from andabata.records import topics
 from andabata.records.accepted_types import ALTERNATIVES, message_type
 from andabata.records.bags import Bag, BagError, Message
-from andabata.records.clocks import TopicStamps
+from andabata.records.bursts import find_bursts, holds_what_follows
+from andabata.records.clocks import Stamps, TopicStamps
 from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, header_ns
 from andabata.records.pieces import Piece, cut_pieces
@@ -22,6 +23,9 @@ from andabata.records.row_history import RowHistory
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
+from andabata.records.wheel_speeds import JointFacts
+from andabata.records.wheel_zeros import zeros_between
+from andabata.records.yaw_increments import heading_of, up_direction
 
 _MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
 """Longest time by which a reading may be older than its record, before its clock is doubted [s]."""
@@ -31,6 +35,10 @@ _LASER_MAX_LAG = 1.0
 
 _FEW_SCANS = 5
 """Number of a laser's messages by which the duration of one is measured."""
+
+
+_MAX_HEADER_LAG = NS
+"""Largest difference of header and recorder of one clock [ns]."""
 
 
 @dataclass
@@ -81,6 +89,8 @@ class BagSurvey:
         self.history = RowHistory()
         self._names, self._cloud, self._joints = names, cloud, decoder.joints
         self._reasons: dict[Topic, Counter[str]] = {}
+        self._unread: Counter[Topic] = Counter()
+        self._sources: dict[Topic, set[tuple[str, str]]] = {}
         self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
         for message in bag.messages((*names, *diagnostics)):
             if message.topic in names:
@@ -95,16 +105,25 @@ class BagSurvey:
         stamps.recorder.append(message.stamp_ns)
         stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
         if topic in ALTERNATIVES:
-            stamp = message.stamp_ns / NS
+            frame = getattr(getattr(content, "header", None), "frame_id", "")
+            self._sources.setdefault(topic, set()).add((frame, message.publisher))
+            stamp = self._measured_ns(stamps) / NS
             try:
                 raw = decoder.raw(topic, content, stamp)
             except ValueError as error:  # The replay counts it.
                 self._reasons.setdefault(topic, Counter())[str(error)] += 1
-                return
+                raw = None
+            self._unread[topic] += raw is None
             if raw is not None:
                 self.history.add(topic, [stamp, *raw], message_type(content))
         elif topic is not topics.FIX and len(stamps.durations) < _FEW_SCANS:
             stamps.durations.append(_scan_duration(content, topic is self._cloud))
+
+    @staticmethod
+    def _measured_ns(stamps: _Stamps) -> int:
+        """Return when the last message was measured [ns]: its header's stamp if it may be."""
+        recorder, header = stamps.recorder[-1], stamps.header[-1]
+        return header if abs(recorder - header) < _MAX_HEADER_LAG else recorder
 
     def reason_without_rows(self, topic: Topic) -> str:
         """Return the reason why a topic gave no row, as text with the next step."""
@@ -118,6 +137,11 @@ class BagSurvey:
             f"{name}: expected joints called wheels of the left and the right, got {joints}; --map "
             f"{topic.ros1} names another topic"
         )
+
+    @property
+    def joints(self) -> JointFacts:
+        """Facts about the joint states."""
+        return self._joints.facts
 
     @property
     def counts(self) -> dict[str, int]:
@@ -144,7 +168,49 @@ class BagSurvey:
             offsets = piece.clock.header_offsets
             if scans and scans[0] in offsets:
                 offsets.update(dict.fromkeys(heads, offsets[scans[0]]))
+            for topic in readings:
+                self._spread_bursts(topic.within(piece.begin_ns, piece.end_ns), piece, remarks)
         return pieces, left_out
+
+    def _spread_bursts(self, stamps: TopicStamps, piece: Piece, remarks: Remarks) -> None:
+        """Spread the readings of a topic that come in bursts in a piece of the recording."""
+        topic = self._names[stamps.name]
+        times = stamps.header if (stamps.header != 0).all() else stamps.recorder
+        bursts = find_bursts(times) if self._is_of_one_source(topic) else None
+        if bursts is None:
+            return
+        before, after = (bursts.spread(times, is_after) for is_after in (False, True))
+        is_after = topic is topics.IMU and self._holds_what_follows(times, before, after)
+        piece.clock.spread[stamps.name] = after if is_after else before
+        remarks.note(
+            stamps.name,
+            f"readings come in bursts of {bursts.size:.1f}, {NS / bursts.period:.0f} a second in "
+            f"all: each is spread over the time {'after' if is_after else 'before'} it",
+        )
+
+    def _is_of_one_source(self, topic: Topic) -> bool:
+        """Return whether all messages of a topic are readings of one node, each recorded once."""
+        rows = self.history.array(topic) if topic in ALTERNATIVES else None
+        if rows is None or self._unread[topic] or len(self._sources[topic]) > 1:
+            return False
+        if topic is topics.ENCODERS and zeros_between(rows).any():
+            return False
+        return not self.history.is_repeated(topic)
+
+    def _holds_what_follows(self, times: Stamps, before: Stamps, after: Stamps) -> bool:
+        """Return whether a burst of the IMU holds what was measured after it, by the compass."""
+        imu, compass = self.history.array(topics.IMU), self.history.array(topics.MAG)
+        if imu is None or compass is None:
+            return False
+        if find_bursts(np.round(compass[:, 0] * NS).astype(np.int64)) is not None:
+            return False  # It comes with the IMU.
+        up = up_direction(imu)
+        headings = np.column_stack([compass[:, 0], heading_of(compass[:, 1:4], up)])
+        earlier, later = (
+            imu[:, 0] + np.interp(imu[:, 0], times / NS, (stamps - times) / NS)
+            for stamps in (before, after)
+        )
+        return holds_what_follows(earlier, later, imu[:, 1:4] @ up, headings)
 
     def _topic_stamps(self, name: str) -> TopicStamps:
         """Return the stamps of a topic."""

@@ -39,12 +39,14 @@ class Message:
         kind: Message type, as ``package/msg/Name``.
         stamp_ns: Time of recording [ns].
         content: Message, as an object of rosbags.
+        publisher: Name of the publishing node; empty if it is not recorded.
     """
 
     topic: str
     kind: str
     stamp_ns: int
     content: RosMessage
+    publisher: str = ""
 
 
 @dataclass(frozen=True)
@@ -247,7 +249,9 @@ class Bag:
             count, reason = self._undecoded.get(connection.topic, (0, reason))
             self._undecoded[connection.topic] = (count + 1, reason)
             return None
-        return Message(connection.topic, connection.kind, raw.stamp_ns, content)
+        return Message(
+            connection.topic, connection.kind, raw.stamp_ns, content, connection.publisher
+        )
 
 
 @contextmanager

@@ -85,17 +85,20 @@ class Clock:
         header_offsets: Offsets that are added to the headers of a topic [ns]; None replaces them
             by the recorder's stamp. Topics that are missing keep theirs.
         durations: Time from such a recorder's stamp back to the message's start [ns], by topic.
+        spread: Stamps of all messages of a topic in the piece [ns], by topic, where they came in
+            bursts; they replace the headers' and the recorder's before these are converted.
     """
 
     recorder: Stamps | None = None
     reference: Stamps | None = None
     header_offsets: dict[str, int | None] = field(default_factory=dict)
     durations: dict[str, int] = field(default_factory=dict)
+    spread: dict[str, Stamps] = field(default_factory=dict)
 
     @property
     def is_identity(self) -> bool:
         """True if all stamps stay as they are."""
-        return self.recorder is None and not self.header_offsets
+        return self.recorder is None and not self.header_offsets and not self.spread
 
     def convert(self, recorder_ns: int) -> int:
         """Return a recorder's time by the piece's clock [ns]; beyond the ends at equal rates."""

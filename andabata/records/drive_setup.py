@@ -116,12 +116,15 @@ def read_setup(
         if setup is not None:
             return setup
     refused = rejected_fixes(fixes)
+    if without := int(np.isinf(fixes[:, 4]).sum()):
+        refused["whose status says that there is none"] += without
     reasons = ", ".join(f"{n} fixes {reason}" for reason, n in refused.items())
+    got = f"no fix that can be used ({reasons})" if reasons else "neither; --map gives their names"
     raise BagError(
         f"{bag.path}: expected {topics.INITIAL_POSE.ros1} or {topics.FILTERED_ODOMETRY.ros1} "
         f"with the start pose of the drive, or {topics.IMU.ros1}, {topics.MAG.ros1} and "
-        f"{topics.FIX.ros1} to estimate it, got neither"
-        f"{f' ({reasons})' if reasons else ''}; --map gives their names"
+        f"{topics.FIX.ros1} to estimate it, got {got}"
+        f"{'; --map /fix=TOPIC names another receiver' if reasons else ''}"
     )
 
 

@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from andabata.distribution import install_extra
 from andabata.records.bags import Bag, BagError, LeftOut, Message
 from andabata.records.csv_table import CsvTable
 from andabata.records.extrinsics import Extrinsics
@@ -239,7 +240,7 @@ def _check_cloud_kind(kind: str) -> None:
     if kind in ("las", "laz") and find_spec("laspy") is None:
         raise BagError(
             f"clouds: expected laspy for {kind}, got none; install the extra `las` "
-            "(pip install -e '.[las]'), or choose ply or pcd"
+            f"({install_extra('las')}), or choose ply or pcd"
         )
 
 

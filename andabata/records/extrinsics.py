@@ -223,8 +223,13 @@ class Extrinsics:
     def remarks(self) -> list[str]:
         """Remarks on the mountings, a line each."""
         found = list(self._refusals)
-        found += [f"/tf: {text}" for text in self.tree.conflicts]
+        found += [f"/tf: {text}" for text in self.tree.remarks]
         for sensor, pose in self._used.items():
             found += assumption_remarks(sensor, pose, self.tree)
             found += contradiction_remarks(sensor, pose, self.tree)
         return found + self.checks.remarks
+
+    @property
+    def failures(self) -> list[str]:
+        """Checks of the sensors against each other that failed, a line each."""
+        return self.checks.failures

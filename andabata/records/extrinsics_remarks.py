@@ -3,12 +3,9 @@
 import numpy as np
 
 from andabata.records.frames import OWN_FRAMES, FrameError, Sensor, is_base, rotation_by_name
-from andabata.records.sensor_pose import SensorPose, pose_by_tree, yaw_pitch_roll
-from andabata.records.transform import Transform
+from andabata.records.sensor_pose import SensorPose, pose_by_tree
+from andabata.records.transform import MAX_SHIFT, MAX_TURN, mounting_numbers
 from andabata.records.transform_tree import TransformTree
-
-_MAX_DIFFERENCE = 0.05
-"""Largest difference of two mountings that agree [m, rad]."""
 
 _MOST_NAMES = 8
 """Number of known frames that a remark lists."""
@@ -56,13 +53,7 @@ def contradiction_remarks(sensor: Sensor, pose: SensorPose, tree: TransformTree)
     # An option without a height leaves it to robot.lidar_height.
     shift = difference.translation[: 2 if pose.origin == "sensor" else 3]
     turn = difference.rotation.magnitude()
-    if np.linalg.norm(shift) < _MAX_DIFFERENCE and turn < _MAX_DIFFERENCE:
+    if np.linalg.norm(shift) < MAX_SHIFT and turn < MAX_TURN:
         return []
-    numbers = ",".join(f"{number:.3g}" for number in _option_numbers(other.transform))
+    numbers = ",".join(f"{number:.3g}" for number in mounting_numbers(other.transform))
     return [f"{sensor}: --mounting is used; /{other.source} puts frame {pose.frame} at {numbers}"]
-
-
-def _option_numbers(transform: Transform) -> list[float]:
-    """Return x, y, z [m], roll, pitch and yaw [deg], as ``--mounting`` takes them."""
-    angles = np.rad2deg(yaw_pitch_roll(transform.rotation)[::-1])
-    return [*transform.translation.tolist(), *angles.tolist()]

@@ -24,20 +24,23 @@ from andabata.records.accepted_types import (
     message_type,
 )
 from andabata.records.live_unit_inference import LiveUnitInference
-from andabata.records.messages import fix_of
+from andabata.records.messages import UNKNOWN_STATUS, fix_of
 from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.unit_inference import infer_units
 from andabata.records.units import UnitFactors
 from andabata.records.unusable_message import UnusableMessageError
-from andabata.records.wheel_speeds import JointSpeeds, OdometryTwist
+from andabata.records.wheel_speeds import JointFacts, JointSpeeds, OdometryTwist
 
 _GYRO = slice(1, 4)
 _FORCE = slice(4, 7)
 _WHEELS = slice(1, 3)
+_LEFT, _RIGHT = slice(1, 2), slice(2, 3)
 _FIELD = slice(1, 4)
 """Columns of the quantities in a row, whose first is the stamp."""
+
+_NO_STATUS = f"the status was never set ({UNKNOWN_STATUS}): used by its numbers"
 
 
 class MessageDecoder:
@@ -54,6 +57,7 @@ class MessageDecoder:
         units: UnitFactors | None = None,
         remarks: Remarks | None = None,
         given: Mapping[str, float] | None = None,
+        joints: JointFacts | None = None,
     ) -> None:
         """Create a decoder for a session.
 
@@ -63,14 +67,21 @@ class MessageDecoder:
                 first readings.
             remarks: Destination of remarks.
             given: Factors to SI that the user gives, by quantity; see ``units``.
+            joints: Facts about the joint states of a recording that was read before.
         """
         self._robot = robot or RobotModel()
         self.remarks = remarks if remarks is not None else Remarks()
         self._kinematics = SkidSteer(self._robot)
         self._units = units or UnitFactors()
         self._given = given or {}
+        self.joints = JointSpeeds(self.remarks, topics.ENCODERS.ros1, joints)
         self._live = LiveUnitInference(self._infer, self._units) if units is None else None
         self.restart()
+
+    @property
+    def robot(self) -> RobotModel:
+        """Robot that the readings are of."""
+        return self._robot
 
     @property
     def units(self) -> UnitFactors:
@@ -79,7 +90,7 @@ class MessageDecoder:
 
     def restart(self) -> None:
         """Forget earlier messages, as times count from another epoch; units are kept."""
-        self.joints = JointSpeeds(self.remarks, topics.ENCODERS.ros1)
+        self.joints = JointSpeeds(self.remarks, topics.ENCODERS.ros1, self.joints.facts)
         self._odometry = OdometryTwist(self.remarks, topics.ENCODERS.ros1)
         if self._live is not None:
             self._live.restart()
@@ -104,6 +115,8 @@ class MessageDecoder:
         row = [stamp, *raw]
         if topic is topics.IMU and not np.isfinite(raw[3:]).all():
             self.remarks.count(topic.ros1, "the acceleration is not a number")
+        if topic is topics.FIX and int(message.status.status) == UNKNOWN_STATUS:
+            self.remarks.count(topic.ros1, _NO_STATUS, stamp)
         if self._live is not None and not self._live.accept(topic, row, message_type(message)):
             return []
         return [self.scaled(topic, row)]
@@ -133,7 +146,9 @@ class MessageDecoder:
             row = _times(row, _GYRO, units.angular_velocity)
             return _times(row, _FORCE, units.acceleration)
         if topic is topics.ENCODERS:
-            return _times(row, _WHEELS, units.wheels)
+            row = _times(row, _WHEELS, units.wheels)
+            row = _times(row, _LEFT, units.left_sign)
+            return _times(row, _RIGHT, units.right_sign)
         if topic is topics.MAG:
             return _times(row, _FIELD, units.magnetic_field)
         return row

@@ -18,6 +18,9 @@ NS = 1_000_000_000
 NO_FIX = -1
 """Status of a satellite receiver without a fix."""
 
+UNKNOWN_STATUS = -2
+"""Status that a driver never set: the default of ROS 2's NavSatStatus."""
+
 UNKNOWN_COVARIANCE, DIAGONAL_COVARIANCE = 0, 2
 """Covariance types of a NavSatFix: unknown, and diagonal known."""
 
@@ -383,10 +386,12 @@ def fix_of(message: RosMessage) -> list[float]:
     """Return latitude, longitude [deg], altitude [m] and variance [m2] of a satellite fix.
 
     The variance is the larger of east's and north's, infinite without a fix, and NaN where the
-    receiver does not know it: NavSatFix writes that as type 0, as zeros or as NaN.
+    receiver does not know it: NavSatFix writes that as type 0, as zeros or as NaN. A fix whose
+    status was never set counts by its numbers.
     """
     place = [float(message.latitude), float(message.longitude), float(message.altitude)]
-    if int(message.status.status) <= NO_FIX:
+    status = int(message.status.status)
+    if status <= NO_FIX and status != UNKNOWN_STATUS:
         return [*place, np.inf]
     east, north = (float(message.position_covariance[k]) for k in (0, 4))
     if min(east, north) < 0:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from andabata.records.driving_check import DrivingCheck
 from andabata.records.frames import FrameError, Sensor
 
 _ROWS = 100
@@ -38,8 +39,18 @@ _OPPOSITE = 0.8
 """Share of turns in which gyro and wheels disagree from which there is a remark."""
 
 
+_NEGATED = (
+    "; where the IMU is upright and sends gravity instead of specific force: --unit acceleration=-1"
+)
+"""Second cause of a specific force that points down, with its option."""
+
+
 class MountingChecks:
-    """Compares measurements in the robot's axes with those that correct mountings imply."""
+    """Compares measurements in the robot's axes with those that correct mountings imply.
+
+    Attributes:
+        driving: Check of the wheels against the fixes.
+    """
 
     def __init__(self) -> None:
         """Create checks without a measurement."""
@@ -47,6 +58,7 @@ class MountingChecks:
         self._counts = dict.fromkeys(self._sums, 0)
         self._latitude: float | None = None
         self._turns: list[tuple[float, float]] = []
+        self.driving = DrivingCheck()
 
     def add(self, sensor: Sensor, numbers: Sequence[float]) -> None:
         """Add a measurement of ``imu``, ``compass`` or ``gnss``.
@@ -113,13 +125,18 @@ class MountingChecks:
             f"{f', mounted as {given} says' if given else f' ({frame})'}: expected a specific force"
             f" along z (0, 0, 1), got one along ({up[0]:.2f}, {up[1]:.2f}, {up[2]:.2f}); give its "
             f"mounting: --mounting imu=0,0,0,{roll},{pitch},YAW turns z up, with the YAW of your "
-            "robot"
+            f"robot{_NEGATED if up[2] < -np.cos(_STEEP) else ''}"
         )
 
     @property
     def remarks(self) -> list[str]:
         """Remarks on the mountings, a line each."""
-        return [*self._gravity_remarks(), *self._field_remarks(), *self._turn_remarks()]
+        return [*self._gravity_remarks(), *self._field_remarks()]
+
+    @property
+    def failures(self) -> list[str]:
+        """Contradictions between wheels, gyro and fixes, a line each."""
+        return [*self._turn_failures(), *self.driving.remarks]
 
     def _gravity_remarks(self) -> list[str]:
         """Return remarks on the direction of gravity."""
@@ -152,16 +169,17 @@ class MountingChecks:
             "compass=X,Y,Z,ROLL,PITCH,YAW), or its axes or signs differ"
         ]
 
-    def _turn_remarks(self) -> list[str]:
-        """Return remarks on the gyro's sign, against the difference of the wheel speeds."""
+    def _turn_failures(self) -> list[str]:
+        """Return what contradicts the gyro's sign: the difference of the wheel speeds."""
         if len(self._turns) < _TURNS:
             return []
         opposite = np.mean([gyro * difference < 0 for gyro, difference in self._turns])
         if opposite < _OPPOSITE:
             return []
         return [
-            "imu: the gyro turns left where the wheels turn right: its z axis points down, or left "
-            "and right wheels are exchanged (--mounting imu=..., --map /encoder_data=...)"
+            "imu: the gyro turns left where the wheels turn right: its sign is wrong "
+            "(--unit angular_velocity=-1), or left and right wheels are exchanged, which changes "
+            "nothing: only their mean is used"
         ]
 
 

@@ -20,6 +20,7 @@ class Remark:
         first: Time of the first message [s], None without a time.
         last: Time of the last message [s].
         refused: True if the messages were left out.
+        is_failure: True if a check failed: results may be wrong.
     """
 
     subject: str
@@ -28,6 +29,7 @@ class Remark:
     first: float | None = None
     last: float | None = None
     refused: bool = False
+    is_failure: bool = False
 
     def __str__(self) -> str:
         """Return the remark on one line."""
@@ -46,6 +48,7 @@ class Remark:
             "first_s": self.first,
             "last_s": self.last,
             "refused": self.refused,
+            "is_failure": self.is_failure,
         }
 
 
@@ -59,6 +62,15 @@ class Remarks:
     def note(self, subject: str, text: str) -> None:
         """Add a note on a whole session; a repetition changes nothing."""
         self._found.setdefault((subject, text, False), Remark(subject, text))
+
+    def fail(self, subject: str, text: str) -> None:
+        """Add a note on a check that failed; a repetition changes nothing."""
+        self._found.setdefault((subject, text, False), Remark(subject, text, is_failure=True))
+
+    @property
+    def has_failures(self) -> bool:
+        """True if a check failed."""
+        return any(remark.is_failure for remark in self._found.values())
 
     def count(self, subject: str, text: str, stamp: float | None = None, number: int = 1) -> None:
         """Count messages that were corrected.

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.distribution import install_extra
 from andabata.records import atomic_io, topics
 from andabata.records.bags import Bag, LeftOut, Message
 from andabata.records.frames import is_base, local_name
@@ -122,7 +123,7 @@ def _sdk() -> Any:  # noqa: ANN401 - an optional package.
     except ImportError as error:
         raise RerunError(
             "rerun: expected the rerun SDK, got none; install the extra `rerun` "
-            "(pip install -e '.[rerun]')"
+            f"({install_extra('rerun')})"
         ) from error
     return rerun
 

@@ -44,6 +44,15 @@ class RowHistory:
         rows = self._rows.get(topic)
         return rows[-1][0] - rows[0][0] if rows else 0.0
 
+    def is_repeated(self, topic: Topic) -> bool:
+        """Return whether most readings of a topic that share a stamp are equal: recorded twice."""
+        rows = self.array(topic)
+        if rows is None:
+            return False
+        same = np.diff(rows[:, 0]) == 0
+        equal = (rows[1:] == rows[:-1]).all(axis=1)
+        return bool(same.any()) and 2 * int(equal[same].sum()) > int(same.sum())
+
     def only(self, topic: Topic) -> "RowHistory":
         """Return the history of one topic alone."""
         return RowHistory({topic: self.kinds[topic]}, {topic: self._rows[topic]})

@@ -11,10 +11,13 @@ from andabata.records.frames import Sensor
 from andabata.records.message_decoder import MessageDecoder
 from andabata.records.messages import NS, header_ns, sweep_angles, wheel_speeds_of
 from andabata.records.point_cloud2 import as_point_cloud2, decode_point_cloud2
+from andabata.records.reading_sources import ReadingSources
 from andabata.records.remarks import Remarks
 from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.unusable_message import UnusableMessageError
+from andabata.records.wheel_speeds import TWO_NODES
+from andabata.records.wheel_zeros import zeros_between
 from traversability.cloud import PointCloud
 
 MOTION = (topics.ENCODERS, topics.IMU, topics.MAG)
@@ -35,6 +38,12 @@ _SENSORS: dict[Topic, Sensor] = {
 
 _ROWS = (topics.IMU, topics.ENCODERS, topics.MAG, topics.FIX)
 """Topics whose readings are rows of numbers."""
+
+
+_FALSE_ZEROS = 3
+"""Number of false zeros from which a zero at the end of a period is one, too."""
+
+_ZEROS = "zeros between speeds of a robot that drives on, of a second node"
 
 
 class SensorDecoder:
@@ -92,6 +101,9 @@ class SensorDecoder:
     def epoch_ns(self, epoch_ns: int) -> None:
         self._epoch_ns = epoch_ns
         self._delivered: dict[Topic, float] = {}
+        self._last_wheels: NDArray[np.float64] | None = None
+        self._false_zeros = 0
+        self._sources = ReadingSources(self.decoder.remarks)
         self.decoder.restart()
 
     @property
@@ -118,16 +130,19 @@ class SensorDecoder:
         """Remarks on corrections and refusals."""
         return self.decoder.remarks
 
-    def add(self, topic: Topic, content: RosMessage, stamp_ns: int | None = None) -> None:
+    def add(
+        self, topic: Topic, content: RosMessage, stamp_ns: int | None = None, node: str = ""
+    ) -> None:
         """Add a message; one that cannot be used is left out and counted.
 
         Args:
             topic: Topic of the message.
             content: Message to add.
             stamp_ns: Time of its arrival [ns], for types without a header.
+            node: Name of the publishing node; empty if it is unknown.
         """
         try:
-            self._add(topic, content, stamp_ns)
+            self._add(topic, content, stamp_ns, node)
         except ValueError as error:
             self._refuse(topic.ros1, str(error), stamp_ns)
 
@@ -137,7 +152,7 @@ class SensorDecoder:
         seconds = self.seconds(stamp_ns) if stamp_ns is not None and self.epoch_ns else None
         self.remarks.refuse(topic, reason, seconds)
 
-    def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+    def _add(self, topic: Topic, content: RosMessage, stamp_ns: int | None, node: str) -> None:
         """Add a message to the readings of its kind.
 
         Raises:
@@ -161,9 +176,9 @@ class SensorDecoder:
         elif topic is topics.WHEEL_COMMAND:
             self.wheels = wheel_speeds_of(content)
         elif topic in self._rows:
-            self._add_rows(topic, content, stamp_ns)
+            self._add_rows(topic, content, stamp_ns, node)
 
-    def _add_rows(self, topic: Topic, content: RosMessage, stamp_ns: int | None) -> None:
+    def _add_rows(self, topic: Topic, content: RosMessage, stamp_ns: int | None, node: str) -> None:
         """Add the rows of a message, in the robot's axes.
 
         Raises:
@@ -180,6 +195,9 @@ class SensorDecoder:
         if sensor is not None:
             frame, transform = frame_of(content), self.extrinsics.transform_row
             rows = [[row[0], *transform(sensor, frame, row[1:])] for row in rows]
+            source = f"{node} in frame {frame}" if node else f"frame {frame}"
+            for row in rows:
+                self._sources.add(topic, source, row)
         self._rows[topic] += rows
 
     def _add_cloud(self, content: RosMessage, tries: int) -> None:
@@ -228,9 +246,18 @@ class SensorDecoder:
             gnss=rows[topics.FIX],
             antenna=self.extrinsics.antenna,
         )
-        self.extrinsics.checks.compare(found.imu, found.encoders)
+        self._compare(found)
         self._clear()
         return found
+
+    def _compare(self, found: SensorReadings) -> None:
+        """Compare wheels, gyro and fixes of a period with each other."""
+        checks, wheels, speeds = self.extrinsics.checks, found.encoders, None
+        checks.compare(found.imu, wheels)
+        if wheels is not None:
+            speed = wheels[:, 1:3].mean(axis=1) * self.decoder.robot.wheel_radius
+            speeds = np.column_stack([wheels[:, 0], speed])
+        checks.driving.add(found.imu, speeds, found.mag, found.gnss)
 
     def _in_order(self, topic: Topic) -> NDArray[np.float64] | None:
         """Return the rows of a topic by increasing stamps, each stamp once, None without any.
@@ -240,6 +267,8 @@ class SensorDecoder:
         if not self._rows[topic]:
             return None
         rows = np.array(self._rows[topic])
+        if topic is topics.ENCODERS:
+            rows = self._without_zeros(rows)
         stamps, last = rows[:, 0], self._delivered.get(topic, -np.inf)
         if stamps[0] > last and (stamps[1:] > stamps[:-1]).all():
             self._delivered[topic] = float(stamps[-1])
@@ -253,13 +282,30 @@ class SensorDecoder:
             self._delivered[topic] = max(last, float(rows[-1, 0])) if len(rows) else last
         late = count - repeated - len(rows)
         if repeated:
-            text = "a stamp that came before is dropped"
-            self.remarks.count(topic.ros1, text, number=repeated)
+            self.refused += repeated
+            self.remarks.refuse(topic.ros1, "a stamp that came before", number=repeated)
         if late:
             self.refused += late
             text = "older than readings that were used already"
             self.remarks.refuse(topic.ros1, text, number=late)
         return rows if len(rows) else None
+
+    def _without_zeros(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return wheel speeds without the zeros of another publisher, which are counted."""
+        known = rows if self._last_wheels is None else np.vstack([self._last_wheels, rows])
+        false = zeros_between(known)[len(known) - len(rows) :]
+        self._false_zeros += int(false.sum())
+        # The row after a zero at the end is still to come; later ones are judged by habit.
+        if self._false_zeros >= _FALSE_ZEROS and len(rows) > 1 and not rows[-1, 1:3].any():
+            false[-1] |= bool(rows[-2, 1:3].any())
+        if false.any():
+            self.refused += int(false.sum())
+            self.remarks.refuse(topics.ENCODERS.ros1, _ZEROS, number=int(false.sum()))
+            self.remarks.fail(topics.ENCODERS.ros1, TWO_NODES)
+        rows = rows[~false]
+        if len(rows):
+            self._last_wheels = rows[-1]
+        return rows
 
     def _matched_sweeps(self) -> Sweeps | None:
         """Return the sweeps with a known head angle, oldest first, None without one."""

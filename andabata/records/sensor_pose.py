@@ -1,6 +1,5 @@
 """Pose of one sensor on the robot, resolved from an option, /tf, its frame's name or a default."""
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -18,7 +17,7 @@ from andabata.records.frames import (
     namespace_of,
     rotation_by_name,
 )
-from andabata.records.transform import Transform
+from andabata.records.transform import Transform, yaw_pitch_roll
 from andabata.records.transform_tree import TransformTree
 
 Source = Literal["tf_static", "tf", "option", "name", "assumed"]
@@ -184,11 +183,3 @@ def raised(transform: Transform, lift: float) -> Transform:
     """Return a transform whose target lies lower by ``lift`` [m]."""
     up = np.array([0.0, 0.0, lift])
     return replace(transform, translation=transform.translation + up)
-
-
-def yaw_pitch_roll(rotation: Rotation) -> list[float]:
-    """Return yaw, pitch and roll [rad]; at a pitch of 90 degrees, roll is 0."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        angles: list[float] = rotation.as_euler("ZYX").tolist()
-    return angles

@@ -1,5 +1,7 @@
 """Rigid transforms, and the history of the transforms between two frames."""
 
+import math
+import warnings
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,6 +12,15 @@ from scipy.spatial.transform import Rotation
 
 _STILL = 1e-6
 """Largest difference of two transforms that count as equal [m and 1]."""
+
+MAX_SHIFT = 0.05
+"""Largest distance between two poses of one frame that agree [m]."""
+
+MAX_TURN = np.deg2rad(3.0)
+"""Largest angle between two poses of one frame that agree [rad]."""
+
+_RETURN_SHARE = 0.25
+"""Distance from the last but one, as a share of that to the last, below which a pose returns."""
 
 _ROW = 8
 """Number of values per row of a history: stamp, x, y, z, quaternion x, y, z, w."""
@@ -56,12 +67,15 @@ class TransformHistory:
         parent: Name of the parent frame.
         static: True if /tf_static published it.
         moves: True if its transforms differ; older publishers repeat a static one on /tf.
+        returns: Number of transforms that jump back to the last but one, as those of two publishers
+            of one joint do.
         rows: Stamp [s], x, y, z [m], quaternion x, y, z, w of each transform, one after the other.
     """
 
     parent: str
     static: bool
     moves: bool = False
+    returns: int = 0
     rows: "array[float]" = field(default_factory=lambda: array("d"))
     _table: NDArray[np.float64] | None = None
 
@@ -76,8 +90,25 @@ class TransformHistory:
             self.rows = array("d")
         elif self.rows and not self.moves:
             self.moves = differ(self.first, numbers)
+        if self.moves and len(self.rows) >= 2 * _ROW:
+            self.returns += _jumps_back(self.before_last, self.last, numbers)
         self.rows.extend([stamp, *numbers])
         self._table = None
+
+    @property
+    def count(self) -> int:
+        """Number of transforms that are kept."""
+        return len(self.rows) // _ROW
+
+    @property
+    def last(self) -> Sequence[float]:
+        """The transform that was added last; see ``first``."""
+        return self.rows[-_ROW + 1 :]
+
+    @property
+    def before_last(self) -> Sequence[float]:
+        """The transform that was added last but one; see ``first``."""
+        return self.rows[-2 * _ROW + 1 : -_ROW]
 
     @property
     def first(self) -> Sequence[float]:
@@ -127,6 +158,15 @@ class TransformHistory:
         return Transform(first * step, one[:, 1:4] + share * (two[:, 1:4] - one[:, 1:4]))
 
 
+def _jumps_back(before: Sequence[float], last: Sequence[float], numbers: Sequence[float]) -> bool:
+    """Return True if a transform returns from ``last`` to the one before it, over a long way."""
+    away, back = (pose_difference(last, before), pose_difference(numbers, before))
+    return any(
+        there > bound and here < _RETURN_SHARE * there
+        for there, here, bound in zip(away, back, (MAX_SHIFT, MAX_TURN), strict=True)
+    )
+
+
 def differ(one: Sequence[float], other: Sequence[float]) -> bool:
     """Return True if two transforms differ.
 
@@ -138,3 +178,23 @@ def differ(one: Sequence[float], other: Sequence[float]) -> bool:
     shift = max(abs(a - b) for a, b in zip(one[:3], other[:3], strict=True))
     turn = max(abs(a - sign * b) for a, b in zip(one[3:], other[3:], strict=True))
     return max(shift, turn) > _STILL
+
+
+def pose_difference(one: Sequence[float], other: Sequence[float]) -> tuple[float, float]:
+    """Return the distance [m] and the angle [rad] between two transforms; see ``differ``."""
+    cosine = abs(sum(a * b for a, b in zip(one[3:], other[3:], strict=True)))
+    return math.dist(one[:3], other[:3]), 2 * math.acos(min(cosine, 1.0))
+
+
+def yaw_pitch_roll(rotation: Rotation) -> list[float]:
+    """Return yaw, pitch and roll [rad]; at a pitch of 90 degrees, roll is 0."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        angles: list[float] = rotation.as_euler("ZYX").tolist()
+    return angles
+
+
+def mounting_numbers(transform: Transform) -> list[float]:
+    """Return x, y, z [m], roll, pitch and yaw [deg], as ``--mounting`` takes them."""
+    angles = np.rad2deg(yaw_pitch_roll(transform.rotation)[::-1])
+    return [*transform.translation.tolist(), *angles.tolist()]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.records.bags import Bag
+from andabata.records.frame_sources import FrameSource, FrameSources, returning_text
 from andabata.records.frames import (
     BASES,
     FrameError,
@@ -21,6 +22,12 @@ from andabata.records.transform import Transform, TransformHistory, differ
 EXTRAPOLATION = 0.1
 """Time before the first and after the last transform for which these still hold [s]."""
 
+_MIN_RETURNS = 5
+"""Number of transforms that jump back from which a frame has two publishers."""
+
+_RETURN_SHARE = 0.1
+"""The same as a share of its transforms."""
+
 _UNIT_LENGTH_ERROR = 0.01
 """Largest error of a quaternion's length that rounding explains."""
 
@@ -29,27 +36,32 @@ class TransformTree:
     """Frames by name, each with the transforms to its parent.
 
     Impossible transforms are left out by name, and reported when a path through them is looked up:
-    two parents, loops, quaternions of another length, numbers that are not finite.
+    two parents, two poses, loops, quaternions of another length, numbers that are not finite.
 
     Attributes:
         version: Number of changes of static parts, for callers that cache look-ups.
-        conflicts: Static transforms that were published twice and differ, a sentence each.
     """
 
     def __init__(self) -> None:
         """Create a tree without frames."""
         self.version = 0
-        self.conflicts: list[str] = []
+        self._sources = FrameSources()
         self._invalid: dict[str, str] = {}
         self._histories: dict[str, TransformHistory] = {}
         self._faults: dict[str, str] = {}
 
-    def add(self, transforms: Iterable[RosMessage], static: bool) -> None:
+    @property
+    def remarks(self) -> list[str]:
+        """Remarks on frames with several sources and on ignored transforms, a line each."""
+        return self._sources.remarks
+
+    def add(self, transforms: Iterable[RosMessage], static: bool, node: str = "") -> None:
         """Add the transforms of a TFMessage.
 
         Args:
             transforms: Its TransformStamped.
             static: True if it came by /tf_static.
+            node: Name of the publishing node; empty if it is unknown.
         """
         for each in transforms:
             child = strip_slashes(each.child_frame_id)
@@ -59,12 +71,16 @@ class TransformTree:
             numbers = [position.x, position.y, position.z]
             numbers += [quaternion.x, quaternion.y, quaternion.z, quaternion.w]
             seconds = int(stamp.sec) + int(stamp.nanosec) / 1e9
-            self._add_one(parent, child, seconds, [float(n) for n in numbers], static)
+            source = FrameSource("/tf_static" if static else "/tf", node)
+            self._add_one(parent, child, seconds, [float(n) for n in numbers], source)
 
     def _add_one(
-        self, parent: str, child: str, seconds: float, numbers: list[float], static: bool
+        self, parent: str, child: str, seconds: float, numbers: list[float], source: FrameSource
     ) -> None:
         """Add one transform, or note why it is impossible."""
+        if parent == child:  # As tf2 does.
+            self._sources.ignore_self(child)
+            return
         label, length = (
             f"the transform from {child} to {parent}",
             float(np.linalg.norm(numbers[3:])),
@@ -84,15 +100,22 @@ class TransformTree:
                 return
             if not (is_world(history.parent) and is_base(child)):
                 parents = f"{history.parent} and {parent}"
-                self._faults[child] = f"{child}: expected one parent, got two: {parents}"
-                self.version += 1
+                self._note_fault(child, f"expected one parent, got two: {parents}")
                 return
             history = None
-        if history is not None and history.static and static:
-            if not differ(history.first, numbers):
-                return
-            self.conflicts.append(f"{label} was published twice and differs; the last is used")
+        if not is_world(parent):
+            self._note_fault(child, self._sources.add(parent, child, source, numbers))
+        static = source.is_static
+        is_repeated = history is not None and history.static and static
+        if is_repeated and history is not None and not differ(history.first, numbers):
+            return
         self._extend(history, parent, child, seconds, numbers, static)
+
+    def _note_fault(self, child: str, fault: str | None) -> None:
+        """Note why a frame has no pose, the first reason alone."""
+        if fault is not None and child not in self._faults:
+            self._faults[child] = f"{child}: {fault}"
+            self.version += 1
 
     def _extend(
         self,
@@ -114,6 +137,8 @@ class TransformTree:
         moved = history.moves
         history.add(seconds, numbers)
         self.version += history.moves != moved
+        if history.returns >= _MIN_RETURNS and history.returns > _RETURN_SHARE * history.count:
+            self._note_fault(child, returning_text(parent, history.last, history.before_last))
 
     def _note_invalid(self, child: str, reason: str) -> None:
         """Note an impossible transform; valid ones of the same frame still hold."""
@@ -273,5 +298,6 @@ def read_transforms(bag: Bag) -> TransformTree:
     )
     for message in bag.messages(names) if names else ():
         if message.kind in _TF_TYPES:
-            tree.add(message.content.transforms, local_name(message.topic) == "tf_static")
+            static = local_name(message.topic) == "tf_static"
+            tree.add(message.content.transforms, static, message.publisher)
     return tree

@@ -1,4 +1,4 @@
-"""Inference of units: which unit the numbers of a sensor are in, by their size.
+"""Inference of units and signs: which unit the numbers of a sensor are in, by their size.
 
 | quantity | unit | condition on the median |
 |---|---|---|
@@ -8,7 +8,7 @@
 | angular velocity | rad/s, deg/s | the compass, else the wheels, turn by 0.5 to 2 of it |
 | wheel speeds | rad/s, m/s, rpm, deg/s | the gyro turns by 0.45 to 2.2 of theirs |
 
-Without turns of more than ``_MIN_TURN`` the units of gyro and wheels cannot be inferred, and those
+Without turns of more than ``MIN_TURN`` the units of gyro and wheels cannot be inferred, and those
 of the message types are assumed. A gyro faster than ``_MAX_YAW_RATE`` is in deg/s all the same. A
 factor of the user outranks all of it. Numbers that fit no unit are refused.
 """
@@ -26,6 +26,13 @@ from andabata.records.accepted_types import JOINT_STATE
 from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
 from andabata.records.units import UNITS, UnitError, UnitFactors, units_of
+from andabata.records.wheel_signs import (
+    MIN_CORRELATION,
+    MIN_TURN,
+    is_force_negated,
+    mirrored_side,
+)
+from andabata.records.wheel_zeros import zeros_between
 from andabata.records.yaw_increments import YawIncrements, fitted_slope
 
 Rows = NDArray[np.float64]
@@ -49,12 +56,6 @@ _UNIT_SPREAD = 0.01
 _MAX_SPREAD = 0.3
 """Largest spread of the norm of a calibrated compass, as a share of its median."""
 
-_MIN_TURN = 0.3
-"""Least root of the summed squares of yaw increments by which units are inferred [rad]."""
-
-_MIN_CORRELATION = 0.8
-"""Least correlation of the yaw increments of two sensors that saw the same turns."""
-
 _COMPASS_BY_GYRO = (0.5, 2.0)
 """Bounds of the compass's turn as a share of the gyro's."""
 
@@ -66,6 +67,9 @@ _MAX_YAW_RATE = 5.0
 
 _MAX_WHEEL_SPEED_SHARE = 3
 """Largest 95th percentile of wheel speeds, as a share of the robot's limit."""
+
+_MOVING_SHARE = 0.1
+"""Share of the median wheel speed from which the wheels turn."""
 
 _STUCK_ROWS = 20
 """Number of rows equal to the bit from which a sensor counts as stuck."""
@@ -91,7 +95,7 @@ def infer_units(
         UnitError: If a unit cannot be inferred, or a sensor is stuck.
     """
     imu, compass = history.array(topics.IMU), history.array(topics.MAG)
-    wheels = history.array(topics.ENCODERS)
+    wheels = _without_zeros(history.array(topics.ENCODERS))
     units = UnitFactors(**given)
     if imu is not None and "acceleration" not in given:
         units = replace(units, acceleration=_acceleration_factor(imu[:, 4:7], remarks))
@@ -104,13 +108,56 @@ def infer_units(
     _refuse_stuck(turns, imu, compass, wheels)
     if "angular_velocity" not in given:
         units = replace(units, angular_velocity=_gyro_factor(turns, imu[:, 1:4], remarks))
-    if wheels is not None:
-        turns = turns.scaled(units.angular_velocity, units.wheels)
-        has_unit = "wheels" in given or not _is_unitless(history.kinds[topics.ENCODERS])
-        sign = _wheel_sign(turns, wheels, "wheels" in given, remarks)
-        size = _wheel_factor(turns, wheels, has_unit, robot, remarks)
-        units = replace(units, wheels=units.wheels * (sign * size))
-    return units
+    if wheels is None:
+        return units
+    units, wheels = _with_side_signs(units, imu, wheels, robot, remarks)
+    turns = YawIncrements.from_rows(imu, compass, wheels, robot)
+    turns = turns.scaled(units.angular_velocity, units.wheels)
+    slope = fitted_slope(turns.wheels, turns.gyro, MIN_TURN, MIN_CORRELATION)
+    if "acceleration" not in given and is_force_negated(slope, imu[:, 4:7]):
+        text = "accelerations have the wrong sign: with it the gyro turns against the wheels"
+        remarks.note(topics.IMU.ros1, f"{text}; they are reversed")
+        units = replace(units, acceleration=-units.acceleration)
+    if units.acceleration < 0:  # Yaw increments count about the vertical as it was measured.
+        turns = turns.scaled(-1.0, 1.0)
+    has_unit = "wheels" in given or not _is_unitless(history.kinds[topics.ENCODERS])
+    sign = _wheel_sign(turns, wheels, "wheels" in given, remarks)
+    size = _wheel_factor(turns, wheels, has_unit, robot, remarks)
+    return replace(units, wheels=units.wheels * (sign * size))
+
+
+def _without_zeros(wheels: Rows | None) -> Rows | None:
+    """Return wheel speeds without the zeros of another publisher."""
+    if wheels is None:
+        return None
+    usual = float(np.nanmedian(np.abs(wheels[:, 1:3]).max(axis=1)))
+    return wheels[~zeros_between(wheels, _MOVING_SHARE * usual)]
+
+
+def _with_side_signs(
+    units: UnitFactors, imu: Rows, wheels: Rows, robot: RobotModel, remarks: Remarks
+) -> tuple[UnitFactors, Rows]:
+    """Return units and wheel speeds with the sign of a side that is mounted mirrored.
+
+    Args:
+        units: Units so far, with that of the gyro.
+        imu: Stamp, angular velocity and specific force, shape (k, 7).
+        wheels: Stamp, left and right wheel speed, shape (k, 3).
+        robot: Robot with the wheel radius and track.
+        remarks: Destination of remarks.
+    """
+    turns, mirrored = (
+        YawIncrements.from_rows(imu, None, rows, robot).scaled(units.angular_velocity, 1.0)
+        for rows in (wheels, wheels * (1.0, 1.0, -1.0))
+    )
+    side = mirrored_side(turns, mirrored, wheels)
+    if side is None:
+        return units, wheels
+    name = ("left", "right")[side]
+    text = f"the {name} wheels turn backwards where the robot drives ahead, as the gyro shows"
+    remarks.note(topics.ENCODERS.ros1, f"{text}: they are reversed")
+    signs = {f"{name}_sign": -1.0}
+    return replace(units, **signs), wheels * (1.0, 1.0 - 2.0 * (side == 0), 1.0 - 2.0 * (side == 1))
 
 
 def _median_norm(vectors: Rows) -> tuple[float, float]:
@@ -190,7 +237,7 @@ def _refuse_stuck(
     ):
         if rows is None or len(rows) < _STUCK_ROWS or (rows[1:, 1:] != rows[0, 1:]).any():
             continue
-        if fitted_slope(*others, _MIN_TURN, _MIN_CORRELATION) is not None:
+        if fitted_slope(*others, MIN_TURN, MIN_CORRELATION) is not None:
             values = ", ".join(f"{value:.4g}" for value in rows[0, 1:])
             raise UnitError(
                 topic,
@@ -212,7 +259,7 @@ def _gyro_factor(turns: YawIncrements, vectors: Rows, remarks: Remarks) -> float
         ("compass turns", turns.compass, _COMPASS_BY_GYRO),
         ("wheels turn", turns.wheels, _GYRO_BY_WHEELS),
     ):
-        slope = fitted_slope(turns.gyro, other, _MIN_TURN, _MIN_CORRELATION)
+        slope = fitted_slope(turns.gyro, other, MIN_TURN, MIN_CORRELATION)
         if slope is None:
             continue
         ratio = abs(slope)
@@ -262,7 +309,7 @@ def _wheel_sign(turns: YawIncrements, rows: Rows, is_given: bool, remarks: Remar
         is_given: True if the user gives the factor, sign included.
         remarks: Destination of remarks.
     """
-    slope = fitted_slope(turns.wheels, turns.gyro, _MIN_TURN, _MIN_CORRELATION)
+    slope = fitted_slope(turns.wheels, turns.gyro, MIN_TURN, MIN_CORRELATION)
     if slope is None or slope >= 0:
         return 1.0
     backwards = float(np.nanmean(rows[:, 1:3])) < 0
@@ -291,7 +338,7 @@ def _wheel_factor(
     Raises:
         UnitError: If the gyro's turns fit no unit, or the wheels are too fast.
     """
-    slope = fitted_slope(turns.wheels, turns.gyro, _MIN_TURN, _MIN_CORRELATION)
+    slope = fitted_slope(turns.wheels, turns.gyro, MIN_TURN, MIN_CORRELATION)
     if slope is None:
         fast = float(np.nanpercentile(np.abs(rows[:, 1:3]), 95))
         if not has_unit and fast > _MAX_WHEEL_SPEED_SHARE * robot.max_wheel_speed:

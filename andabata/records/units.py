@@ -25,7 +25,7 @@ UNITS: dict[str, dict[str, float]] = {
 _QUANTITIES_OF = {
     topics.IMU: ("acceleration", "angular_velocity"),
     topics.MAG: ("magnetic_field",),
-    topics.ENCODERS: ("wheels",),
+    topics.ENCODERS: ("wheels", "left_sign", "right_sign"),
 }
 
 
@@ -47,16 +47,20 @@ class UnitFactors:
     """Factors from the numbers of a session to SI.
 
     Attributes:
-        acceleration: Factor to m/s2.
+        acceleration: Factor to m/s2; negative for gravity instead of specific force.
         angular_velocity: Factor to rad/s.
         magnetic_field: Factor to T.
         wheels: Factor to rad/s; negative where the wheels count backwards.
+        left_sign: Sign of the left wheels beside that factor.
+        right_sign: The same of the right wheels.
     """
 
     acceleration: float = 1.0
     angular_velocity: float = 1.0
     magnetic_field: float = 1.0
     wheels: float = 1.0
+    left_sign: float = 1.0
+    right_sign: float = 1.0
 
     def merged_into(self, old: "UnitFactors", topic: Topic | None) -> "UnitFactors":
         """Return the old factors with those of a topic's quantities replaced by these.
@@ -88,7 +92,8 @@ def si_factor(quantity: str, unit: str, robot: RobotModel) -> float:
 
     Args:
         quantity: One of ``QUANTITIES``.
-        unit: Name of a unit, or the factor itself as text.
+        unit: Name of a unit, or the factor itself as text; a minus sign before either turns the
+            readings round.
         robot: Robot whose wheel radius turns m/s into rad/s.
 
     Raises:
@@ -97,15 +102,14 @@ def si_factor(quantity: str, unit: str, robot: RobotModel) -> float:
     if quantity not in QUANTITIES:
         raise ValueError(f"--unit: expected one of {', '.join(QUANTITIES)}, got {quantity}")
     known = units_of(quantity, robot)
-    if unit in known:
-        return known[unit]
+    if unit.removeprefix("-") in known:
+        return -known[unit[1:]] if unit.startswith("-") else known[unit]
     try:
         factor = float(unit)
     except ValueError:
         factor = np.nan
-    if not (np.isfinite(factor) and factor > 0):
+    if not np.isfinite(factor) or factor == 0:
         raise ValueError(
-            f"--unit {quantity}: expected one of {', '.join(known)} or a positive factor to SI, "
-            f"got {unit}"
+            f"--unit {quantity}: expected one of {', '.join(known)} or a factor to SI, got {unit}"
         )
     return factor

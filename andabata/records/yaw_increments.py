@@ -55,11 +55,11 @@ class YawIncrements:
         begin = max(rows[0, 0] for rows in given)
         end = min(rows[-1, 0] for rows in given)
         edges = _window_edges(given, begin, end)
-        up = _up_direction(imu)
+        up = up_direction(imu)
         increments = np.zeros((3, len(edges)))
         increments[0] = _integral(imu[:, 0], imu[:, 1:4] @ up, edges)
         if compass is not None and len(compass) > 1:
-            heading = _heading(compass[:, 1:4], up)
+            heading = heading_of(compass[:, 1:4], up)
             increments[1] = _difference(compass[:, 0], heading, edges)
         if wheels is not None and len(wheels) > 1:
             yaw_rate = (wheels[:, 2] - wheels[:, 1]) * robot.wheel_radius / robot.effective_track
@@ -85,6 +85,12 @@ def fitted_slope(a: Rows, b: Rows, min_turn: float, min_correlation: float) -> f
     if np.sqrt(bb) < min_turn or aa == 0.0 or abs(ab) < min_correlation * np.sqrt(aa * bb):
         return None
     return ab / aa
+
+
+def correlation_of(a: Rows, b: Rows) -> float:
+    """Return the correlation of two yaw increments, through zero; 0 where one of them is zero."""
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return float(a @ b) / size if size > 0 else 0.0
 
 
 def _window_edges(given: list[Rows], begin: float, end: float) -> Rows:
@@ -113,7 +119,7 @@ def _intersection(runs: list[Interval], others: list[Interval]) -> list[Interval
     return found
 
 
-def _up_direction(imu: Rows) -> Rows:
+def up_direction(imu: Rows) -> Rows:
     """Return the upward direction in the IMU's frame, shape (3,)."""
     force = imu[np.isfinite(imu[:, 4:7]).all(axis=1), 4:7]
     median = np.median(force, axis=0) if len(force) else np.zeros(3)
@@ -121,7 +127,7 @@ def _up_direction(imu: Rows) -> Rows:
     return np.asarray(median / norm) if norm > 0 else np.array([0.0, 0.0, 1.0])
 
 
-def _heading(vectors: Rows, up: Rows) -> Rows:
+def heading_of(vectors: Rows, up: Rows) -> Rows:
     """Return the heading from a magnetic field in the body's frame, unwrapped [rad], shape (k,)."""
     left = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.8 else [0.0, 1.0, 0.0])
     left /= np.linalg.norm(left)

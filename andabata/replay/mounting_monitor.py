@@ -69,3 +69,6 @@ class MountingMonitor:
         for text in (*self._extrinsics.remarks, *self._ground.remarks):
             sensor, _, remark = text.partition(": ")
             remarks.note(sensor, remark)
+        for text in self._extrinsics.failures:
+            sensor, _, remark = text.partition(": ")
+            remarks.fail(sensor, remark)

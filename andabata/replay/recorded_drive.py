@@ -19,6 +19,7 @@ from andabata.records.topics import SCAN, Topic
 from andabata.records.transform_tree import read_transforms
 from andabata.records.unit_inference import infer_units
 from andabata.records.units import UnitFactors, si_factor
+from andabata.records.wheel_speeds import JointFacts
 from andabata.replay.datum import given_geo_reference, magnetic_flux_density
 from andabata.replay.options import ReplayOptions
 
@@ -35,6 +36,7 @@ class RecordedDrive:
         config: Configuration of the robot: the recorded one with the user's changes.
         given: Fields of ``GeoReference`` that the user gives.
         units: Units of the sensors' quantities.
+        joints: Facts about the joint states.
         pieces: Stretches of the recording over which its clocks run evenly.
         skipped_pieces: Number of stretches that are too short or mixed with others.
         message_counts: Number of messages by our topics.
@@ -47,6 +49,7 @@ class RecordedDrive:
     config: SimulatedRobotConfig
     given: dict[str, float]
     units: UnitFactors
+    joints: JointFacts
     pieces: list[Piece]
     skipped_pieces: int
     message_counts: Mapping[str, int]
@@ -69,7 +72,7 @@ class RecordedDrive:
 
     def message_decoder(self, remarks: Remarks | None = None) -> MessageDecoder:
         """Return a new decoder of messages in the units of the recording."""
-        return MessageDecoder(self.config.robot, self.units, remarks)
+        return MessageDecoder(self.config.robot, self.units, remarks, joints=self.joints)
 
 
 def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> RecordedDrive:
@@ -108,6 +111,7 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
         config=config,
         given=given,
         units=units,
+        joints=found.joints,
         pieces=pieces,
         skipped_pieces=skipped,
         message_counts=found.messages,

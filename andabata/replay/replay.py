@@ -253,7 +253,7 @@ class BagReplay:
             "recorded_controller": drive.controller,
             "laser": drive.laser,
             "same_models": None if recorded is None else recorded == self._models.hashes,
-            "health": dict(self._statistics.health),
+            "health": self._statistics.health_after(self._remarks.has_failures),
             "complaints": dict(self._statistics.complaints),
             "counts": self._statistics.counts,
             "refused": self._refused,

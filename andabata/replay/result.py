@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Localizer
+from andabata.localization.localizer import Health, Localizer, health_after
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.navigation.navigator import StepResult
 from andabata.records.bag_reader import Period
@@ -131,6 +131,17 @@ class LocalizerStatistics:
         self.health[str(localizer.health)] += 1
         for text in getattr(localizer, "warnings", ()):
             self.complaints[_TEXT_WITHOUT_NUMBERS.sub("", text)] += 1
+
+    def health_after(self, has_failures: bool) -> dict[str, int]:
+        """Return the number of periods by health; with a failed check none of them is ok.
+
+        Args:
+            has_failures: True if a check of the sensors against each other failed.
+        """
+        found = Counter[str]()
+        for health, periods in self.health.items():
+            found[str(health_after(Health(health), has_failures))] += periods
+        return dict(found)
 
     def end(self, localizer: Localizer) -> None:
         """Add the measurement counts of a piece at its end."""

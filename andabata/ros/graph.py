@@ -7,14 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from andabata.distribution import install_ros
 from andabata.records.bag_writers import MessageWriter
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 
 DEBIAN = Path("/usr/lib/python3/dist-packages")
 """Folder of ROS's Python packages on Debian and Ubuntu; others come by ``PYTHONPATH``."""
-
-PACKAGES = "ros-core python3-rospy python3-rosbag"
-"""Debian packages that a graph needs."""
 
 
 _QUEUE_SIZE = 200
@@ -150,8 +148,7 @@ def _rospy() -> Any:  # noqa: ANN401 - a module that is not there at check time.
             import rospy
         except ImportError as error:
             raise RosError(
-                f"rospy: expected ROS 1's Python packages, got {error}; on Debian: "
-                f"apt-get install {PACKAGES}"
+                f"rospy: expected ROS 1's Python packages, got {error}; on Debian: {install_ros()}"
             ) from error
     return rospy
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.localization.localizer import health_after
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.models import Models
@@ -284,7 +285,7 @@ class NavigatorNode:
         add_fix_remarks(remarks, self._localizer)
         return {
             **asdict(self._counts),
-            "health": str(self._localizer.health),
+            "health": str(health_after(self._localizer.health, remarks.has_failures)),
             "counts": getattr(self._localizer, "counts", {}),
             "refused": self._inbox.refused,
             "frames": self._mountings.frames,

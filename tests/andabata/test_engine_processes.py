@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from andabata.engine_processes import ProcessEngine, open_pool, run_tasks
+from terrain.compilation import on_first_compilation
 from tests import engine_laws as laws
-from tests.engine_work import kill_the_worker_once, square
+from tests.engine_work import compile_something, kill_the_worker_once, square
 
 _PARENT = """
 import os, time
@@ -113,3 +114,13 @@ def test_an_error_ends_the_processes():
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert not is_alive(pids[0])
+
+
+def test_a_compilation_in_workers_is_told_once():
+    """However many of them compile; where none does, nothing is told."""
+    for work, told in ((square, 0), (compile_something, 1)):
+        said = []
+        on_first_compilation(lambda said=said: said.append("compiles"))
+        with ProcessEngine(2) as engine:
+            assert len(list(engine.map(work, range(6)))) == 6
+        assert len(said) == told

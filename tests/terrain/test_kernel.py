@@ -61,11 +61,11 @@ def copy(tmp_path):
     return tmp_path
 
 
-def call(copy, **environment):
+def call(copy, code=RUN, **environment):
     """Return what a new process computes, and how often it found its machine code in the cache."""
     default = {"NUMBA_CACHE_DIR": str(copy / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-c", RUN],
+        [sys.executable, "-c", code],
         cwd=copy,
         env={**os.environ, "PYTHONPATH": str(copy), **default, **environment},
         check=True,
@@ -93,6 +93,16 @@ def test_a_change_of_any_module_it_depends_on_shows_at_once_and_others_compile_n
     assert call(copy) == ["151.0", "0"]
     rewrite(copy, "constants", "3.0", "7.0")
     assert call(copy) == ["351.0", "0"]
+
+
+def test_a_compilation_is_noticed_and_a_cached_function_is_none(copy):
+    """The notice comes before the result of a first use, and does not come with the second."""
+    code = f"""
+from terrain.compilation import on_first_compilation
+on_first_compilation(lambda: print("compiles"))
+{RUN}"""
+    assert call(copy, code) == ["compiles", "61.0", "0"]
+    assert call(copy, code) == ["61.0", "1"]
 
 
 def test_a_folder_that_cannot_be_written_means_no_cache(copy):

@@ -9,6 +9,8 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
+from andabata.distribution import install_extra
+
 FORMATS = (".gif", ".mp4")
 """Ends of the names of films."""
 
@@ -48,7 +50,7 @@ def ffmpeg() -> str:
     except (ImportError, RuntimeError) as error:
         raise FilmError(
             "--clip: expected ffmpeg for an MP4, got none; install it with "
-            "`pip install -e '.[mp4]'` or `apt install ffmpeg`, or take a .gif"
+            f"`{install_extra('mp4')}` or `apt install ffmpeg`, or take a .gif"
         ) from error
 
 

@@ -15,7 +15,7 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
-from worlds.splits import EVALUATIONS
+from worlds.splits import DEVELOPMENT_SEED, EVALUATIONS
 
 app = typer.Typer(invoke_without_command=True)
 
@@ -30,13 +30,13 @@ def speed(
     seconds: Annotated[float, typer.Option(min=0, help="Seconds of a turn, at least.")] = 0.3,
     only: Annotated[str, typer.Option(help="Part of the names of the kinds of work to run.")] = "",
     out: Annotated[Path | None, typer.Option(help="Picture to write, PNG.")] = None,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     output: ConsoleOptions,
 ) -> None:
     """Measure accuracy and speed, ours and the peers'.
 
     Without a command: compare speed with every installed peer, in the same scene, in turns, in one
-    run. Peers come with `make peers`; those that are missing are named and left out.
+    run. Peers come with the extra `peers`; those that are missing are named and left out.
 
     Examples:
         andabata bench
@@ -77,7 +77,7 @@ def perception(
     sides: Annotated[
         int, typer.Option(min=0, help="Sides that hazards are seen from; 0 leaves them out.")
     ] = 4,
-    seed: Seed = 0,
+    seed: Seed = DEVELOPMENT_SEED,
     workers: Workers = 2,
     output: ConsoleOptions,
 ) -> None:
@@ -175,7 +175,7 @@ def localization(
         int, typer.Option(min=0, help="Rides of each row of the error-against-speed curve.")
     ] = 4,
     settings: SettingsOptions,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     workers: Workers = 2,
     output: ConsoleOptions,
 ) -> None:
@@ -258,7 +258,7 @@ def chain(
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,
     runs: Annotated[int, typer.Option(min=1, help="Number of runs; medians are shown.")] = 3,
     settings: SettingsOptions,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     output: ConsoleOptions,
 ) -> None:
     """Measure where the time of a control step goes, from plant to policy.

@@ -13,6 +13,7 @@ from andabata.app.options import (
     SettingsOptions,
     Workers,
 )
+from worlds.splits import DEVELOPMENT_SEED
 
 
 @command
@@ -21,7 +22,7 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("data/demo"),
     sensor: Sensor = "utm-30lx",
     settings: SettingsOptions,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     workers: Workers = 2,
     output: ConsoleOptions,
 ) -> None:

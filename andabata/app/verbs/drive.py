@@ -13,7 +13,8 @@ from andabata.app.options import (
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.view_options import ViewOptions
+from andabata.app.view_options import DriveViewOptions
+from worlds.splits import DEVELOPMENT_SEED
 
 
 @command
@@ -62,8 +63,8 @@ def drive(
     robot: RobotOptions,
     settings: SettingsOptions,
     models: ModelOptions,
-    viewer: ViewOptions,
-    seed: EvaluationSeed = 0,
+    viewer: DriveViewOptions,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     output: ConsoleOptions,
 ) -> None:
     """Visit the goals of one task in a row and draw the path.
@@ -98,6 +99,6 @@ def drive(
         time_limit=time_limit,
         record=Recording(record, clouds, local_map) if record else None,
         clip=clip,
-        view=viewer.view_config() if viewer.view else None,
+        view=viewer.wanted(),
     )
     run_drive(request, config, models.load(), out, output.console())

@@ -70,6 +70,7 @@ def evaluate(
     from andabata.evaluation.barn import BarnEvaluationConfig
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
+    from andabata.records.run_lock import locked_folder
 
     check_task(task, (OFFROAD, *ROOM_TASKS, BARN))
     console = output.console()
@@ -79,7 +80,7 @@ def evaluate(
         refuse_options(task, (*off_road, (models, ClassifierOptions)))
         refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
         fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
-        with engine.make(console) as made:
+        with locked_folder(out), engine.make(console) as made:
             data = run_barn_evaluation(fields, made, out, console)
         console.result(data, barn_tables(data))
         return
@@ -88,12 +89,12 @@ def evaluate(
         refuse_options(task, (*off_road, (driven, TrialOptions), (models, ClassifierOptions)))
         wanted = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
         policies = models.load_policies(wanted.task)
-        with engine.make(console) as made:
+        with locked_folder(out), engine.make(console) as made:
             data = run_room_evaluation(wanted, policies, made, out, console)
         console.result(data, room_tables(data))
         return
     refuse_options(task, (in_rooms,))
     config = settings.resolve(EvaluationConfig, offroad.base(robot.base(), seed, driven))
-    with engine.make(console) as made:
+    with locked_folder(out), engine.make(console) as made:
         data = run_evaluation(config, models.load(), made, out, seed, console)
     console.result(data, evaluation_tables(data["rows"]))

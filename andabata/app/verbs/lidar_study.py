@@ -48,6 +48,7 @@ def lidar_study(
     from andabata.app.usage import UsageError
     from andabata.evaluation.lidar_study import DEVELOPMENT, LidarStudyConfig
     from andabata.evaluation.rooms import REACTIVE, WITH_MAP
+    from andabata.records.run_lock import locked_folder
 
     if memory not in (REACTIVE, WITH_MAP):
         raise UsageError(f"--memory: expected {REACTIVE} or {WITH_MAP}, got {memory!r}")
@@ -62,6 +63,6 @@ def lidar_study(
     )
     console, config = output.console(), settings.resolve(LidarStudyConfig, base)
     loaded = policies.load_policies(config.task)
-    with engine.make(console) as made:
+    with locked_folder(out), engine.make(console) as made:
         data = run_lidar_study(config, loaded, made, out, console)
     console.result(data, study_table(data["rows"]), data["advice"])

@@ -15,6 +15,7 @@ from andabata.app.options import (
     SettingsOptions,
 )
 from andabata.app.view_options import ViewOptions
+from worlds.splits import DEVELOPMENT_SEED
 
 app = typer.Typer(
     help="A live ROS 1 graph: the navigator's nodes, and a simulated robot for them.",
@@ -103,7 +104,7 @@ def robot(
     ] = 300.0,
     body: RobotOptions,
     settings: SettingsOptions,
-    seed: EvaluationSeed = 0,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
     output: ConsoleOptions,
 ) -> None:
     """Run a simulated robot: publish its sensors in real time, obey /wheel_speed_cmd.

@@ -17,9 +17,11 @@ class ViewConfig:
         points: Largest number of laser points that are shown.
         speed: Simulated or recorded seconds in a second; infinite waits for nothing.
         is_paused: True to begin with a pause.
+        waits: True to begin when the first page is open.
     """
 
     port: int = DEFAULT_PORT
     points: int = DEFAULT_POINTS
     speed: float = 1.0
     is_paused: bool = False
+    waits: bool = False

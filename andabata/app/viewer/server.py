@@ -7,6 +7,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Self
 
+from andabata.distribution import install_extra
+
 if TYPE_CHECKING:
     import viser
 
@@ -48,7 +50,7 @@ class ViewServer:
         )
         self.port: int = self.viser.get_port()
         self._wanted = port
-        self._has_left = threading.Condition()
+        self._viewers_changed = threading.Condition()
         self._is_closed = False
         self.viser.gui.configure_theme(
             control_width="medium",
@@ -57,10 +59,11 @@ class ViewServer:
             brand_color=_BRAND,
         )
 
+        @self.viser.on_client_connect
         @self.viser.on_client_disconnect
         def _(client: "viser.ClientHandle") -> None:
-            with self._has_left:
-                self._has_left.notify_all()
+            with self._viewers_changed:
+                self._viewers_changed.notify_all()
 
     def __enter__(self) -> Self:
         """Return the server."""
@@ -92,26 +95,32 @@ class ViewServer:
         user, host = getpass.getuser(), socket.gethostname()
         status(f"from another computer: ssh -L {self.port}:{HOST}:{self.port} {user}@{host}")
 
+    def wait_for_a_viewer(self) -> None:
+        """Wait until a page is open; Ctrl-C is raised."""
+        with self._viewers_changed:
+            while not self._is_closed and not self.viewers:
+                self._viewers_changed.wait(0.5)
+
     def wait_for_viewers_to_leave(self) -> None:
         """Wait until no page is open; Ctrl-C ends the wait, too."""
-        with self._has_left:
+        with self._viewers_changed:
             # A wait without an end would not let Ctrl-C through on every platform.
             while not self._is_closed and self.viewers:
-                self._has_left.wait(0.5)
+                self._viewers_changed.wait(0.5)
 
     def wait_for_interrupt(self) -> None:
         """Wait for Ctrl-C."""
-        with self._has_left:
+        with self._viewers_changed:
             while not self._is_closed:
-                self._has_left.wait(0.5)
+                self._viewers_changed.wait(0.5)
 
     def close(self) -> None:
         """Close the page; a second call does nothing."""
         if self._is_closed:
             return
         self._is_closed = True
-        with self._has_left:
-            self._has_left.notify_all()
+        with self._viewers_changed:
+            self._viewers_changed.notify_all()
         self.viser.stop()
 
 
@@ -127,7 +136,7 @@ def _import_viser() -> ModuleType:
     except ImportError as error:
         raise ViewerError(
             "view: expected the package viser, which is not installed; "
-            "`pip install -e '.[viewer]'` brings it"
+            f"`{install_extra('viewer')}` brings it"
         ) from error
     # viser tells on stdout that it has stopped, where a command's result alone belongs.
     rich.reconfigure(quiet=True)

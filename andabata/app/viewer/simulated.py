@@ -36,7 +36,7 @@ class SimulatedDriveView(DriveView):
         self._controller, self._models = controller, models
 
     def watch_robot(self, robot: SimulatedRobot) -> None:
-        """Watch a robot that was put together and has not driven yet."""
+        """Watch a robot that was put together and has not driven yet; wait for a page, if asked."""
         source = FrameSource(
             robot.navigator, robot.localizer, robot.perception, robot.simulator.walkers
         )
@@ -49,3 +49,6 @@ class SimulatedDriveView(DriveView):
         has_layers = robot.perception.layers is not None
         names = [name for name in CONTROLLERS if has_layers or not name.endswith("planner")]
         self.watch(robot.navigator, source, config, world, steering, names, self._controller)
+        if self._config.waits:
+            self._status("the drive begins when the page is open; Ctrl-C ends it")
+            self.server.wait_for_a_viewer()

@@ -10,7 +10,8 @@ SMALL = {"train": 4, "validation": 2, "trees": 4, "episodes": 2, "trials": 1, "t
 def test_the_demo_runs_from_nothing_to_its_report(capsys, tmp_path):
     """All parts run, and their figures are in the result, the page and the file."""
     words = [word for name, value in SMALL.items() for word in ("--set", f"{name}={value}")]
-    code = main(["demo", "--out", str(tmp_path / "demo"), "--workers", "1", "--json", *words])
+    out = ["--out", str(tmp_path / "demo")]
+    code = main(["demo", *out, "--seed", "0", "--workers", "1", "--json", *words])
     captured = capsys.readouterr()
     assert code == 0, captured.err
     found = json.loads(captured.out)

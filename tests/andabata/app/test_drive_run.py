@@ -2,8 +2,12 @@
 
 import json
 
+import pytest
+
 from andabata.app.console import Console
 from andabata.app.drive_run import DriveRequest, run_drive
+from andabata.app.viewer.options import ViewConfig
+from andabata.app.viewer.server import ViewServer
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.drive import Recording
 from andabata.models import Models
@@ -32,3 +36,33 @@ def test_folder_clip_and_recording_belong_to_one_drive(tmp_path, capsys):
     kept = json.loads((tmp_path / "run/drive.json").read_text())
     assert kept["attempts"] == found["attempts"]
     assert kept["attempts"][0]["outcome"] == "timeout"
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_drive_that_waits_for_a_page_begins_when_it_is_open(tmp_path, capsys, monkeypatch, waits):
+    """The address and the wait are said before the drive; Ctrl-C ends both, and the page.
+
+    Without ``waits`` the same drive begins at once.
+    """
+    closed = []
+
+    def interrupt(server):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ViewServer, "wait_for_a_viewer", interrupt)
+    close = ViewServer.close
+    monkeypatch.setattr(ViewServer, "close", lambda self: (closed.append(self), close(self)))
+    view = ViewConfig(port=0, speed=float("inf"), waits=waits)
+    request = DriveRequest("hill", 7302, "straight", (), 1.0, view=view)
+    config, console = SimulatedRobotConfig(plant="kinematic"), Console()
+    if not waits:
+        run_drive(request, config, Models(), tmp_path / "run", console)
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            run_drive(request, config, Models(), tmp_path / "run", console)
+    error = capsys.readouterr().err
+    assert "view: http://127.0.0.1:" in error
+    assert ("the drive begins when the page is open" in error) == waits
+    assert (tmp_path / "run/drive.json").exists() == (not waits)
+    assert closed

@@ -1,11 +1,13 @@
 """Import guard: the generic names are ours, and every seed has one purpose."""
 
+import base64
+import hashlib
 import importlib.util
 from types import SimpleNamespace
 
 import pytest
 
-from andabata.app.import_guard import OriginError, check_origins
+from andabata.app.import_guard import OriginError, check_origins, other_claims
 from worlds.splits import TRAINING_SEEDS, dataset_world, evaluation_world
 
 
@@ -23,6 +25,67 @@ def test_another_distribution_of_a_name_is_refused(monkeypatch):
     with pytest.raises(OriginError, match="package terrain: expected"):
         check_origins()
     assert importlib.util.find_spec("terrain").origin.endswith("terrain/__init__.py")
+
+
+def install(site, name, files):
+    """Install a distribution as pip does: its files, and their record."""
+    about = site / f"{name.replace('-', '_')}-0.4.2.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.4.2\n")
+    rows = []
+    for file, text in files.items():
+        (site / file).parent.mkdir(parents=True, exist_ok=True)
+        (site / file).write_text(text)
+        digest = base64.urlsafe_b64encode(hashlib.sha256(text.encode()).digest())
+        rows.append(f"{file},sha256={digest.rstrip(b'=').decode()},{len(text)}")
+    (about / "RECORD").write_text("\n".join(rows))
+
+
+OURS = {"rl/__init__.py": "ours", "rl/sac.py": "ours", "andabata/__init__.py": ""}
+THEIRS = {"rl/__init__.py": "theirs", "rl/core.py": "theirs", "notes/rl.py": ""}
+
+
+@pytest.mark.parametrize("order", ["before", "after"])
+def test_another_distribution_among_our_files_is_found(tmp_path, monkeypatch, order):
+    """Installed before us it has lost its files to us; installed after us we have lost ours."""
+    first, second = ("keras-rl", THEIRS), ("andabata", OURS)
+    for name, files in (first, second) if order == "before" else (second, first):
+        install(tmp_path, name, files)
+    install(tmp_path, "other", {"other/terrain.py": "", "rl-notes.txt": ""})
+    monkeypatch.setattr("andabata.app.import_guard.HOME", tmp_path)
+    (claim,) = other_claims([str(tmp_path)])
+    assert (claim.distribution, claim.version, claim.package) == ("keras-rl", "0.4.2", "rl")
+    assert set(claim.files) == {"__init__.py", "core.py"}
+    assert claim.shared == ("__init__.py",)
+    assert claim.overwritten == (("__init__.py",) if order == "after" else ())
+    assert claim.is_mixed
+    assert ("rl/__init__.py in place of ours" in claim.text) == (order == "after")
+    assert "`pip uninstall keras-rl`, then `pip install --force-reinstall" in claim.text
+
+
+def test_a_distribution_in_another_folder_needs_no_new_installation(tmp_path):
+    """Its files are not among ours, those of a clone."""
+    install(tmp_path, "keras-rl", THEIRS)
+    (claim,) = other_claims([str(tmp_path)])
+    assert not claim.is_mixed
+    assert claim.folder == tmp_path / "rl"
+    assert claim.text == (
+        f"package rl: keras-rl 0.4.2 has files of it in {tmp_path}/rl; `pip uninstall keras-rl`, "
+        "or keep the two in different virtual environments"
+    )
+    assert claim.as_dict()["shared"] == []
+
+
+def test_an_origin_elsewhere_names_its_distribution(tmp_path, monkeypatch):
+    """The error says whose the package is, and what to do."""
+    install(tmp_path, "keras-rl", THEIRS | {"terrain/__init__.py": ""})
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(
+        "andabata.app.import_guard.find_spec",
+        lambda name: SimpleNamespace(origin=str(tmp_path / name / "__init__.py")),
+    )
+    with pytest.raises(OriginError, match=r"package terrain: .*keras-rl 0\.4\.2: `pip uninstall"):
+        check_origins()
 
 
 def test_no_world_serves_two_purposes():

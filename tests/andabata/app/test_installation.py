@@ -1,12 +1,18 @@
 """State of an installation: versions, and what is broken or missing."""
 
+from dataclasses import replace
+from pathlib import Path
+
+from andabata.app.import_guard import Claim
 from andabata.app.installation import (
     EXTRAS,
     MODULES,
     check_installation,
     installation_text,
+    receive_buffer,
     version,
 )
+from andabata.distribution import HOME
 
 
 def test_a_package_has_a_version_or_a_reason():
@@ -42,14 +48,49 @@ def test_every_package_has_its_line():
 
 
 def test_every_extra_is_one_of_the_projects():
-    """The line that installs a package names an extra of pyproject.toml, or a target of make."""
+    """The line that installs a package names an extra of pyproject.toml, or what is no package."""
     import tomllib
-    from pathlib import Path
 
     home = Path(__file__).resolve().parents[3]
     project = tomllib.loads((home / "pyproject.toml").read_text())["project"]
     known = {f"extra {name}" for name in project["optional-dependencies"]}
-    targets = {"make ros", "make browser"}
-    assert set(EXTRAS.values()) <= known | targets
-    for target in targets:
-        assert f"\n{target.removeprefix('make ')}:" in (home / "Makefile").read_text()
+    assert set(EXTRAS.values()) <= known | {"ROS 1", "a browser"}
+
+
+def test_beside_a_wheel_the_lines_are_a_wheels(monkeypatch):
+    """No line needs a clone."""
+    monkeypatch.setattr("andabata.distribution.is_clone", lambda: False)
+    found = check_installation() | {"extras": dict.fromkeys(EXTRAS, False)}
+    lines = installation_text(found).splitlines()
+    assert "onnx         not installed, optional (pip install 'andabata[onnx]')" in lines
+    assert not any("make " in line or "-e " in line for line in lines)
+
+
+def test_another_distribution_among_our_files_breaks_the_installation(monkeypatch):
+    """It is named with the next step; one that lies elsewhere is named, and breaks nothing."""
+    mixed = Claim("keras-rl", "0.4.2", "rl", HOME / "rl", ("__init__.py",), (), ())
+    for claim, ok in ((mixed, False), (replace(mixed, folder=Path("/elsewhere/rl")), True)):
+        monkeypatch.setattr("andabata.app.installation.other_claims", lambda claim=claim: [claim])
+        found = check_installation()
+        assert found["ok"] is ok
+        assert found["claims"][0]["distribution"] == "keras-rl"
+        text = installation_text(found)
+        assert claim.text in text.splitlines()
+        assert "apt-get" not in text
+
+
+def test_small_socket_buffers_are_said_with_their_use(tmp_path):
+    """The text says who needs large ones, and the line that makes them; large ones need none."""
+    file = tmp_path / "rmem_max"
+    assert receive_buffer(file) is None
+    file.write_text("212992\n")
+    assert receive_buffer(file) == 212_992
+    found = check_installation()
+    small = installation_text(found | {"receive_buffer_bytes": 212_992})
+    large = installation_text(found | {"receive_buffer_bytes": 1 << 26})
+    other = installation_text(found | {"receive_buffer_bytes": None})
+    assert "up to 212,992 bytes" in small
+    assert "`sudo sysctl -w net.core.rmem_max=8388608`" in small
+    assert "up to 67,108,864 bytes" in large
+    assert "sysctl" not in large
+    assert "rmem_max" not in other

@@ -1,7 +1,10 @@
 """Groups of options: what the user typed becomes what the libraries take."""
 
+from dataclasses import replace
+
 import pytest
 
+from andabata.app.console import COMPILES
 from andabata.app.options import (
     ClassifierOptions,
     ConsoleOptions,
@@ -15,10 +18,12 @@ from andabata.app.options import (
 )
 from andabata.app.settings import SettingsError
 from andabata.app.usage import UsageError
+from andabata.app.view_options import DriveViewOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import UnknownSensorError
 from andabata.machine.robot import RobotModel
 from andabata.models import shipped_forest, shipped_ground_classifier, shipped_policy
+from terrain.compilation import compilation_begins, on_first_compilation
 
 
 def test_settings_come_over_the_parts_of_the_robot(tmp_path):
@@ -106,3 +111,34 @@ def test_the_console_has_the_form_of_the_options(capsys):
     console.status("working")
     console.result({"a": 1}, "text")
     assert capsys.readouterr() == ('{"a": 1}\n', "")
+
+
+def test_a_drive_waits_only_for_a_page_that_there_is():
+    """``--view-wait`` without ``--view`` is refused; with it, it is a choice of who watches."""
+    assert DriveViewOptions().wanted() is None
+    shown = DriveViewOptions(view=True).wanted()
+    assert shown is not None
+    assert not shown.waits
+    waits = DriveViewOptions(view=True, view_wait=True).wanted()
+    assert waits == replace(shown, waits=True)
+    with pytest.raises(UsageError, match="--view-wait: expected --view beside it"):
+        DriveViewOptions(view_wait=True).wanted()
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (ConsoleOptions(), COMPILES),
+        (ConsoleOptions(as_json=True), COMPILES),
+        (ConsoleOptions(quiet=True), ""),
+    ],
+    ids=["plain", "json", "quiet"],
+)
+def test_a_command_says_on_stderr_that_it_compiles(capsys, monkeypatch, options, line):
+    """Also without a terminal; stdout is for the result alone, and quiet is quiet."""
+    monkeypatch.setattr("andabata.app.options.on_first_compilation", on_first_compilation)
+    options.console()
+    compilation_begins()
+    compilation_begins()
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err.strip()) == ("", line)

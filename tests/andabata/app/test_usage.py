@@ -37,7 +37,7 @@ def test_pairs_split_at_the_first_sign():
 
 
 def test_units_are_known_or_factors():
-    """A unit of its quantity or a positive factor passes."""
+    """A unit of its quantity or a factor passes."""
     assert units(["wheels=rpm", "acceleration=9.81"]) == {"wheels": "rpm", "acceleration": "9.81"}
     for text in ("wheels=T", "speed=m/s"):
         with pytest.raises(UsageError):

@@ -105,5 +105,5 @@ def test_the_gyro_turns_as_the_wheels_do(rate, count):
         checks.compare(*rows(rate, 2.0, 4.0))
         checks.compare(*rows(-rate, 4.0, 2.0))
         checks.compare(*rows(5.0, 3.0, 3.0))  # Straight on tells nothing.
-    assert len(checks.remarks) == count
+    assert len(checks.failures) == count
     checks.compare(None, None)

@@ -7,7 +7,6 @@ from andabata.records.sensor_pose import (
     UNNAMED,
     GivenMounting,
     resolve_pose,
-    yaw_pitch_roll,
 )
 from andabata.records.transform_tree import TransformTree
 from tests.edited_bags import turn
@@ -34,18 +33,3 @@ def test_the_unnamed_option_is_a_lasers_alone():
     assert resolve_pose("laser", "x", given, TransformTree()).source == "option"
     assert resolve_pose("laser", "base_link", given, TransformTree()).source == "name"
     assert resolve_pose("imu", "x", given, TransformTree()).source == "assumed"
-
-
-@pytest.mark.parametrize("degrees", [(10, 20, 30), (-170, -60, 170), (0, 0, -90)])
-def test_angles_are_yaw_pitch_and_roll(degrees):
-    """The order is that of rotations about z, the new y and the new x."""
-    found = np.rad2deg(yaw_pitch_roll(turn(degrees)))
-    np.testing.assert_allclose(found, degrees[::-1], atol=1e-9)
-
-
-@pytest.mark.filterwarnings("error")
-def test_an_upright_pitch_has_no_roll():
-    """Angles that are not unique raise no warning."""
-    _, pitch, roll = yaw_pitch_roll(turn((30, 90, 40)))
-    assert pitch == pytest.approx(np.pi / 2)
-    assert roll == 0.0

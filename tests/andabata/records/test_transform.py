@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from andabata.records.transform import Transform, TransformHistory, differ
+from andabata.records.transform import (
+    Transform,
+    TransformHistory,
+    differ,
+    mounting_numbers,
+    pose_difference,
+    yaw_pitch_roll,
+)
+from tests.edited_bags import turn
 
 
 def test_transforms_multiply_as_matrices_do():
@@ -94,3 +102,31 @@ def test_pruning_keeps_the_rows_of_the_latest_seconds():
     history.add(5.0, row(5, 0))
     history.prune(2.0)
     assert history.table[:, 0].tolist() == [3, 4, 5]
+
+
+@pytest.mark.parametrize("degrees", [(10, 20, 30), (-170, -60, 170), (0, 0, -90)])
+def test_angles_are_yaw_pitch_and_roll(degrees):
+    """The order is that of rotations about z, the new y and the new x."""
+    found = np.rad2deg(yaw_pitch_roll(turn(degrees)))
+    np.testing.assert_allclose(found, degrees[::-1], atol=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_upright_pitch_has_no_roll():
+    """Angles that are not unique raise no warning."""
+    _, pitch, roll = yaw_pitch_roll(turn((30, 90, 40)))
+    assert pitch == pytest.approx(np.pi / 2)
+    assert roll == 0.0
+
+
+def test_a_mounting_is_written_as_the_option_takes_it():
+    """Metres, then roll, pitch and yaw in degrees."""
+    numbers = mounting_numbers(Transform(turn((10, 20, 30)), np.array([1.0, 2.0, 3.0])))
+    np.testing.assert_allclose(numbers, [1, 2, 3, 10, 20, 30])
+
+
+def test_poses_differ_by_a_distance_and_an_angle():
+    """The angle is that between the rotations, whichever sign the quaternions have."""
+    one = [0, 0, 0, *turn((0, 0, 10)).as_quat()]
+    other = [0, 3, 4, *-turn((0, 0, 50)).as_quat()]
+    assert pose_difference(one, other) == pytest.approx((5.0, np.deg2rad(40)))

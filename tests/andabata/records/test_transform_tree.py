@@ -100,9 +100,6 @@ def test_loops_and_two_parents_are_refused_by_name():
     )
     with pytest.raises(FrameError, match="a loop: base_link -> base_footprint -> base_link"):
         loop.base_of("base_link")
-    itself = tree_of(("laser", "laser", NONE, NONE))
-    with pytest.raises(FrameError, match="a loop: laser -> laser"):
-        itself.base_of("laser")
     two = tree_of(
         ("base_link", "mast", NONE, NONE),
         ("pole", "mast", NONE, NONE),
@@ -112,6 +109,13 @@ def test_loops_and_two_parents_are_refused_by_name():
     with pytest.raises(FrameError, match="mast: expected one parent, got two: base_link and pole"):
         two.base_of("laser")
     assert two.base_of("imu") == "base_link"  # What is not on its way is not its matter.
+
+
+def test_a_transform_of_a_frame_to_itself_is_ignored():
+    """It is said, as tf2 does, and the frame keeps its parent."""
+    tree = tree_of(("laser", "/laser", NONE, NONE), ("base_link", "laser", (0, 0, 1), NONE))
+    assert place(tree, "laser").translation[2] == 1
+    assert tree.remarks == ["transforms of a frame to itself are ignored: laser"]
 
 
 def test_the_world_is_no_second_parent_of_the_base():
@@ -157,14 +161,83 @@ def test_rounded_rotations_are_normalised():
     assert found.as_euler("ZYX", degrees=True)[0] == pytest.approx(90, abs=0.01)
 
 
-def test_static_transforms_that_differ_are_remarked_on():
-    """Equal repetitions are silent, differing ones are remarked on."""
-    one, other = ("base_link", "imu", (0, 0, 0.5), NONE), ("base_link", "imu", (0, 0, 1), NONE)
-    tree = tree_of(one, one)
-    assert tree.conflicts == []
-    tree = tree_of(one, other)
-    assert "from imu to base_link was published twice and differs" in tree.conflicts[0]
+ONE = ("base_link", "imu", (0, 0, 0.5), NONE)
+NEAR = ("base_link", "imu", (0, 0, 0.52), (0, 0, 2))
+OTHER = ("base_link", "imu", (0, 0, 0.5), (0, 0, 90))
+
+
+def test_static_transforms_that_agree_are_used():
+    """Equal repetitions are silent, near ones are remarked on, and the last is used."""
+    assert tree_of(ONE, ONE).remarks == []
+    tree = tree_of(ONE, NEAR)
+    assert "expected" not in str(tree.remarks)
+    assert place(tree, "imu").translation[2] == 0.52
+
+
+def published(*sources):
+    """Return a tree of transforms, each with True for /tf_static and the name of its node."""
+    tree = TransformTree()
+    for placed, static, node in sources:
+        tree.add([stamped(COMPOSE, placed)], static, node)
+    return tree
+
+
+@pytest.mark.parametrize(
+    "sources",
+    [
+        [(ONE, True, ""), (OTHER, True, "")],
+        [(ONE, True, "/urdf"), (OTHER, True, "/driver")],
+        [(ONE, True, ""), (OTHER, False, "")],
+        [(OTHER, False, ""), (ONE, True, "")],
+        [(ONE, False, "/urdf"), (OTHER, False, "/driver")],
+    ],
+)
+def test_a_frame_with_two_poses_is_refused_with_both(sources):
+    """Poses that differ by more than 5 cm or 3 degrees are refused, whichever came last."""
+    tree = published(*sources)
+    with pytest.raises(FrameError, match=r"imu: expected one pose on base_link, got two") as error:
+        tree.base_of("imu")
+    text = str(error.value)
+    assert "0.00 m and 90 degrees" in text
+    assert "0,0,0.5,0,0,0" in text
+    assert "0,0,0.5,0,0,90" in text
+    assert all(node in text for _, _, node in sources)
+
+
+def test_a_node_may_correct_its_own_static_transform():
+    """The last static transform of a named node is used, with a remark."""
+    tree = published((ONE, True, "/urdf"), (OTHER, True, "/urdf"))
+    assert place(tree, "imu").rotation.magnitude() == pytest.approx(np.pi / 2)
+    assert "published twice and differs; the last is used" in tree.remarks[0]
     assert Extrinsics(tree=tree).remarks[0].startswith("/tf: ")
+
+
+def test_two_sources_that_agree_are_reported_in_one_remark():
+    """All frames of the same two sources share a remark."""
+    mast = ("base_link", "mast", (0, 0, 0.5), NONE)
+    tree = published(*[(each, static, "") for each in (ONE, mast) for static in (True, False)])
+    (text,) = tree.remarks
+    assert text == (
+        "frames that come from /tf and /tf_static, which agree within 5 cm and 3 degrees: imu, mast"
+    )
+    assert tree.base_of("imu") == "base_link"
+
+
+def test_a_joint_that_jumps_to_and_fro_has_two_publishers():
+    """A frame with two poses in turn is refused; one that swings is not."""
+    turns = [(k / 10, ("base_link", "head", NONE, (0, 0, 40 * (k % 2) + k))) for k in range(20)]
+    with pytest.raises(FrameError, match=r"head: expected one pose on base_link, got two in turn"):
+        tree_of(moving=turns).base_of("head")
+    yaws = 60 * np.sin(np.arange(200) / 4)
+    swing = [(k / 10, ("base_link", "head", NONE, (0, 0, yaw))) for k, yaw in enumerate(yaws)]
+    assert tree_of(moving=swing).base_of("head") == "base_link"
+
+
+def test_the_world_may_have_two_publishers():
+    """Two nodes that place the robot in odom leave its frames as they are."""
+    places = [(("odom", "base_link", (x, 0, 0), NONE), False, f"/node{x}") for x in (1, 2)]
+    tree = published(*places, (ONE, True, ""))
+    assert tree.base_of("imu") == "base_link"
 
 
 def test_transforms_are_read_from_every_topic_of_their_type(tmp_path):

@@ -41,9 +41,9 @@ def test_si_has_a_factor_of_one():
     assert "m/s" not in UNITS["wheels"]
 
 
-@pytest.mark.parametrize("unit", ["knots", "-1", "0", "nan", "inf", ""])
+@pytest.mark.parametrize("unit", ["knots", "-knots", "0", "nan", "inf", "", "-"])
 def test_other_units_are_refused(unit):
-    """Neither a name nor a positive number: the error lists the names."""
+    """Neither a name nor a number other than zero: the error lists the names."""
     with pytest.raises(ValueError, match=r"--unit wheels: expected one of rad/s, rpm, deg/s, m/s"):
         si_factor("wheels", unit, ROBOT)
     with pytest.raises(ValueError, match="--unit: expected one of acceleration"):
@@ -63,3 +63,9 @@ def test_a_unit_error_names_its_topic():
     """The reason alone is kept for counting."""
     error = UnitError(topics.IMU, "expected g")
     assert (str(error), error.reason) == ("/imu: expected g", "expected g")
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("-1", -1.0), ("-m/s2", -1.0), ("-g", -9.81)])
+def test_a_minus_sign_turns_the_readings_round(unit, factor):
+    """A name and a number may both be negative."""
+    assert si_factor("acceleration", unit, RobotModel()) == pytest.approx(factor, rel=1e-3)

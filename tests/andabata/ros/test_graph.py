@@ -7,12 +7,12 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench.ros_graph import Graph, has_tools
+from andabata.distribution import install_ros
 from andabata.records.topics import TOPICS
-from andabata.ros.graph import PACKAGES
 
 needs_ros = pytest.mark.skipif(
     not has_tools(),
-    reason=f"ROS 1's tools are not installed (on Debian: apt-get install {PACKAGES})",
+    reason=f"ROS 1's tools are not installed (on Debian: {install_ros()})",
 )
 
 
@@ -52,7 +52,10 @@ def test_a_missing_master_is_reported(tmp_path):
 
 
 def test_missing_ros_packages_are_reported(monkeypatch, capsys):
-    """Without rospy the error names the package."""
+    """Without rospy the error has the line that installs it, in a clone and beside a wheel."""
     monkeypatch.setitem(sys.modules, "rospy", None)
+    assert main(["ros", "navigator"]) == 1
+    assert "make ros" in capsys.readouterr().err
+    monkeypatch.setattr("andabata.distribution.is_clone", lambda: False)
     assert main(["ros", "navigator"]) == 1
     assert "python3-rospy" in capsys.readouterr().err

@@ -7,14 +7,14 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench.ros_graph import finished_bag, has_tools, result, running, stop
+from andabata.distribution import install_ros
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns
-from andabata.ros.graph import PACKAGES
 from traversability.grid import PolarGrid
 
 needs_ros = pytest.mark.skipif(
     not has_tools(),
-    reason=f"ROS 1's tools are not installed (on Debian: apt-get install {PACKAGES})",
+    reason=f"ROS 1's tools are not installed (on Debian: {install_ros()})",
 )
 SENSORS = ("/2D_scan", "/head_angle", "/encoder_data", "/imu", "/mag_orientation", "/fix")
 QUICK = ["--set", "plant=kinematic"]

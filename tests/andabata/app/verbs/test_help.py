@@ -19,6 +19,7 @@ from tests.planned_drive import record_drive
 from tests.sdf_worlds import PLANE, POST, document, solid
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
+from worlds.splits import DEVELOPMENT_SEED
 
 COMMANDS = {name: command for name, command in verbs() if not hasattr(command, "commands")}
 NAMES = sorted(COMMANDS)
@@ -140,3 +141,27 @@ def test_fast_examples_run(line, folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     code = main(shlex.split(line)[1:])
     assert code == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "drive",
+        "demo",
+        "ros robot",
+        "bench",
+        "bench chain",
+        "bench localization",
+        "bench perception",
+    ],
+)
+def test_what_shows_or_times_something_looks_at_development_worlds(name):
+    """Without a seed they take one of development; ``evaluate`` alone judges, by seed 0."""
+    defaults = {
+        name: option.default
+        for name, command in verbs()
+        for option in command.params
+        if option.name == "seed"
+    }
+    assert defaults[name] == DEVELOPMENT_SEED
+    assert defaults["evaluate"] == 0

@@ -1,10 +1,12 @@
 """Page of the view: ports, what it says, and how it ends."""
 
 import sys
+import threading
 
 import pytest
 
 from andabata.app.viewer.server import ViewerError, ViewServer
+from andabata.bench.viewer import read_page
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")
 
@@ -27,6 +29,21 @@ def test_without_viewers_nobody_is_waited_for():
     server.wait_for_viewers_to_leave()
     server.close()
     server.close()
+
+
+def test_a_first_page_is_waited_for():
+    """The wait ends when a page is open, or the server is closed, and not before."""
+    with ViewServer("waits", 0) as server:
+        waiting = threading.Thread(target=server.wait_for_a_viewer)
+        waiting.start()
+        waiting.join(0.6)
+        assert waiting.is_alive()
+        reader = threading.Thread(target=read_page, args=(server.url,), daemon=True)
+        reader.start()
+        waiting.join(30)
+        assert (waiting.is_alive(), server.viewers) == (False, 1)
+    server.wait_for_a_viewer()
+    reader.join(30)
 
 
 def test_without_viser_the_error_names_the_line_that_installs_it(monkeypatch):

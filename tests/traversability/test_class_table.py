@@ -113,7 +113,7 @@ def test_labels_beside_a_cloud_are_found(tmp_path, name, cloud, labels):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(cloud_to_bytes(PointCloud(points, "sensor"), path.suffix[1:]))
     write_labels(tmp_path / labels, classes)
-    found = decode_cloud_file(path, 4 if path.suffix == ".bin" else None, table)
+    found = decode_cloud_file(path, 4 if path.suffix == ".bin" else None, labels=table)
     kept = np.delete(classes, 3)
     assert found.cloud.classes.tolist() == kept.tolist()
     assert found.cloud.nontraversable.tolist() == (kept == table.blocked[0]).tolist()
@@ -135,7 +135,7 @@ def test_missing_and_wrong_labels_are_refused(tmp_path, mine):
     cloud = PointCloud(np.ones((40, 3), np.float32) * 2, "sensor")
     path.write_bytes(cloud_to_bytes(cloud, "bin"))
     with pytest.raises(CloudFileError, match=r"or a file NAME\.label beside the cloud"):
-        decode_cloud_file(path, 4, mine)
+        decode_cloud_file(path, 4, labels=mine)
     write_labels(tmp_path / "a.label", np.ones(39))
     with pytest.raises(CloudFileError, match=r"a\.label: expected 40 labels, got 39"):
-        decode_cloud_file(path, 4, mine)
+        decode_cloud_file(path, 4, labels=mine)

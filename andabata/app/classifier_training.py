@@ -56,6 +56,7 @@ def train_cell_classifier(
         Scores, importances and thresholds, ready for JSON, and the training cells.
     """
     manifests = [read_manifest(folder) for folder in folders]
+    grid = _with_limit_of(manifests, grid)
     pairs = zip(folders, manifests, strict=True)
     with console.progress("clouds", sum(len(each.of("train")) for each in manifests)) as step:
         samples = join_samples([split_samples(*pair, "train", grid, step) for pair in pairs])
@@ -132,6 +133,24 @@ def train_ground(
     data = {**score_ground_classifier(classifier, samples), "out": str(out)}
     write_scores(out, data, describe("classifier ground", config.model_dump(), seed))
     return data
+
+
+def _with_limit_of(manifests: Sequence[Manifest], grid: PolarGrid) -> PolarGrid:
+    """Return a grid with the limit of plants that the robot of all clouds had.
+
+    Raises:
+        ValueError: If the clouds were labelled for robots with different limits.
+    """
+    name = "max_traversable_vegetation"
+    # Clouds of versions before the limit have the default.
+    default = getattr(PolarGrid(), name)
+    limits = {float(each.config.get("robot", {}).get(name, default)) for each in manifests}
+    if len(limits) > 1:
+        raise ValueError(
+            f"robot.{name}: expected one limit of plants in all clouds, got "
+            f"{', '.join(f'{limit:g} m' for limit in sorted(limits))}; make them for one robot"
+        )
+    return grid.model_copy(update={name: limits.pop()})
 
 
 def _origin(manifests: Sequence[Manifest]) -> dict[str, Any]:

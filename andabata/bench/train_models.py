@@ -1,6 +1,6 @@
 """Trains the shipped classifiers: clouds of twelve lasers, then the forest and the ground cells.
 
-``python -m andabata.bench.train_models FOLDER`` takes an hour on two cores and 25 GB of clouds in
+``python -m andabata.bench.train_models FOLDER`` takes an hour on two cores and 9 GB of clouds in
 FOLDER, where ``forest.npz`` and ``ground_classifier.npz`` are in the end.
 """
 

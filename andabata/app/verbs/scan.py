@@ -47,6 +47,9 @@ def scan(
         ),
     ] = None,
     sectors: Annotated[int, typer.Option(help="Number of sectors of the virtual scan.")] = 32,
+    max_traversable_vegetation: Annotated[
+        float, typer.Option(help="Height up to which the robot drives over plants, in metres.")
+    ] = 0.15,
     picture: Annotated[
         Path | None, typer.Option(help="PNG file of a single cloud; in this folder by default.")
     ] = None,
@@ -85,6 +88,7 @@ def scan(
         sensor_at=None if sensor_at is None else numbers(sensor_at, 3, "--sensor-at"),
     )
     overrides = [f"own_body={own_body}", f"level={str(level).lower()}", f"n_sectors={sectors}"]
+    overrides += [f"max_traversable_vegetation={max_traversable_vegetation}"]
     config, console = resolve(ScanConfig, None, overrides, base), output.console()
     table = None if labels is None else load_class_table(labels)
     source = CloudSource(topic, number, columns, given, unit, table)

@@ -209,8 +209,11 @@ def _reasons_of(
     reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
     reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
     reasons[[trait.traversable for trait in traits]] = Reason.FREE
-    low = ends <= config.max_traversable_vegetation
-    reasons[low & np.array([trait.by_height for trait in traits])] = Reason.FREE
+    for k in np.flatnonzero([trait.by_height for trait in traits]):
+        x, y, z = objects[k].vertices.astype(np.float64).T
+        # On a slope, the height of the plants on the lower side.
+        if (z - ground.height_at(x, y)).max() <= config.max_traversable_vegetation:
+            reasons[k] = Reason.FREE
     # The robot passes below an object that begins above its body, such as the crown of a tree.
     reasons[begins >= config.body_height] = Reason.FREE
     return reasons.astype(np.uint8)

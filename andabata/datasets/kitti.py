@@ -16,7 +16,12 @@ from traversability.kitti_labels import kitti_labels
 ROUGH_GROUND = 32
 """Label of ground that is too steep or stepped; the others are those of ``SemanticClass``."""
 
+LOW_PLANTS = 33
+"""Label of plants that are low enough to be crossed."""
+
 _GROUND = (SemanticClass.GROUND, SemanticClass.PATH)
+
+_PLANTS = [int(kind) for kind, traits in TRAITS.items() if traits.by_height]
 
 
 def begin_sequence(folder: Path) -> None:
@@ -24,8 +29,8 @@ def begin_sequence(folder: Path) -> None:
     for name in ("velodyne", "labels"):
         make_folder(folder / name)
     names = {int(kind): kind.name.lower() for kind in SemanticClass}
-    names[ROUGH_GROUND] = "rough_ground"
-    good = [int(kind) for kind, traits in TRAITS.items() if traits.traversable]
+    names |= {ROUGH_GROUND: "rough_ground", LOW_PLANTS: "low_plants"}
+    good = [int(kind) for kind, traits in TRAITS.items() if traits.traversable] + [LOW_PLANTS]
     lines = ["# Labels of the sequence; learning_map: 1 traversable, 2 not.", "labels:"]
     lines += [f"  {number}: {name}" for number, name in names.items()]
     lines += ["learning_map:"]
@@ -45,7 +50,9 @@ def scan_files(number: int, cloud: PointCloud, lidar_height: float) -> dict[str,
     if cloud.classes is None or cloud.nontraversable is None:
         raise ValueError("classes: expected a labelled cloud, got one without labels")
     rough = np.isin(cloud.classes, _GROUND) & cloud.nontraversable
+    low = np.isin(cloud.classes, _PLANTS) & ~cloud.nontraversable
     classes = np.where(rough, np.uint8(ROUGH_GROUND), cloud.classes)
+    classes[low] = LOW_PLANTS
     points = cloud.points - np.array([0.0, 0.0, lidar_height], dtype=np.float32)
     scan = PointCloud(points, "sensor", classes=classes)
     return {

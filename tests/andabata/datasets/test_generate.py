@@ -58,17 +58,18 @@ def test_each_split_has_its_own_worlds_and_every_kind():
     assert sorted(clouds) == list(range(130))
     assert len({batch.world for batch in batches}) == len(batches)
     for split in ("train", "validation"):
-        kinds = {batch.world % 7 for batch in batches if batch.split == split}
-        assert len(kinds) == 7
+        kinds = {batch.world % 8 for batch in batches if batch.split == split}
+        assert len(kinds) == 8 == len(CONFIG.presets)
         assert max(len(batch.clouds) for batch in batches if batch.split == split) <= 10
 
 
 def test_worlds_of_data_sets_are_theirs_alone():
     """Presets are taken in turn; worlds of two seeds differ, and none is trained or driven in."""
     presets = CONFIG.presets
-    found = [world_of(CONFIG, seed, k) for seed in (0, 1) for k in range(14)]
-    assert [preset for preset, _ in found[:14]] == [*presets, *presets]
-    assert len(set(found)) == 28
+    n = 2 * len(presets)
+    found = [world_of(CONFIG, seed, k) for seed in (0, 1) for k in range(n)]
+    assert [preset for preset, _ in found[:n]] == [*presets, *presets]
+    assert len(set(found)) == 2 * n
     assert min(seed for _, seed in found) >= DATASET_START
 
 

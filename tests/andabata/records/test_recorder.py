@@ -19,7 +19,7 @@ from tests.played_graph import MemoryWriter
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
-DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
+DRIVE = ["drive", "--world", "natural-test", "--seed", "4", "--controller", "reactive"]
 
 
 @pytest.fixture(scope="module")

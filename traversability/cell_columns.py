@@ -81,7 +81,7 @@ class CellWorkspace(NamedTuple):
         levels: Level of the ground under the mean point of each quarter [m], infinite where none
             is known, float64, shape (2 n_sectors, 2 n_rings).
         layers: Number of points of each cell by their height over the ground; see ``heights``.
-            float64, shape (n_sectors, n_rings, LAYERS).
+            int32, shape (n_sectors, n_rings, LAYERS).
     """
 
     counts: NDArray[np.int32]
@@ -90,7 +90,7 @@ class CellWorkspace(NamedTuple):
     planes: NDArray[np.float64]
     scatter: NDArray[np.float64]
     levels: NDArray[np.float64]
-    layers: NDArray[np.float64]
+    layers: NDArray[np.int32]
 
 
 def make_workspace(grid: PolarGrid, n_features: int) -> CellWorkspace:
@@ -108,5 +108,5 @@ def make_workspace(grid: PolarGrid, n_features: int) -> CellWorkspace:
         planes=np.zeros((2 * sectors, 2 * rings, 3)),
         scatter=np.zeros((2 * sectors, 2 * rings)),
         levels=np.zeros((2 * sectors, 2 * rings)),
-        layers=np.zeros((sectors, rings, LAYERS)),
+        layers=np.zeros((sectors, rings, LAYERS), dtype=np.int32),
     )

@@ -86,7 +86,7 @@ def describe_heights(
 
 
 @kernel
-def _write_heights(layers: NDArray[np.float64], n: int, out: NDArray[np.float32]) -> None:
+def _write_heights(layers: NDArray[np.int32], n: int, out: NDArray[np.float32]) -> None:
     """Write shares above heights, and quantiles of the height in limits.
 
     Args:
@@ -96,7 +96,7 @@ def _write_heights(layers: NDArray[np.float64], n: int, out: NDArray[np.float32]
     """
     # Most cells are flat: what lies above their highest layer need not be looked at.
     end = LAYERS
-    while end > 0 and layers[end - 1] == 0.0:
+    while end > 0 and layers[end - 1] == 0:
         end -= 1
     layers = layers[:end]
     for column, height in _COVERS:
@@ -115,7 +115,7 @@ def _in_limits(height: float) -> float:
 
 
 @inlined_kernel
-def _above(layers: NDArray[np.float64], height: float) -> float:
+def _above(layers: NDArray[np.int32], height: float) -> float:
     """Return the number of points above a height in layers; within a layer they lie evenly."""
     first = int(height)
     if first >= len(layers):
@@ -127,12 +127,12 @@ def _above(layers: NDArray[np.float64], height: float) -> float:
 
 
 @inlined_kernel
-def _quantile(layers: NDArray[np.float64], rank: float) -> float:
+def _quantile(layers: NDArray[np.int32], rank: float) -> float:
     """Return the height in layers below which ``rank`` points lie."""
     below = 0.0
     for layer in range(len(layers)):
         here = layers[layer]
-        if here > 0.0 and below + here >= rank:
+        if here > 0 and below + here >= rank:
             return layer + max(rank - below, 0.0) / here
         below += here
     return float(len(layers))

@@ -72,7 +72,7 @@ def examine_relief(
         number of points that are bumps, shape (k, 4); zero in rings beyond ``bump_rings``.
     """
     scale = LAYERS_PER_LIMIT / max_traversable_vegetation
-    cells.layers[:] = 0.0
+    cells.layers[:] = 0
     relief = _survey(quarters.sums, bump_rings, scale, cells)
     tops = np.zeros((len(relief.flags), 4))
     layers = cells.layers.reshape(cells.counts.size, LAYERS)
@@ -111,7 +111,7 @@ def _survey(
             if over + 2 * cells.scatter[i, j] * scale > _FLAT_TOP * LAYERS_PER_LIMIT:
                 flags[place] += np.uint8(_FOR_LAYERS)
             else:
-                cells.layers[i // 2, j // 2, _layer(over)] += n
+                cells.layers[i // 2, j // 2, _layer(over)] += np.int32(n)
     return _Relief(flags, shifts, owners)
 
 
@@ -128,7 +128,7 @@ def _examine(
     relief: _Relief,
     scale: float,
     tops: NDArray[np.float64],
-    layers: NDArray[np.float64],
+    layers: NDArray[np.int32],
 ) -> None:
     """Look at the points of quarters with relief.
 
@@ -159,7 +159,7 @@ def _examine(
         )
         if flag & _FOR_LAYERS:
             height = (rise + relief.shifts[place]) * scale
-            layers[np.uint64(relief.cells[place]), _layer(height)] += 1.0
+            layers[np.uint64(relief.cells[place]), _layer(height)] += 1
         if not flag & _FOR_BUMPS:
             continue
         if rise > BUMP_HEIGHT:

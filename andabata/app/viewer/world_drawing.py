@@ -28,6 +28,9 @@ _SEE_THROUGH = {
     SemanticClass.FOLIAGE: 0.35,
     SemanticClass.BUSH: 0.8,
     SemanticClass.HIGH_GRASS: 0.7,
+    SemanticClass.STALKS: 0.5,
+    SemanticClass.MEADOW: 0.6,
+    SemanticClass.THICKET: 0.7,
 }
 """Opacity of what would hide the robot, or what beams pass through."""
 

@@ -13,7 +13,7 @@ from andabata.records.topics import POINT_CLOUD, RosMessage, message_types
 from andabata.records.unusable_message import UnusableMessageError
 from traversability.cloud import BASE_FRAMES, PointCloud
 from traversability.decoding import DecodedCloud, decode_columns
-from traversability.formats.bare_floats import no_lengths
+from traversability.formats.bare_floats import are_zero, no_lengths
 from traversability.formats.coordinate_units import CoordinateUnits
 from traversability.formats.table import COORDINATES, MAX_POINTS, Columns
 from traversability.point_times import time_unit_of
@@ -183,9 +183,11 @@ class _Layout:
         found = []
         for field in places:
             (values,) = self.columns(field, 1)
-            values = values[values != 0]  # Slots without a return are zero in both orders.
+            # Slots without a return are zero in both orders.
+            is_float = values.dtype.kind == "f"
+            values = values[~are_zero(values) if is_float else values != 0]
             values = values[:: max(len(values) // _SAMPLE, 1)]
-            kind = values.dtype.newbyteorder("=") if values.dtype.kind == "f" else np.float64
+            kind = values.dtype.newbyteorder("=") if is_float else np.float64
             found.append(no_lengths(values.astype(kind)))
         judged = np.concatenate(found) if found else np.zeros(0)
         return float(judged.mean()) if len(judged) else 0.0

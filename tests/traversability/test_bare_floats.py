@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import torch
 
 from traversability.files import CloudFileError, cloud_to_bytes, decode_cloud_file
 from traversability.formats import bare_floats
+from traversability.formats.bare_floats import are_zero, no_lengths
 from traversability.formats.error import FormatError
 
 RNG = np.random.default_rng(1)
@@ -129,3 +131,18 @@ def test_nuscenes_files_have_a_remark_on_their_layout(tmp_path):
     assert (four.columns, four.remarks) == (4, ())
     np.testing.assert_array_equal(four.cloud.points, decoded.cloud.points)
     np.testing.assert_array_equal(four.others["intensity"], decoded.others["intensity"])
+
+
+@pytest.mark.parametrize("flushed", [False, True])
+def test_subnormal_numbers_are_no_lengths_even_where_they_count_as_zero(flushed):
+    """A process that has loaded a policy takes subnormal numbers for zero; their bits stay."""
+    try:
+        torch.set_flush_denormal(flushed)
+        for kind in ("f4", "f8"):
+            words = np.array([0.0, -0.0, 1.5, -700.0, np.inf], dtype=kind)
+            words[3:4].view(f"u{words.itemsize}")[0] = 0xE040  # Seven in the other byte order.
+            assert no_lengths(words).tolist() == [False, False, False, True, False]
+            for swapped in (words, words.byteswap().view(words.dtype.newbyteorder())):
+                assert are_zero(swapped).tolist() == [True, True, False, False, False]
+    finally:
+        torch.set_flush_denormal(False)

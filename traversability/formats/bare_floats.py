@@ -32,6 +32,9 @@ _NANS = {
 }
 """Bit patterns of NaN that processors and compilers write, by the size of a number [bytes]."""
 
+_EXPONENTS = {4: 0x7F800000, 8: 0x7FF << 52}
+"""Bits of the exponent, by the size of a number [bytes]; none is set in subnormal numbers."""
+
 
 @np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
 def parse(data: bytes, width: int | None = None, likely: int = _LIKELY) -> tuple[Columns, str]:
@@ -108,10 +111,20 @@ def no_lengths(words: NDArray[np.floating]) -> NDArray[np.bool_]:
     Of the many bit patterns of NaN, programs write few; others are negative integers.
     """
     bits = np.ascontiguousarray(words).view(f"<u{words.itemsize}")
+    # By their bits: a processor that takes subnormal numbers for zero would not show them.
+    tiny = ~are_zero(words) & (bits & _EXPONENTS[words.itemsize] == 0)
     with np.errstate(invalid="ignore"):
         size = np.abs(words.astype(np.float64))
         odd = np.isnan(size) & ~np.isin(bits, _NANS[words.itemsize])
-        return np.asarray(odd | (np.isfinite(size) & (size > 0) & ((size > 1e8) | (size < 1e-9))))
+        beyond = np.isfinite(size) & (size > 0) & ((size > 1e8) | (size < 1e-9))
+        return np.asarray(odd | tiny | beyond)
+
+
+def are_zero(words: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which numbers are zero, of either sign, in any byte order, by their bits."""
+    order = words.dtype.str[0]
+    bits = np.ascontiguousarray(words).view(np.dtype(f"{order}u{words.itemsize}"))
+    return np.asarray(bits << bits.dtype.type(1) == 0)
 
 
 def _width(words: NDArray[np.floating], length: int, size: int, likely: int) -> int:

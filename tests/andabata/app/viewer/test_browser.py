@@ -26,7 +26,7 @@ pytestmark = [
 
 CONFIG = SimulatedRobotConfig(plant="kinematic")
 TASK = Task(Start(-6.0, 0.0, 0.0), ((8.0, 0.0),))
-PATIENCE = 40.0
+PATIENCE = 240.0
 
 
 class Drive:

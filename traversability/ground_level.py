@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, LOWEST, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
-from traversability.cell_columns import CellWorkspace
+from traversability.cell_columns import MIN_DESCRIBED, CellWorkspace
 from traversability.quarter_planes import GRADIENT_X, GRADIENT_Y
 
 MAX_GRADE = 0.3
@@ -42,7 +42,7 @@ def ground_levels(
     for i in range(sums.shape[0]):
         for j in range(sums.shape[1]):
             scatter[i, j], levels[i, j] = 0.0, np.inf
-            if sums[i, j, COUNT] > 0 and cells.counts[i // 2, j // 2] >= 3:
+            if sums[i, j, COUNT] > 0 and cells.counts[i // 2, j // 2] >= MIN_DESCRIBED:
                 scatter[i, j] = _scatter(sums[i, j], cells.planes[i, j])
                 if sums[i, j, COUNT] >= _MIN_LOW_POINTS:
                     mean = sums[i, j, Z] / sums[i, j, COUNT]

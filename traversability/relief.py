@@ -137,7 +137,7 @@ def _examine(
     Args:
         quarters: Points and the quarter of each.
         planes: Plane around each quarter, shape (k, 3).
-        relief: What is looked for in each quarter.
+        relief: Flags, heights of the planes and cells of the quarters.
         scale: Layers per metre [1/m].
         tops: Output; see ``examine_relief``.
         layers: Number of points in each layer of each cell, added to, shape (n_cells, LAYERS).

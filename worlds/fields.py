@@ -104,7 +104,7 @@ def plain_world(
     Args:
         name: Name of the world.
         ground: Its ground.
-        objects: What stands on it.
+        objects: Objects on the ground.
         path: True for a path along the x axis, 2.4 m wide.
     """
     surface = np.zeros(tuple(n - 1 for n in ground.heights.shape), dtype=np.uint8)

@@ -35,7 +35,7 @@ def diagnose(scanned: Scanned, config: ScanConfig, origin: Origin | None = None)
     Args:
         scanned: Scan of a cloud.
         config: Settings of the scan.
-        origin: What happened to the cloud before; None for a cloud in metres.
+        origin: History of the cloud before the scan; None for a cloud in metres.
     """
     origin = origin or Origin()
     found = _explained(scanned, config, origin)

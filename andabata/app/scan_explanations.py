@@ -73,7 +73,7 @@ def explain(scanned: Scanned, config: ScanConfig, origin: Origin) -> str | None:
     Args:
         scanned: Scan whose ground is not where the mounting says.
         config: Settings of the scan.
-        origin: What happened to the cloud before.
+        origin: History of the cloud before the scan.
     """
     if scanned.sensor is None or config.level:
         return None

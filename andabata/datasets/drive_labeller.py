@@ -82,7 +82,7 @@ class DriveLabeller:
         """Add a control period.
 
         Args:
-            period: What is known of it.
+            period: Stamp, pose, commands and speeds of the period.
             points: Cloud in the levelled ``base_footprint`` of its pose [m], float32, shape (n, 3),
                 copied; None without one.
         """

@@ -100,7 +100,7 @@ def holds_what_follows(
 
     Args:
         spread_before: Stamps of the gyro if bursts hold what came before [s], shape (k,).
-        spread_after: The same if they hold what came after [s], shape (k,).
+        spread_after: Stamps of the gyro if they hold what came after [s], shape (k,).
         yaw_rates: Yaw rates of the gyro in any unit, shape (k,).
         headings: Stamp [s] and heading by the compass, unwrapped [rad], shape (j, 2).
     """

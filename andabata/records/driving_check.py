@@ -48,7 +48,7 @@ class DrivingFit:
 
     Attributes:
         spread: Root mean square distance of the fixes from their mean [m].
-        path_spread: The same of the path [m].
+        path_spread: Root mean square distance of the path from its mean [m].
         correlation: Correlation of the two, 0 to 1.
         scale: Distance by the fixes as a share of that by the wheels.
         heading: Heading at the start that fits, from east [rad].

@@ -126,7 +126,7 @@ def returning_text(parent: str, one: Sequence[float], other: Sequence[float]) ->
     Args:
         parent: Name of the parent frame.
         one: Position x, y, z [m] and quaternion x, y, z, w of a transform.
-        other: The same of the transform that it alternates with.
+        other: Position and quaternion of the transform that it alternates with.
     """
     values = f"{_in_words(one)} and {_in_words(other)}"
     return f"expected one pose on {parent}, got two in turn: {values}; stop one of two publishers"

@@ -52,7 +52,7 @@ class UnitFactors:
         magnetic_field: Factor to T.
         wheels: Factor to rad/s; negative where the wheels count backwards.
         left_sign: Sign of the left wheels beside that factor.
-        right_sign: The same of the right wheels.
+        right_sign: Sign of the right wheels beside that factor.
     """
 
     acceleration: float = 1.0

@@ -30,7 +30,7 @@ def mirrored_side(turns: YawIncrements, mirrored: YawIncrements, rows: Rows) -> 
 
     Args:
         turns: Yaw increments with the wheels as they come.
-        mirrored: The same with the right side reversed.
+        mirrored: Yaw increments with the right side reversed.
         rows: Stamp, left and right wheel speed, shape (k, 3).
     """
     spin, drive = (float(np.linalg.norm(each.wheels)) for each in (turns, mirrored))

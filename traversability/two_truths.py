@@ -43,7 +43,8 @@ class TwoTruths(NamedTuple):
     Attributes:
         first: ``CellState`` of each cell, non-traversable from ``MIN_SHARE`` of bad points on,
             ``EMPTY`` where too few of its points are labelled; uint8, shape (n_sectors, n_rings).
-        second: ``CellState`` of each cell as in ``first``, ``EMPTY`` also where a free cell holds a step or is doubtful.
+        second: ``CellState`` of each cell as in ``first``, ``EMPTY`` also where a free cell holds a
+            step or is doubtful.
     """
 
     first: NDArray[np.uint8]

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.sdf_meshes import block
-from worlds.sdf_meshes import Surface
+from worlds.sdf.meshes import Surface
 
 NAMESPACE = "http://www.collada.org/2005/11/COLLADASchema"
 INPUT = '<input semantic="VERTEX" source="#{name}-vertices" offset="{offset}"/>'

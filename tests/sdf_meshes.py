@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from worlds.sdf_meshes import Surface
+from worlds.sdf.meshes import Surface
 
 
 def torus(outer: float = 1.0, inner: float = 0.3) -> Surface:

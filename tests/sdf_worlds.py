@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from worlds.sdf import SdfWorld, read_sdf
+from worlds.sdf.world import SdfWorld, read_sdf
 
 CUBE = "<box><size>1 1 1</size></box>"
 POST = "<cylinder><radius>0.1</radius><length>1</length></cylinder>"

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from worlds.barn import HALF, MIDDLE, RADIUS, TASK, BarnWorld
 from worlds.room_edges import outline_edges
 from worlds.rooms import Room
-from worlds.sdf import read_sdf
-from worlds.sdf_room import SLAB, room_of
+from worlds.sdf.room import SLAB, room_of
+from worlds.sdf.world import read_sdf
 
 _WORLD = re.compile(r"world_(\d+)\.world(\.gz)?")
 _WORLD_FOLDERS = (".", "world_files")

@@ -11,9 +11,9 @@ from andabata.app.world_summary import world_summary
 from andabata.records import atomic_io
 from worlds import room_files, world_files
 from worlds.rooms import Room
-from worlds.sdf import SdfWorld, read_sdf
-from worlds.sdf_ground import world_of
-from worlds.sdf_room import SLAB, Bounds, is_flat, room_of
+from worlds.sdf.ground import world_of
+from worlds.sdf.room import SLAB, Bounds, is_flat, room_of
+from worlds.sdf.world import SdfWorld, read_sdf
 
 AUTO, ROOM, WORLD = "auto", "room", "world"
 """Forms of an import: by the ground, a room for planar lasers, a world of hills."""

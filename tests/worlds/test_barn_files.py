@@ -12,7 +12,7 @@ from tests.barn_folders import world_text, write_world
 from tests.sdf_worlds import pose, solid
 from worlds.barn import MIDDLE, TASK
 from worlds.barn_files import BarnFileError, barn_files, read_barn_path, read_barn_world
-from worlds.sdf_xml import SdfError
+from worlds.sdf.elements import SdfError
 
 REAL = Path(os.environ.get("ANDABATA_REAL_DATA", "/nowhere")) / "barn"
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from terrain.heightfield import Heightfield
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.scenes import Scene, SceneCache
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from worlds.rooms import RoomTask
+from worlds.rooms.room import RoomTask
 from worlds.world import Start
 
 AHEAD, STAND, SPIN = ([1.0, 0.0], [-1.0, 0.0], [-1.0, 1.0])

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import label
 
-from worlds.rooms import CELL, cell_clearances
+from worlds.rooms.room import CELL, cell_clearances
 
 
 def obstacle_count(room, margin):

@@ -54,7 +54,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.lidar_models import sensor_settings
 from andabata.models import Models, shipped_policy
 from andabata.training.plans import TASKS, algorithms, load_plan
-from worlds.room_catalogue import make_room, room_names
+from worlds.rooms.catalogue import make_room, room_names
 for sensor in ("utm-30lx", "os1-64", "os0-128", "vlp-16", "livox-rosette"):
     sensor_settings(sensor)
 for robot in ("andabata", "husky", "jackal"):

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from worlds.movers import Mover, MoverPlan
+from worlds.rooms.movers import Mover, MoverPlan
 
 
 def walker(place, velocity=(0.0, 0.0), radius=0.25, height=1.7, **plan):

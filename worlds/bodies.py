@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from terrain.classes import TRAITS
-from worlds.movers import MoverPlan
 from worlds.quiet_pybullet import pybullet
+from worlds.rooms.movers import MoverPlan
 from worlds.world import World
 
 BELOW = (0.0, 0.0, -1000.0)

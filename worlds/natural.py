@@ -24,7 +24,7 @@ from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from terrain.stands import stand
 from worlds.goals import sample_tasks
-from worlds.movers import Mover
+from worlds.rooms.movers import Mover
 from worlds.truth import TruthConfig, build_truth
 from worlds.walkers import WalkerConfig, draw_walkers, solids_room
 from worlds.world import World

@@ -4,7 +4,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, replace
 
 from worlds.catalogue import make_world
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.truth import with_vegetation_limit
 from worlds.world import Geofence, World
 from worlds.world_files import is_world_file

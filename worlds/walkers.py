@@ -11,9 +11,9 @@ from scipy.spatial import ConvexHull
 from terrain.classes import TRAITS
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
-from worlds.mover_placement import draw_movers
-from worlds.movers import Mover, MoverPlan
-from worlds.rooms import Room, RoomPlan
+from worlds.rooms.mover_placement import draw_movers
+from worlds.rooms.movers import Mover, MoverPlan
+from worlds.rooms.room import Room, RoomPlan
 from worlds.world import Task
 
 _MARGIN = 1.0

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from terrain.classes import SemanticClass
 from terrain.kernel import inlined_kernel, kernel
-from worlds.mover_motion import Movers, Schedules, advance, come_and_go, put_down
-from worlds.ray_ground import cell_height
+from worlds.rays.ground import cell_height
+from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go, put_down
 from worlds.walkers import solids_room
 from worlds.world import World
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
-from worlds.movers import Mover
+from worlds.rooms.movers import Mover
 from worlds.traversability_map import TraversabilityMap
 
 Geofence = tuple[float, float, float, float]

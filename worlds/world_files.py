@@ -16,7 +16,7 @@ from safetensors.numpy import save
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
-from worlds.movers import Mover, MoverPlan
+from worlds.rooms.movers import Mover, MoverPlan
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, Task, World
 

@@ -137,7 +137,7 @@ def _code(error: Exception) -> int:
     from andabata.machine.lidar_models import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
     from worlds.goals import GoalError
-    from worlds.room_catalogue import UnknownRoomError
+    from worlds.rooms.catalogue import UnknownRoomError
 
     usage = SettingsError | UsageError | GoalError
     unknown = UnknownWorldError | UnknownRoomError | UnknownSensorError

@@ -30,8 +30,8 @@ from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar_lidar import TRAINING_LIDAR
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomTask
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomTask
 
 Row = dict[str, Any]
 

@@ -19,8 +19,8 @@ from andabata.tasks.lattice_oracle import oracle_steps
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.sac import SacConfig
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room
 
 Row = dict[str, Any]
 

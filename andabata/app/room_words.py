@@ -15,7 +15,7 @@ from andabata.models import shipped_policy
 from andabata.tasks.room_tasks import RoomTaskConfig
 from rl.goal_laws import LAWS
 from rl.policy import Policy, load_policy
-from worlds.room_catalogue import UnknownRoomError, make_room, room_names
+from worlds.rooms.catalogue import UnknownRoomError, make_room, room_names
 
 SHIPPED = "shipped"
 """Policy without a file: the one that comes with the package. Laws have none either."""

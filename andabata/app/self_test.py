@@ -114,7 +114,7 @@ def check_kernel_cache() -> Finding:
 def check_rays() -> Finding:
     """Check ranges to a level plane: height over the sine of the angle below the horizon."""
     from terrain.heightfield import Heightfield
-    from worlds.rays import RayScene
+    from worlds.rays.scene import RayScene
     from worlds.truth import TruthConfig, build_truth
     from worlds.world import World
 

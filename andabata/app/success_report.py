@@ -24,8 +24,8 @@ from andabata.evaluation.rooms import (
 )
 from andabata.tasks.room_config import RoomConfig
 from andabata.training.plans import algorithms, load_plan
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room
 
 Row = dict[str, Any]
 

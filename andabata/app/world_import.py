@@ -9,8 +9,9 @@ from typing import Any
 from andabata.app.usage import UsageError, numbers
 from andabata.app.world_summary import world_summary
 from andabata.records import atomic_io
-from worlds import room_files, world_files
-from worlds.rooms import Room
+from worlds import world_files
+from worlds.rooms import files as room_files
+from worlds.rooms.room import Room
 from worlds.sdf.ground import world_of
 from worlds.sdf.room import SLAB, Bounds, is_flat, room_of
 from worlds.sdf.world import SdfWorld, read_sdf

@@ -19,9 +19,9 @@ from andabata.bench.table import Row, markdown_table
 from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
 from andabata.tasks.room_points import SECTORS, bearing_windows, take_points
-from worlds.mover_placement import draw_movers
-from worlds.movers import MoverPlan
-from worlds.rooms import Room, RoomPlan, RoomTask, free_places
+from worlds.rooms.mover_placement import draw_movers
+from worlds.rooms.movers import MoverPlan
+from worlds.rooms.room import Room, RoomPlan, RoomTask, free_places
 from worlds.world import Start
 
 BEAMS = (36, 180, 1080)

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.bench.embree import EmbreeScene
 from andabata.bench.perception_peers import quiet
 from andabata.localization.filter_state import STATES
 from terrain.classes import SemanticClass
 from traversability.forest import Forest
 from worlds.bodies import build_bodies
-from worlds.embree import EmbreeScene
 from worlds.world import World
 
 Rays = NDArray[np.float32]

@@ -13,7 +13,7 @@ from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.machine.lidar_models import sensor_names, sensor_settings
 from traversability.cloud import PointCloud
 from worlds.fields import Field, bare_ground, draw_field, make_field, plain_world
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.scenes import Scene
 from worlds.world import Start, World
 

@@ -8,7 +8,7 @@ import numpy as np
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from traversability.cloud import PointCloud
 from worlds.hazards import HAZARDS, make_hazard
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.scenes import Scene
 from worlds.world import Start
 

@@ -22,7 +22,7 @@ from andabata.navigation.cloud_assembly import CloudAssemblyConfig, assembled_tu
 from terrain.heightfield import Heightfield
 from traversability.cloud import PointCloud
 from worlds.catalogue import make_world, patch
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.scenes import Scene
 from worlds.traversability_map import TraversabilityMap
 from worlds.world import Start

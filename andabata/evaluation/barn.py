@@ -33,8 +33,8 @@ from andabata.tasks.planar_drive import (
     SimulatedPlanarRobot,
     drive_to_goal,
 )
-from worlds.barn import NARROW, PUBLISHED, BarnWorld, barn_world
-from worlds.barn_files import BarnFile, barn_files, read_barn_world
+from worlds.rooms.barn import NARROW, PUBLISHED, BarnWorld, barn_world
+from worlds.sdf.barn import BarnFile, barn_files, read_barn_world
 
 GENERATED = "generated"
 """Worlds of the project's own generator, in the place of a folder."""

@@ -15,7 +15,7 @@ from andabata.tasks.room_env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome
 from rl.driving import driven_many
 from rl.policy import Policy
-from worlds.rooms import RoomTask
+from worlds.rooms.room import RoomTask
 from worlds.world import Start
 
 _BATCH = 50

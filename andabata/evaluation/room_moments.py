@@ -23,8 +23,8 @@ from andabata.machine.planar_readings import PlanarReadings
 from andabata.tasks.room_env import RoomVectorEnv
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomTask
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomTask
 
 _NEARLY = 1 - 1e-4
 """Share of the largest range from which on a beam has met nothing, in single precision."""

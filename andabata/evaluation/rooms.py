@@ -42,9 +42,9 @@ from andabata.tasks.room_tasks import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.td3_config import JUDGED_CLEARANCE
 from rl.policy import Policy, policy_from_bytes
-from worlds.room_catalogue import make_room
-from worlds.room_files import is_room_file, plan_digest
-from worlds.rooms import Room, RoomTask, random_task
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.files import is_room_file, plan_digest
+from worlds.rooms.room import Room, RoomTask, random_task
 
 REACTIVE, WITH_MAP = "reactive", "map"
 """Names of what a policy heads for: the goal itself, or the sub-goal of a local map."""

@@ -16,7 +16,7 @@ from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.room_config import RoomConfig
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
-from worlds.rooms import RoomTask
+from worlds.rooms.room import RoomTask
 
 _NEARLY = 1 - 1e-4
 """Share of the largest range from which on a beam has met nothing, in single precision."""

@@ -18,7 +18,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World

@@ -15,7 +15,7 @@ from andabata.machine.ranging import measure_beams
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from traversability.grid import PolarGrid
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.walking import Walkers, cover_rays
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from andabata.machine.robot import RobotModel
 from terrain.kernel import kernel
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 
 AT_REST = 0.05
 """Speed up to which a robot counts as standing when it is hit [m/s] (assumption)."""

@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from andabata.machine.counter_rng import normal, uniform
 from terrain.classes import TRAITS
 from terrain.kernel import inlined_kernel, kernel
-from worlds.ray_geometry import NO_CLASS
-from worlds.ray_layout import Layout
-from worlds.ray_walk import cast_rays
+from worlds.rays.geometry import NO_CLASS
+from worlds.rays.layout import Layout
+from worlds.rays.walk import cast_rays
 from worlds.walking import WalkerTrack, cover_rays
 
 _DRAWS = np.uint64(3)

@@ -19,7 +19,7 @@ from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleStat
 from andabata.machine.vehicle import Plant, make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.walking import Walkers
 from worlds.world import Start, World
 

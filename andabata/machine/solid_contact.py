@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from andabata.machine.vectors import Axes, Vector, added, dot, to_map
 from terrain.classes import TRAITS
 from terrain.kernel import kernel
-from worlds.ray_layout import Blocks, ConvexObjects, build_layout
+from worlds.rays.layout import Blocks, ConvexObjects, build_layout
 from worlds.world import World
 
 _SAME_DEPTH = 0.01

@@ -15,7 +15,7 @@ from andabata.machine.vectors import axes_of
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from andabata.machine.wheels_body import WheelsConfig, wheels_body
 from andabata.machine.wheels_dynamics import Surroundings, WheelsState, drive_ticks, motion_of
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 

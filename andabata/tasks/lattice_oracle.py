@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from andabata.tasks.room_batch import DiscRobotConfig, room_arrays
 from andabata.tasks.room_kernel import YAW, Rooms, X, clearance, drive
 from terrain.kernel import inlined_kernel, kernel
-from worlds.geodesics import HALF_DIAGONAL, Ways, remaining, ways_to
-from worlds.mover_motion import Movers
-from worlds.rooms import CELL, Room, RoomTask
+from worlds.rooms.geodesics import HALF_DIAGONAL, Ways, remaining, ways_to
+from worlds.rooms.mover_motion import Movers
+from worlds.rooms.room import CELL, Room, RoomTask
 
 _WIDTH = np.radians(7.5)
 """Largest width of a bin of heading [rad]; the largest edge of one of position is a room's cell."""

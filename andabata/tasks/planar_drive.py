@@ -16,8 +16,8 @@ from andabata.machine.planar_vehicle import PlanarVehicle, PlanarVehicleConfig
 from andabata.tasks.room_batch import laser_arrays, room_arrays
 from andabata.tasks.room_kernel import MIN_RANGE, cast
 from andabata.tasks.terminations import Outcome
-from worlds.mover_motion import Movers
-from worlds.rooms import Room, RoomTask
+from worlds.rooms.mover_motion import Movers
+from worlds.rooms.room import Room, RoomTask
 
 BARN_LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.12)
 """The laser of the BARN benchmark: 720 beams of 270 degrees (assumption: 0.12 m ahead)."""

@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.room_kernel import Lasers, Rooms, V, X, cast, drive
-from worlds.mover_motion import Movers, Schedules, come_and_go, put_down
-from worlds.movers import Mover
-from worlds.rooms import Room
+from worlds.rooms.mover_motion import Movers, Schedules, come_and_go, put_down
+from worlds.rooms.movers import Mover
+from worlds.rooms.room import Room
 from worlds.world import Start
 
 
@@ -42,7 +42,7 @@ class RoomBatch:
         motions: State of each robot: x, y [m], yaw [rad], speed [m/s], yaw rate [rad/s], float64,
             shape (n, 5).
         places: Index of each robot's room, shape (n,).
-        movers: Moving obstacles of each robot's room; see ``worlds.mover_motion``.
+        movers: Moving obstacles of each robot's room; see ``worlds.rooms.mover_motion``.
         contacts: ``Contact`` of each robot since its last step, int64, shape (n,).
         lasers: Lasers that robots can have.
         mounted: Index of each robot's laser, shape (n,).

@@ -16,8 +16,8 @@ from andabata.tasks.room_points import SECTORS
 from andabata.tasks.room_terms import GoalEncoding, RoomTerms, room_observations
 from andabata.tasks.terminations import TerminationConfig
 from rl.spaces import ActionSpec, ObservationSpec
-from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import RoomTask
 
 RandomKind = Literal["random", "clutter", "clutter-movers"]
 """Kinds of random rooms: thin walls, clutter, and clutter with movers; see the catalogue."""

@@ -32,9 +32,9 @@ from andabata.tasks.room_kernel import V
 from andabata.tasks.room_observations import RoomRenderer, noisy
 from andabata.tasks.room_terms import encoded_goals
 from andabata.tasks.scan_history import ScanHistory
-from worlds.mover_placement import draw_movers
-from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask, random_task
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.mover_placement import draw_movers
+from worlds.rooms.room import RoomTask, random_task
 
 _BANK = 256
 """Number of lasers that are drawn at once for randomised observations."""

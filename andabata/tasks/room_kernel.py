@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from andabata.machine.mover_contact import Contact, contact_with_mover
 from terrain.kernel import inlined_kernel, kernel
-from worlds.mover_motion import Movers, advance
-from worlds.room_edges import edge_clearance
+from worlds.rooms.edges import edge_clearance
+from worlds.rooms.mover_motion import Movers, advance
 
 MIN_RANGE = 0.02
 """Smallest distance that a beam or a point can have [m]: reciprocals stay finite at contact."""

@@ -24,7 +24,7 @@ from andabata.tasks.room_kernel import (
 )
 from andabata.tasks.room_points import bearing_windows, take_earlier_windows, take_points
 from andabata.tasks.room_terms import RoomTerms, encoded_goals
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 
 _HEAD = 8
 """Number of columns of a situation before its movers: room, motion, target."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.tasks.room_observations import EarlierScans
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 
 
 class ScanHistory:

@@ -24,7 +24,7 @@ from andabata.tasks.terrain_kernel import (
     measure,
     move,
 )
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.world import Start
 
 

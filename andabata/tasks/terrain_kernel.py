@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
-from worlds.mover_motion import Movers
-from worlds.ray_layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
-from worlds.ray_walk import cast_rays
+from worlds.rays.layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
+from worlds.rays.walk import cast_rays
+from worlds.rooms.mover_motion import Movers
 
 AHEAD = 16
 """Number of steps whose draws are made at once."""
@@ -63,7 +63,7 @@ class Robots(NamedTuple):
 
 
 class Worlds(NamedTuple):
-    """Static worlds of one size, laid out behind each other; see ``worlds.ray_layout.Layout``."""
+    """Static worlds of one size, laid out behind each other; see ``worlds.rays.layout.Layout``."""
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]

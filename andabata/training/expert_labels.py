@@ -21,7 +21,7 @@ from andabata.tasks.planar_drive import (
 )
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy, policy_from_bytes
-from worlds.barn import NARROW, PUBLISHED, barn_world
+from worlds.rooms.barn import NARROW, PUBLISHED, barn_world
 
 
 class LabelledDriveConfig(BaseModel):

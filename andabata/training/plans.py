@@ -19,7 +19,7 @@ from andabata.tasks.room_tasks import ROOM_TASKS
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
-from worlds.rooms import RoomTask
+from worlds.rooms.room import RoomTask
 
 DEFAULTS = {"offroad": "sac", "spn": "sac", "td3": "td3"}
 """Name of the default plan of each task."""

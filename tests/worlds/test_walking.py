@@ -6,7 +6,7 @@ import pytest
 from terrain.classes import SemanticClass
 from terrain.objects import box, frustum
 from tests.walking_worlds import peopled, walker
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.walking import Walkers, cover_rays
 
 FAR = (1e6, 1e6)

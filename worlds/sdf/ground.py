@@ -18,7 +18,7 @@ from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, hull
 from worlds.goals import UnsolvableWorldError, sample_tasks
-from worlds.room_edges import edge_clearances, outline_edges
+from worlds.rooms.edges import edge_clearances, outline_edges
 from worlds.sdf.footprints import is_ground
 from worlds.sdf.meshes import Surface, is_closed, normals
 from worlds.sdf.outlines import Corners, surface_in_slab

@@ -10,7 +10,7 @@ over its length is taken as upright.
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from worlds.rooms import RoomPlan
+from worlds.rooms.room import RoomPlan
 from worlds.sdf.elements import SdfError
 from worlds.sdf.footprints import Footprint, footprint, is_ground, is_level
 from worlds.sdf.outlines import Corners, area

@@ -19,7 +19,7 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from traversability.grid import PolarGrid
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.walking import cover_rays
 
 WIDTH, HEIGHT = 480, 300

@@ -13,7 +13,7 @@ from andabata.app.columns import word
 from andabata.app.plots.drive_traces import COLOURS
 from andabata.app.plots.rooms import draw_room
 from andabata.evaluation.statistics import wilson_interval
-from worlds.rooms import Room
+from worlds.rooms.room import Room
 
 Row = Mapping[str, Any]
 

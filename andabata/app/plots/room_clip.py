@@ -18,7 +18,7 @@ from andabata.app.plots.drive_traces import COLOURS
 from andabata.app.plots.rooms import draw_room
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.tasks.terminations import Outcome
-from worlds.rooms import Room
+from worlds.rooms.room import Room
 
 MOST_DRIVES = 6
 """Largest number of robots in a panel."""

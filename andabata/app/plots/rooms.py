@@ -22,8 +22,8 @@ from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.mover_contact import Contact
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.terminations import Outcome
-from worlds.movers import MoverPlan
-from worlds.rooms import Room
+from worlds.rooms.movers import MoverPlan
+from worlds.rooms.room import Room
 
 _SOLID = "#b9b4aa"
 _PATH = "#4f6d8f"

@@ -8,7 +8,7 @@ from andabata.evaluation.barn import BarnEvaluationConfig, world_names
 from andabata.evaluation.room_moments import WatchedDrive, watch_barn, watch_cell
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import tasks_of
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 
 class DriveChoices(Protocol):

@@ -9,7 +9,7 @@ from andabata.app.viewer.offroad_scene import light
 from andabata.evaluation.room_moments import RoomMoment, WatchedDrive
 from terrain.classes import SemanticClass
 from terrain.objects import SceneObject, box, frustum, hull
-from worlds.rooms import Room
+from worlds.rooms.room import Room
 
 if TYPE_CHECKING:
     import viser

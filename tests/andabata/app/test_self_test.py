@@ -45,7 +45,7 @@ def test_a_failure_ends_with_1_and_the_others_go_on(capsys, monkeypatch):
 
 def test_wrong_ranges_are_found(monkeypatch):
     """A ray caster that is off by a centimetre fails."""
-    from worlds.rays import RayScene
+    from worlds.rays.scene import RayScene
 
     cast = RayScene.cast
     monkeypatch.setattr(

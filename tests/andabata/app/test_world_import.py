@@ -28,7 +28,7 @@ from tests.sdf_worlds import (
     solid,
     write,
 )
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 from worlds.world import Start
 from worlds.world_files import load_world
 

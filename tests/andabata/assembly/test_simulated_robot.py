@@ -17,7 +17,7 @@ from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.reactive import ReactiveController
 from tests.situations import StubController
-from worlds.ray_geometry import NO_CLASS
+from worlds.rays.geometry import NO_CLASS
 from worlds.world import Start
 
 FLAT = SimulatedRobotConfig(

@@ -18,8 +18,8 @@ from andabata.machine.planar_vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
 from tests.barn_folders import write_world
-from worlds.barn import NARROW, barn_world
-from worlds.barn_files import BarnFileError
+from worlds.rooms.barn import NARROW, barn_world
+from worlds.sdf.barn import BarnFileError
 
 BLIND = BarnEvaluationConfig(count=3, trials=2, controllers=("straight", "random"))
 

@@ -13,7 +13,7 @@ from andabata.tasks.planar_drive import (
     drive_to_goal,
 )
 from andabata.tasks.room_policy_navigator import RoomPolicyNavigator
-from worlds.barn import barn_world
+from worlds.rooms.barn import barn_world
 
 VEHICLE = PLANAR_VEHICLES["barn"]
 

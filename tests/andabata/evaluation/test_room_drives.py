@@ -22,8 +22,8 @@ from rl.driving import DRIVING_NOISE
 from rl.goal_laws import ProportionalPolicy
 from rl.policy import with_info
 from tests.room_policies import window_policy
-from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask, random_task
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import RoomTask, random_task
 from worlds.world import Start
 
 TASK = SpnConfig(rooms=("spn-env0",))

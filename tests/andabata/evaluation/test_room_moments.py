@@ -10,7 +10,7 @@ from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.models import shipped_policy
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 CONFIG = RoomEvaluationConfig(rooms=("spn-env1",), lidars=("ten-beams",), pairs=3)
 CELL = Cell("shipped", "ten-beams", "spn-env1", "reactive")

@@ -21,7 +21,7 @@ from andabata.tasks.spn_config import SpnConfig
 from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
 from tests.room_policies import window_policy
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 TASK = SpnConfig()
 POLICIES = {"p": ProportionalPolicy({}, TASK.observations, TASK.actions)}

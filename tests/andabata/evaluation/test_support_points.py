@@ -8,7 +8,7 @@ from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 from tests.room_policies import point_policy
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 ROOM = make_room("spn-env2")
 

@@ -14,7 +14,7 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig, Simulator
 from worlds.catalogue import make_world, patch
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.world import Start
 
 ROBOT = RobotModel()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.mover_contact import AT_REST, Contact, contact_with_mover
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 
 
 def movers(*rows):

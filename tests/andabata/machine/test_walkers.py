@@ -14,7 +14,7 @@ from andabata.machine.simulator import SensingConfig, Simulator
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 from tests.walking_worlds import peopled, walker
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.world import Start
 
 ROBOT = RobotModel()

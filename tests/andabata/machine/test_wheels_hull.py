@@ -11,7 +11,7 @@ from andabata.machine.wheels_contact import Motion
 from andabata.machine.wheels_hull import meet_walkers, scrape_hull, strike_hull
 from terrain.classes import SemanticClass
 from terrain.objects import box
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.walking import WalkerTrack
 
 ROBOT = RobotModel()

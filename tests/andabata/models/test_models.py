@@ -22,7 +22,7 @@ from traversability.cartesian.classifier import (
 )
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from andabata.ros.navigator_node import NavigatorNode
 from tests.moved_drives import place
 from tests.played_graph import MemoryWriter, PlayedGraph
 from worlds.catalogue import make_world, patch
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.world import Start
 
 EPOCH = 1_700_000_000 * NS

@@ -13,7 +13,7 @@ from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from tests.played_graph import PlayedGraph
 from worlds.catalogue import make_world, patch
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.world import Start, Task
 
 EPOCH = 1_700_000_000 * NS

@@ -9,8 +9,8 @@ import pytest
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.lattice_oracle import geodesic_length, oracle_plan, oracle_steps
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomPlan, RoomTask, random_task
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomPlan, RoomTask, random_task
 from worlds.world import Start
 
 ROBOT = DiscRobotConfig()

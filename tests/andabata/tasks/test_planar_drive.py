@@ -14,7 +14,7 @@ from andabata.tasks.planar_drive import (
     goal_in_odometry,
 )
 from andabata.tasks.terminations import Outcome
-from worlds.rooms import Room, RoomTask
+from worlds.rooms.room import Room, RoomTask
 from worlds.world import Start
 
 EXACT = PlanarVehicleConfig(

@@ -6,9 +6,9 @@ import pytest
 from andabata.machine.mover_contact import Contact
 from andabata.machine.planar_lidar import PlanarLidarConfig
 from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch, as_kept, room_arrays
-from worlds.movers import Mover, MoverPlan
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomPlan
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.movers import Mover, MoverPlan
+from worlds.rooms.room import Room, RoomPlan
 from worlds.world import Start
 
 FOUR = PlanarLidarConfig(resolution_deg=90.0)

@@ -8,7 +8,7 @@ from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomR
 from andabata.tasks.room_config import named_parts, room_actions
 from andabata.tasks.spn_config import SpnConfig
 from andabata.tasks.td3_config import Td3Config
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 
 def test_a_pool_follows_the_named_rooms():

@@ -12,7 +12,7 @@ from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
 from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 SMALL = SpnConfig(rooms=("spn-env0",), lidar=PLANAR_LIDARS["ten-beams"], points=10)
 

@@ -12,7 +12,7 @@ from andabata.tasks.room_observations import LidarRandomization
 from andabata.tasks.td3_config import Td3Config
 from andabata.tasks.vector import renderer_of
 from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
-from worlds.rooms import Room, RoomPlan
+from worlds.rooms.room import Room, RoomPlan
 
 MOVING = Td3Config(
     rooms=("clutter-movers-5", "clutter-movers-8", "spn-sudden", "spn-env3"), random_rooms=0

@@ -14,9 +14,9 @@ from andabata.tasks.room_kernel import (
     clearance,
     drive,
 )
-from worlds.mover_motion import Movers
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomPlan
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.mover_motion import Movers
+from worlds.rooms.room import Room, RoomPlan
 
 LIDARS = (
     PlanarLidarConfig(),

@@ -15,9 +15,9 @@ from andabata.tasks.room_observations import (
     noisy,
 )
 from andabata.tasks.room_terms import RoomTerms, encoded_goals, room_observations
-from worlds.mover_motion import Movers
-from worlds.room_catalogue import make_room
-from worlds.rooms import random_task
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.mover_motion import Movers
+from worlds.rooms.room import random_task
 
 ROOMS = [make_room(name) for name in ("spn-env1", "spn-env6", "spn-crowded")]
 LIDAR = PLANAR_LIDARS["ten-beams-forward"]

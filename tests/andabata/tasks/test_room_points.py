@@ -13,8 +13,8 @@ from andabata.tasks.room_points import (
     take_points,
     window_of,
 )
-from worlds.room_catalogue import make_room
-from worlds.rooms import free_places
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import free_places
 from worlds.world import Start
 
 MOUNTED = [

@@ -3,7 +3,7 @@
 import pytest
 
 from andabata.tasks.room_tasks import JUDGES_BY_TASK, ROOM_TASKS
-from worlds.room_catalogue import make_room, room_names
+from worlds.rooms.catalogue import make_room, room_names
 
 
 @pytest.mark.parametrize("name", ROOM_TASKS)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from andabata.tasks.scan_history import ScanHistory
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 
 
 def scan(history, numbers, value):

@@ -7,7 +7,7 @@ import andabata
 from andabata.machine.planar_lidar import PLANAR_LIDARS
 from andabata.tasks.spn import make_spn, make_spn_vector
 from andabata.tasks.spn_config import SpnConfig
-from worlds.room_catalogue import UnknownRoomError
+from worlds.rooms.catalogue import UnknownRoomError
 
 SMALL = SpnConfig(rooms=("spn-env0",), lidar=PLANAR_LIDARS["ten-beams"], points=10)
 

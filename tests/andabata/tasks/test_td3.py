@@ -7,7 +7,7 @@ import pytest
 import andabata
 from andabata.tasks.td3 import make_td3, make_td3_vector
 from andabata.tasks.td3_config import Td3Config
-from worlds.room_catalogue import UnknownRoomError
+from worlds.rooms.catalogue import UnknownRoomError
 
 POOL = Td3Config(random_rooms=4, random_kind="clutter-movers")
 

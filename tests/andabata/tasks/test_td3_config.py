@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.tasks.td3_config import GDAE_RADIUS, JUDGES, SCENES, STATES, Td3Config, td3_config
-from worlds.room_catalogue import make_room
+from worlds.rooms.catalogue import make_room
 
 
 def test_what_judges_is_not_trained_in():

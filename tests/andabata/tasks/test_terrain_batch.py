@@ -10,7 +10,7 @@ from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import AHEAD, Obstacles
 from terrain.classes import SemanticClass
 from terrain.objects import box
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.world import Start
 
 ROBOT = RobotModel()

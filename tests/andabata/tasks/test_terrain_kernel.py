@@ -20,7 +20,7 @@ from andabata.tasks.terrain_kernel import (
 )
 from terrain.classes import SemanticClass
 from terrain.objects import box
-from worlds.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers
 from worlds.world import Start
 
 WALL, ROBOT = SemanticClass.WALL, RobotModel()

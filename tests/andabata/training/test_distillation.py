@@ -22,7 +22,7 @@ from andabata.training.expert_labels import (
     drive_and_label,
 )
 from rl.deterministic_policy import DeterministicPolicy
-from worlds.barn import barn_world
+from worlds.rooms.barn import barn_world
 
 SHORT = LabelledDriveConfig(time_limit=0.5)
 TINY = DistillationConfig(

@@ -10,7 +10,7 @@ from tests.sdf_meshes import angle_bar, block, ranges, save, torus
 from tests.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from worlds.bodies import build_bodies
 from worlds.quiet_pybullet import pybullet
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.sdf.ground import world_of
 from worlds.sdf.world import read_sdf
 from worlds.traversability_map import Reason

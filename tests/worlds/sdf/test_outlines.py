@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.sdf_meshes import angle_bar, block, occupied, together, torus
-from worlds.room_edges import edge_clearances, outline_edges
+from worlds.rooms.edges import edge_clearances, outline_edges
 from worlds.sdf.meshes import Surface
 from worlds.sdf.outlines import (
     area,

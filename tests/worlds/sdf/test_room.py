@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.sdf_meshes import angle_bar, ranges, save
 from tests.sdf_worlds import CUBE, PLANE, POST, pose, read, solid
-from worlds.rooms import Room
+from worlds.rooms.room import Room
 from worlds.sdf.elements import SdfError
 from worlds.sdf.room import is_flat, room_of
 from worlds.sdf.world import read_sdf

@@ -6,8 +6,8 @@ from andabata.app.plots import room_clip
 from andabata.app.plots.room_clip import room_film
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.tasks.terminations import Outcome
-from worlds.room_catalogue import make_room
-from worlds.rooms import RoomTask
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import RoomTask
 from worlds.world import Start
 
 ROOM = make_room("spn-env0")

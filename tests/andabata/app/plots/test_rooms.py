@@ -11,8 +11,8 @@ from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
-from worlds.room_catalogue import make_room
-from worlds.rooms import Room, RoomPlan, RoomTask
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomPlan, RoomTask
 from worlds.world import Start
 
 ROOM = make_room("spn-env0")

@@ -22,7 +22,7 @@ from andabata.tasks.planar_drive import (
 from andabata.tasks.terminations import Outcome
 from rl.deterministic_policy import DeterministicPolicy
 from rl.policy import PolicyFileError, load_policy
-from worlds.barn import barn_world
+from worlds.rooms.barn import barn_world
 
 VEHICLE = PLANAR_VEHICLES["barn"]
 FASTEST = DeterministicPolicy(

@@ -18,7 +18,7 @@ from tests.local_plans import AHEAD, OCCUPANCY, cell_of, seen, wall_ahead
 from tests.situations import GRID, ORIGIN, nothing_seen, odds_of, pose_at, situation
 from traversability.labels import CellState
 from traversability.virtual_scan import certain_log_odds
-from worlds.rays import RayScene
+from worlds.rays.scene import RayScene
 from worlds.scenes import Scene
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import Start, Task, World

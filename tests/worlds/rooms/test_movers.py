@@ -1,0 +1,33 @@
+"""Moving obstacles as data: what a plan may hold, and when one that waits is due."""
+
+import pytest
+from pydantic import ValidationError
+
+from worlds.rooms.movers import MoverPlan
+
+
+def test_an_obstacle_appears_by_the_distance_from_its_edge():
+    """Within 1.3 m of the edge it is due, at or beyond that it is not."""
+    one = MoverPlan(when_within=1.3, place=(1.0, 2.0), radius=0.3)
+    assert one.is_due(1.0, 3.59)
+    assert not one.is_due(1.0, 3.61)
+    assert one.is_due(2.59, 2.0)
+    assert not one.is_due(2.61, 2.0)
+    assert one.circle == (1.0, 2.0, 0.3)
+
+
+def test_an_obstacle_that_waits_for_nobody_is_always_due():
+    """Without a distance the time alone decides; a drawn place is no circle yet."""
+    one = MoverPlan(radius=0.3)
+    assert one.is_due(50.0, 50.0)
+    with pytest.raises(ValueError, match="same in all episodes"):
+        one.circle  # noqa: B018 - the property raises.
+
+
+def test_an_obstacle_that_waits_for_the_robot_has_a_place():
+    """A distance without a place, a speed below nothing and no size are refused."""
+    with pytest.raises(ValidationError, match="expected one where when_within is given"):
+        MoverPlan(when_within=1.0, radius=0.3)
+    for wrong in ({"speed": -0.1}, {"radius": 0.0}, {"lasts": 0.0}, {"circle": (0, 0, 1)}):
+        with pytest.raises(ValidationError, match=next(iter(wrong))):
+            MoverPlan(**{"radius": 0.3} | wrong)

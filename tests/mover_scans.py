@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.tasks.rooms.batch import DiscRobotConfig, RoomBatch
 from worlds.rooms.room import Room, RoomPlan
 
 LASER = PlanarLidarConfig(resolution_deg=1.0, max_range=10.0)

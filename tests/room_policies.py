@@ -2,7 +2,7 @@
 
 import torch
 
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.training.plans import load_plan
 from rl.networks import DeterministicActor
 from rl.point_set_actor import PointSetActor

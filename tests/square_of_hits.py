@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from andabata.navigation.planning.nearest_hits import NOWHERE, NearestHits, empty_hits
+from andabata.navigation.planar.nearest_hits import NOWHERE, NearestHits, empty_hits
 
 
 def hits_at(

@@ -27,7 +27,7 @@ from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.documents import (

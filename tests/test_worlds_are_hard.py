@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
-from andabata.machine.wheels_vehicle import WheelsVehicle
+from andabata.machine.wheels.vehicle import WheelsVehicle
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.catalogue import make_world
 from worlds.splits import evaluation_world

@@ -10,12 +10,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.viewer.hand_driving import led_by
 from andabata.localization.localizer import Health, Localizer
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.sensor_readings import WheelSpeeds
+from andabata.navigation.hand_driving import led_by
 from andabata.navigation.navigator import Navigator, StepResult
 from andabata.navigation.perception import Perception, assembler_of
 from andabata.navigation.planning.local_planner import LocalPlanner

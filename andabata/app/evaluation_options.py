@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.models import Models
-    from andabata.tasks.room_tasks import RoomTaskConfig
+    from andabata.tasks.rooms.catalogue import RoomTaskConfig
     from rl.policy import Policy
 
 _OFFROAD = "Off-road (--task offroad)"
@@ -252,7 +252,7 @@ class BarnEvaluationOptions:
         from andabata.app.usage import one_word, words
         from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
         from andabata.evaluation.barn_navigators import BARN_NAVIGATORS
-        from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+        from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 
         if policies is not None and len(policies) > 1:
             raise UsageError(f"--policy: expected one with --task barn, got {len(policies)}")

@@ -27,7 +27,7 @@ from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.support_points import drive_with_support_points
-from andabata.machine.planar_lidar import TRAINING_LIDAR
+from andabata.machine.planar.lidar import TRAINING_LIDAR
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room

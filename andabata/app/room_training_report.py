@@ -15,8 +15,8 @@ from andabata.app.report import Report
 from andabata.app.training_folder import TrainingRun
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_table import task_score
-from andabata.tasks.lattice_oracle import oracle_steps
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.rooms.lattice_oracle import oracle_steps
+from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.sac import SacConfig
 from worlds.rooms.catalogue import make_room

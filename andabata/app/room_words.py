@@ -10,9 +10,9 @@ from andabata.app.settings import explain
 from andabata.app.usage import UsageError, words
 from andabata.evaluation.room_policies import TRAINED, fitted
 from andabata.evaluation.rooms import REACTIVE, WITH_MAP
-from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
+from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.models import shipped_policy
-from andabata.tasks.room_tasks import RoomTaskConfig
+from andabata.tasks.rooms.catalogue import RoomTaskConfig
 from rl.goal_laws import LAWS
 from rl.policy import Policy, load_policy
 from worlds.rooms.catalogue import UnknownRoomError, make_room, room_names

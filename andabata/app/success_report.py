@@ -22,7 +22,7 @@ from andabata.evaluation.rooms import (
     judged_task,
     tasks_of,
 )
-from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.rooms.config import RoomConfig
 from andabata.training.plans import algorithms, load_plan
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import Room

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
-from andabata.tasks.room_env import RoomVectorEnv
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.rooms.env import RoomVectorEnv
+from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.training.plans import load_plan
 from rl.learners import make_learner
 from rl.networks import use_one_thread

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.bench.table import Row, markdown_table
-from andabata.machine.planar_lidar import TRAINING_LIDAR, PlanarLidarConfig
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
-from andabata.tasks.room_points import SECTORS, bearing_windows, take_points
+from andabata.machine.planar.lidar import TRAINING_LIDAR, PlanarLidarConfig
+from andabata.tasks.rooms.batch import DiscRobotConfig, RoomBatch
+from andabata.tasks.rooms.points import SECTORS, bearing_windows, take_points
 from worlds.rooms.mover_placement import draw_movers
 from worlds.rooms.movers import MoverPlan
 from worlds.rooms.room import Room, RoomPlan, RoomTask, free_places

@@ -15,8 +15,8 @@ from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.vehicle import Plant, Vehicle, make_vehicle
-from andabata.machine.wheels_body import WheelsConfig
-from andabata.machine.wheels_vehicle import WheelsVehicle
+from andabata.machine.wheels.body import WheelsConfig
+from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.heightfield import Heightfield

@@ -21,12 +21,12 @@ from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
 from andabata.evaluation.barn_table import BarnRun
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
 from andabata.records.journal import Journal
 from andabata.records.runs import commit
-from andabata.tasks.planar_drive import (
+from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveResult,
     DriveRules,

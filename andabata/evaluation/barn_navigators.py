@@ -6,20 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from andabata.evaluation.room_policies import fitted, trained_lidar
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarNavigator
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarNavigator
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.models import shipped_policy
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS, planar_navigator
 from andabata.navigation.planar.dynamic_window import VEHICLE_MAP
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_policy_navigator import (
+from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.policy_navigator import (
     RoomPolicyNavigator,
     SimilarityConfig,
     scaled_lidar,
 )
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import Td3Config
+from andabata.tasks.rooms.spn_config import SpnConfig
+from andabata.tasks.rooms.td3_config import Td3Config
 from rl.goal_laws import HeadingPolicy
 from rl.policy import Policy
 

@@ -16,7 +16,7 @@ from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import GoalAttempt
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models

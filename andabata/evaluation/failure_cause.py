@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import TRAITS
 from worlds.traversability_map import Reason

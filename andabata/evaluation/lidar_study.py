@@ -23,9 +23,9 @@ from andabata.evaluation.statistics import (
     clustered_interval,
     paired_difference,
 )
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.navigation.planning.lidar_map import LidarMapConfig
-from andabata.tasks.spn_config import SpnConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.navigation.planar.lidar_map import LidarMapConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy
 

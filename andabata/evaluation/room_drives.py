@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.evaluation.room_policies import fitted
-from andabata.machine.mover_contact import Contact
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_env import RoomVectorEnv
+from andabata.machine.planar.mover_contact import Contact
+from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.env import RoomVectorEnv
 from andabata.tasks.terminations import Outcome
 from rl.driving import driven_many
 from rl.policy import Policy

@@ -18,9 +18,9 @@ from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.support_points import SupportPoints, support_points_of
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.tasks.room_env import RoomVectorEnv
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.tasks.rooms.env import RoomVectorEnv
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_tasks import ROOM_TASKS, RoomTaskConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.tasks.rooms.catalogue import ROOM_TASKS, RoomTaskConfig
+from andabata.tasks.rooms.config import RoomConfig
 from rl.policy import Policy, with_observations
 
 TRAINED = "trained"

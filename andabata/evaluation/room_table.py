@@ -12,7 +12,7 @@ from andabata.evaluation.statistics import (
     group_difference,
     wilson_interval,
 )
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
 
 Row = dict[str, Any]

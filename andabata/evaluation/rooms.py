@@ -31,16 +31,16 @@ from andabata.evaluation.room_table import (
     difference_row,
     pooled_row,
 )
-from andabata.machine.planar_lidar import PLANAR_LIDARS, PlanarLidarConfig
-from andabata.navigation.planning.lidar_map import LidarMapConfig
+from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig
+from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.records.journal import Journal
 from andabata.records.runs import commit
-from andabata.tasks.lattice_oracle import geodesic_length, oracle_steps
-from andabata.tasks.room_batch import DiscRobotConfig
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_tasks import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import JUDGED_CLEARANCE
+from andabata.tasks.rooms.batch import DiscRobotConfig
+from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
+from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.lattice_oracle import geodesic_length, oracle_steps
+from andabata.tasks.rooms.spn_config import SpnConfig
+from andabata.tasks.rooms.td3_config import JUDGED_CLEARANCE
 from rl.policy import Policy, policy_from_bytes
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.files import is_room_file, plan_digest

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_policies import fitted
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.room_config import RoomConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.tasks.rooms.config import RoomConfig
 from rl.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.room import RoomTask

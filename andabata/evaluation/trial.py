@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobot
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.world import Task, World, jittered

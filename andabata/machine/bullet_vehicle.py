@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.clock import TICK, TICK_HZ
-from andabata.machine.mover_contact import Contact, walker_contact
+from andabata.machine.planar.mover_contact import Contact, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.clock import TICK, TICK_HZ
 from andabata.machine.kinematics import SkidSteer
-from andabata.machine.mover_contact import Contact, touches_mover, walker_contact
+from andabata.machine.planar.mover_contact import Contact, touches_mover, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from traversability.cloud import PointCloud
 

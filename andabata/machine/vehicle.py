@@ -67,7 +67,7 @@ def make_vehicle(
 
         return BulletVehicle(world, robot)
     if plant == "wheels":
-        from andabata.machine.wheels_vehicle import WheelsVehicle
+        from andabata.machine.wheels.vehicle import WheelsVehicle
 
         return WheelsVehicle(world, robot)
     if plant == "kinematic":

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.sensor_readings import VehicleState
 from andabata.tasks.terminations import Drives, Ending, Outcome, TerminationConfig, Terminations
 from worlds.world import World

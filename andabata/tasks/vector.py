@@ -21,10 +21,10 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.planar import PlanarVectorEnv
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_env import RoomVectorEnv, room_renderer
-from andabata.tasks.room_observations import RoomRenderer
-from andabata.tasks.room_tasks import RoomTaskConfig
+from andabata.tasks.rooms.catalogue import RoomTaskConfig
+from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.env import RoomVectorEnv, room_renderer
+from andabata.tasks.rooms.observations import RoomRenderer
 from rl.gym_spaces import action_box, observation_box
 from worlds.scenes import SceneCache
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.distilled_navigator import DistilledObserver
 from andabata.navigation.planar.distilled_observation import ACTIONS, command_of
 from andabata.navigation.planar.mpc_navigator import MpcNavigator
-from andabata.tasks.planar_drive import (
+from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveRules,
     SimulatedPlanarRobot,

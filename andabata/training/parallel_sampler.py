@@ -8,7 +8,7 @@ from andabata.models import Models
 from andabata.tasks.maze import is_planar
 from andabata.tasks.offroad import OffroadEnv
 from andabata.tasks.planar import PlanarVectorEnv
-from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.vector import TaskConfig, is_batched, make_batch
 from rl.policy import Policy, policy_from_bytes
 from rl.training import Episode, EpisodeSpec, play, play_together

@@ -14,8 +14,8 @@ from andabata.tasks.offroad import (
     OffroadConfig,
     stage_config,
 )
-from andabata.tasks.room_config import RoomConfig
-from andabata.tasks.room_tasks import ROOM_TASKS
+from andabata.tasks.rooms.catalogue import ROOM_TASKS
+from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig

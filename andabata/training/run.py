@@ -11,7 +11,7 @@ from andabata.engine import Engine, SerialEngine
 from andabata.models import Models
 from andabata.records import atomic_io
 from andabata.records.runs import commit, describe, make_folder, write_json
-from andabata.tasks.room_config import RoomConfig
+from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
-from andabata.machine.mover_contact import Contact
-from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.movers import MoverPlan
 from worlds.rooms.room import Room

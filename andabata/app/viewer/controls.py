@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 from andabata.app.drive_frames import MAP_LAYERS
 from andabata.app.viewer.cloud_drawing import COLOURINGS
-from andabata.app.viewer.hand_driving import BY_HAND
 from andabata.app.viewer.keyboard import ARROWS, bind, listen
 from andabata.app.viewer.offroad_scene import LAYERS, OffroadScene
 from andabata.app.viewer.pace import AS_FAST_AS_IT_GOES, Pace
+from andabata.navigation.hand_driving import BY_HAND
 
 if TYPE_CHECKING:
     import viser

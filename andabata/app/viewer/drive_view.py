@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from andabata.app.drive_frames import DriveFrame, FrameSource
 from andabata.app.viewer.controls import PlayControls, SceneControls, SteeringControls
 from andabata.app.viewer.ground_click import GroundClick
-from andabata.app.viewer.hand_driving import BY_HAND, HandController, by_hand, led_by
 from andabata.app.viewer.newest import Newest
 from andabata.app.viewer.offroad_scene import OffroadScene
 from andabata.app.viewer.options import ViewConfig
@@ -30,6 +29,7 @@ from andabata.app.viewer.server import ViewServer
 from andabata.assembly.navigator import NavigatorConfig
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.navigation.controller import Steering
+from andabata.navigation.hand_driving import BY_HAND, HandController, by_hand, led_by
 from andabata.navigation.navigator import Navigator, StepResult
 from andabata.navigation.planning.local_planner import LocalPlanner
 from worlds.world import World

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.footprint import outline_distance, reach_of
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
-from andabata.navigation.planning.planar_dynamics import (
+from andabata.machine.planar.footprint import outline_distance, reach_of
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
+from andabata.navigation.planar.dynamics import (
     MotionState,
     PlanarDynamics,
     advance_axis,

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from andabata.machine.planar_readings import PlanarNavigator
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.readings import PlanarNavigator
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.constant_arcs import ConstantArcsNavigator
 from andabata.navigation.planar.distilled_navigator import DistilledNavigator
 from andabata.navigation.planar.dynamic_window import DynamicWindowConfig, DynamicWindowNavigator

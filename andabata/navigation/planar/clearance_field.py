@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.footprint import Corners
+from andabata.machine.planar.footprint import Corners
 from terrain.kernel import kernel
 
 

@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.clearance_field import (
     ClearanceField,
     body_clearance,
     body_discs,
     clearance_field,
 )
+from andabata.navigation.planar.hit_layer import HitLayer, HitLayerConfig, LaserPose
+from andabata.navigation.planar.time_to_go import TimeField, time_at
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.grid_planner import GridPlanner
-from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
-from andabata.navigation.planning.time_to_go import TimeField, time_at
 from terrain.kernel import kernel
 
 _UNREACHABLE = 1e3

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.brake_shield import BrakeShield
 from andabata.navigation.planar.distilled_observation import (
     COMMANDS,
@@ -18,12 +18,12 @@ from andabata.navigation.planar.distilled_observation import (
     command_of,
     observe,
 )
-from andabata.navigation.planar.recent_hits import RecentHits
-from andabata.navigation.planning.dynamics_identification import (
+from andabata.navigation.planar.dynamics import MotionState, observed
+from andabata.navigation.planar.dynamics_identification import (
     DynamicsIdentification,
     DynamicsIdentificationConfig,
 )
-from andabata.navigation.planning.planar_dynamics import MotionState, observed
+from andabata.navigation.planar.recent_hits import RecentHits
 from rl.policy import Policy
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_readings import PlanarReadings
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.navigation.planar.dynamics import PlanarDynamics
 from andabata.navigation.planar.scan_points import in_robot_frame
-from andabata.navigation.planning.planar_dynamics import PlanarDynamics
 from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm, Scaling
 from terrain.kernel import kernel

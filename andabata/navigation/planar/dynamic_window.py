@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.clearance_field import (
     ClearanceField,
     body_clearance,
     body_discs,
     clearance_field,
 )
+from andabata.navigation.planar.hit_layer import LaserPose
+from andabata.navigation.planar.lidar_map import ROOM_COSTS, LidarMap, LidarMapConfig
 from andabata.navigation.planar.scan_points import ScanPoints, in_robot_frame
-from andabata.navigation.planning.hit_layer import LaserPose
-from andabata.navigation.planning.lidar_map import ROOM_COSTS, LidarMap, LidarMapConfig
 from terrain.kernel import kernel
 
 _STEP = 0.05

@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.navigation.planar.clearance_field import (
     ClearanceField,
     clearance_at,
     clearance_field,
 )
+from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.mover_tracks import (
     MoverTracks,
     MoverTracksConfig,
     TrackedMovers,
 )
-from andabata.navigation.planning.hit_layer import LaserPose
 from terrain.kernel import kernel
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.navigation.planning.hit_layer import LaserPose
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.navigation.planar.hit_layer import LaserPose
 from terrain.kernel import kernel
 
 

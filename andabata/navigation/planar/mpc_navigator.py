@@ -12,24 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.machine.footprint import inner_radius_of, reach_of
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
-from andabata.navigation.planning.dynamics_identification import (
-    DynamicsIdentification,
-    DynamicsIdentificationConfig,
-)
-from andabata.navigation.planning.hit_layer import HitLayer, HitLayerConfig, LaserPose
-from andabata.navigation.planning.nearest_hits import empty_hits, find_nearest
-from andabata.navigation.planning.planar_dynamics import (
+from andabata.machine.planar.footprint import inner_radius_of, reach_of
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
+from andabata.navigation.planar.dynamics import (
     PlanarDynamics,
     WheelLimits,
     observed,
 )
-from andabata.navigation.planning.sampling_mpc import SamplingMpc, SamplingMpcConfig
-from andabata.navigation.planning.time_to_go import TimeToGo, TimeToGoConfig, limits_of
+from andabata.navigation.planar.dynamics_identification import (
+    DynamicsIdentification,
+    DynamicsIdentificationConfig,
+)
+from andabata.navigation.planar.hit_layer import HitLayer, HitLayerConfig, LaserPose
+from andabata.navigation.planar.nearest_hits import empty_hits, find_nearest
+from andabata.navigation.planar.sampling_mpc import SamplingMpc, SamplingMpcConfig
+from andabata.navigation.planar.time_to_go import TimeToGo, TimeToGoConfig, limits_of
 
 
 class MpcNavigatorConfig(BaseModel):

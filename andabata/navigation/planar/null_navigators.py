@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarReadings
-from andabata.machine.planar_vehicle import PlanarVehicleConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarReadings
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.planar.scan_points import in_robot_frame
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.navigation.planar.scan_points import ScanPoints
 from terrain.kernel import kernel
 

@@ -9,8 +9,8 @@ from andabata.app.evaluation_options import (
 from andabata.app.usage import UsageError
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.models import shipped_policy
-from andabata.tasks.room_tasks import JUDGES_BY_TASK
-from andabata.tasks.td3_config import GDAE_RADIUS
+from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK
+from andabata.tasks.rooms.td3_config import GDAE_RADIUS
 
 
 def test_the_default_in_rooms_is_the_papers_comparison():

@@ -10,7 +10,7 @@ from andabata.app.evaluation_options import (
 from andabata.app.options import ClassifierOptions
 from andabata.app.task_options import OFFROAD, ROOM_TASKS, check_task, refuse_options
 from andabata.app.usage import UsageError
-from andabata.tasks import room_tasks
+from andabata.tasks.rooms import catalogue
 from andabata.training.plans import TASKS
 
 
@@ -36,7 +36,7 @@ def test_an_unknown_task_is_refused():
 def test_tasks_in_rooms_are_those_that_there_are_plans_for():
     """The option knows the tasks of the plans and of the settings."""
     assert (OFFROAD, *ROOM_TASKS) == TASKS
-    assert tuple(room_tasks.ROOM_TASKS) == ROOM_TASKS
+    assert tuple(catalogue.ROOM_TASKS) == ROOM_TASKS
     given = RoomEvaluationOptions(memory="map")
     with pytest.raises(UsageError, match=r"^--memory: .* leave it out or give --task spn or td3$"):
         refuse_options("offroad", [(given, RoomEvaluationOptions)])

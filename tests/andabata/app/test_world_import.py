@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from andabata.app.cli import main
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.room_batch import DiscRobotConfig, RoomBatch
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.tasks.rooms.batch import DiscRobotConfig, RoomBatch
 from tests.collada_files import crate
 from tests.sdf_meshes import angle_bar, block, ranges, save
 from tests.sdf_worlds import (

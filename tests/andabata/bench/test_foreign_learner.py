@@ -3,7 +3,7 @@
 import numpy as np
 
 from andabata.bench.foreign_learner import fixed_tasks_reached, ours, stable_baselines
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.bench import planar
 from andabata.bench.planar import crowded_room, slab_ranges, standing_batch
-from andabata.machine.planar_lidar import TRAINING_LIDAR
+from andabata.machine.planar.lidar import TRAINING_LIDAR
 
 
 def test_the_plain_caster_knows_boxes_and_circles():

@@ -14,7 +14,7 @@ from andabata.evaluation.barn import (
     load_world,
     world_names,
 )
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
 from tests.barn_folders import write_world

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, ROOM_POLICIES, barn_navigator
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
-from andabata.tasks.planar_drive import (
+from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveRules,
     SimulatedPlanarRobot,
     drive_to_goal,
 )
-from andabata.tasks.room_policy_navigator import RoomPolicyNavigator
+from andabata.tasks.rooms.policy_navigator import RoomPolicyNavigator
 from worlds.rooms.barn import barn_world
 
 VEHICLE = PLANAR_VEHICLES["barn"]

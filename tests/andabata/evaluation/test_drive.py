@@ -10,7 +10,7 @@ from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.drive import Driven, Recording, digest, drive_once
 from andabata.evaluation.trial import GoalAttempt
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.tasks.episode_monitor import Outcome
 from worlds.splits import evaluation_world

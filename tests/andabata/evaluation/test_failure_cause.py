@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.failure_cause import failure_cause
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield

@@ -5,8 +5,8 @@ import pytest
 
 from andabata.evaluation.lidar_study import LidarStudyConfig, mounting_advice, study_lidar
 from andabata.evaluation.rooms import evaluate_rooms
-from andabata.machine.planar_lidar import PLANAR_LIDARS
-from andabata.tasks.spn_config import SpnConfig
+from andabata.machine.planar.lidar import PLANAR_LIDARS
+from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 
 TASK = SpnConfig()

@@ -13,10 +13,10 @@ from andabata.evaluation.room_drives import (
     drives_to_bytes,
 )
 from andabata.evaluation.room_policies import fitted
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.models import shipped_policy
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import Td3Config
+from andabata.tasks.rooms.spn_config import SpnConfig
+from andabata.tasks.rooms.td3_config import Td3Config
 from andabata.tasks.terminations import Outcome
 from rl.driving import DRIVING_NOISE
 from rl.goal_laws import ProportionalPolicy

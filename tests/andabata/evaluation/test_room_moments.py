@@ -8,7 +8,7 @@ from andabata.evaluation.room_drives import drive_tasks
 from andabata.evaluation.room_moments import beam_ends, watch_barn, watch_cell
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
-from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.models import shipped_policy
 from worlds.rooms.catalogue import make_room
 

@@ -3,10 +3,10 @@
 import pytest
 
 from andabata.evaluation.room_policies import fitted, trained_in, trained_lidar
-from andabata.machine.planar_lidar import PlanarLidarConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.models import shipped_policy
-from andabata.tasks.spn_config import SpnConfig
-from andabata.tasks.td3_config import GDAE_RADIUS, Td3Config
+from andabata.tasks.rooms.spn_config import SpnConfig
+from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3Config
 from rl.goal_laws import HeadingPolicy
 from rl.policy import with_info
 from tests.room_policies import point_policy, window_policy

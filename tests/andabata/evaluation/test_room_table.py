@@ -13,7 +13,7 @@ from andabata.evaluation.room_table import (
     task_score,
 )
 from andabata.evaluation.statistics import wilson_interval
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
 
 GOAL, HIT, LATE = Outcome.GOAL, Outcome.COLLISION, Outcome.TIMEOUT

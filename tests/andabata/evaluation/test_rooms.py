@@ -17,7 +17,7 @@ from andabata.evaluation.rooms import (
     tasks_of,
 )
 from andabata.models import shipped_policy
-from andabata.tasks.spn_config import SpnConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
 from tests.room_policies import window_policy

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.support_points import drive_with_support_points
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.tasks.spn_config import SpnConfig
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
 from tests.room_policies import point_policy
 from worlds.rooms.catalogue import make_room

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from andabata.evaluation.trial import GoalAttempt, run_trial, safe_length
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig

@@ -10,7 +10,7 @@ from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.vehicle import make_vehicle
-from andabata.machine.wheels_vehicle import WheelsVehicle
+from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum

@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.beams import BeamTables, place_beams
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.lidar import LidarConfig
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import PoseTrack
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig

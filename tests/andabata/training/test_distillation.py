@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, check_distilled
 from andabata.navigation.planar.mpc_navigator import MpcNavigator
-from andabata.tasks.planar_drive import (
+from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveRules,
     SimulatedPlanarRobot,

@@ -10,7 +10,7 @@ from andabata.tasks.rewards import (
     RewardConfig,
     RoomRewardConfig,
 )
-from andabata.tasks.td3_config import GDAE_RADIUS, td3_config
+from andabata.tasks.rooms.td3_config import GDAE_RADIUS, td3_config
 from andabata.training.plans import algorithms, load_plan
 from worlds.rooms.catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS

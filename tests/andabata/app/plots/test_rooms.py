@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 from andabata.app.plots import rooms
 from andabata.evaluation.room_drives import RoomDrive
 from andabata.evaluation.support_points import SupportPoints
-from andabata.machine.mover_contact import Contact
+from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import Room, RoomPlan, RoomTask

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from andabata.machine.footprint import Obstacles
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_motion import SET_V, SET_W
-from andabata.machine.planar_readings import PlanarPose
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicle
+from andabata.machine.planar.footprint import Obstacles
+from andabata.machine.planar.motion import SET_V, SET_W
+from andabata.machine.planar.readings import PlanarPose
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicle
 from andabata.navigation.planar.brake_shield import BrakeShield, BrakeShieldConfig
-from andabata.navigation.planning.planar_dynamics import MotionState, PlanarDynamics
+from andabata.navigation.planar.dynamics import MotionState, PlanarDynamics
 
 EXACT = {"gain_spread": 0.0, "slip": 0.0, "odometry_scale": 0.0, "odometry_turn": 0.0}
 POST = np.array([(3.0, 0.0, 0.075)])

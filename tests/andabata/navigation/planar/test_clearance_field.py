@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.machine.footprint import box_footprint, outline_distance
+from andabata.machine.planar.footprint import box_footprint, outline_distance
 from andabata.navigation.planar.clearance_field import (
     body_clearance,
     body_discs,

@@ -7,13 +7,13 @@ import pytest
 
 import andabata.models
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.models import shipped_policy
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS, SHIPPED, planar_navigator
 from andabata.navigation.planar.distilled_navigator import DistilledNavigator, DistilledObserver
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS
-from andabata.tasks.planar_drive import (
+from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveRules,
     SimulatedPlanarRobot,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.models import shipped_policy
 from andabata.navigation.planar.distilled_observation import (
     ACTIONS,
@@ -16,7 +16,7 @@ from andabata.navigation.planar.distilled_observation import (
     nearest_by_window,
     observe,
 )
-from andabata.navigation.planning.planar_dynamics import PlanarDynamics
+from andabata.navigation.planar.dynamics import PlanarDynamics
 
 DYNAMICS = PlanarDynamics(0.05, 0.1, 3.0, 8.0)
 COMMANDS = np.array([(0.1, -0.1), (0.2, -0.2), (0.3, -0.3)])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.mover_tracks import MoverTracks, MoverTracksConfig
-from andabata.navigation.planning.hit_layer import LaserPose
 from tests.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
 

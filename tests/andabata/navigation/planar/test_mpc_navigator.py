@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from andabata.machine.footprint import Obstacles
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES, PlanarVehicle
+from andabata.machine.planar.footprint import Obstacles
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicle
+from andabata.navigation.planar.dynamics import PlanarDynamics
 from andabata.navigation.planar.mpc_navigator import MpcNavigator, MpcNavigatorConfig
-from andabata.navigation.planning.planar_dynamics import PlanarDynamics
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=0.75, max_range=10.0)
 RADIUS = 0.075

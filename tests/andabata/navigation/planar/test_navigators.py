@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
-from andabata.machine.planar_vehicle import PLANAR_VEHICLES
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.follow_gap import FollowGapConfig, FollowGapNavigator
 from andabata.navigation.planar.null_navigators import RandomNavigator, StraightNavigator

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar_lidar import PlanarLidarConfig
-from andabata.machine.planar_readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.navigation.planar.recent_hits import RecentHits, RecentHitsConfig
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=0.5, max_range=30, x=0.12)

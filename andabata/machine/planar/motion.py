@@ -1,0 +1,132 @@
+"""Compiled motion of a differential robot on flat ground, by steps of integration."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.machine.planar.footprint import Obstacles, touches
+from andabata.machine.planar.skid_steer import Swing, swung
+from terrain.kernel import kernel
+
+X, Y, YAW, V, W, SET_V, SET_W, ODOM_X, ODOM_Y, ODOM_YAW, RATE_V, RATE_W = range(12)
+"""Parts of a state: pose, body's speed and yaw rate, those asked for, pose by odometry, and changes
+of the body's speed [m/s2] and yaw rate [rad/s2], which a skid-steered base alone has."""
+
+_TURN = 2 * np.pi
+
+
+class PlanarMotion(NamedTuple):
+    """Numbers of a drive that the compiled motion depends on.
+
+    Attributes:
+        dt: Step of integration [s].
+        substeps: Number of steps in a period.
+        follow: Share of the difference that the lag takes in a step.
+        acceleration: Largest change of speed in a step [m/s].
+        yaw_acceleration: Largest change of yaw rate in a step [rad/s].
+        gain: Ratio of speed to the commanded one.
+        yaw_gain: Ratio of yaw rate to the commanded one.
+        odometry_scale: Ratio of distances by odometry to those of the wheels.
+        odometry_turn: Standard deviation of the heading by odometry after a metre [rad].
+        reach: Distance of the farthest corner of the footprint from the centre [m].
+        braking: Largest changes towards zero as a share of those away from it.
+        understeer: How the yaw rate falls with speed [s2/m2].
+        swing: Step of the body's response of second order; of no use to a lag of first order.
+        is_swinging: True for the former, False for the latter.
+    """
+
+    dt: float
+    substeps: int
+    follow: float
+    acceleration: float
+    yaw_acceleration: float
+    gain: float
+    yaw_gain: float
+    odometry_scale: float
+    odometry_turn: float
+    reach: float
+    braking: float
+    understeer: float
+    swing: Swing
+    is_swinging: bool
+
+
+@kernel
+def drive_period(
+    state: NDArray[np.float64],
+    commands: NDArray[np.float64],
+    delays: NDArray[np.int64],
+    draws: NDArray[np.float64],
+    motion: PlanarMotion,
+    corners: NDArray[np.float64],
+    around: Obstacles,
+) -> bool:
+    """Drive for one period, to the first contact at most.
+
+    Args:
+        state: State, changed in place, shape (10,).
+        commands: Speed and yaw rate of this period and those before, the newest first, (c, 2).
+        delays: Delay of each command in steps, shape (c,).
+        draws: Slip of speed and of yaw rate, and the draw of the odometry's heading, shape (3,).
+        motion: Numbers of the drive.
+        corners: Corners of the footprint [m], shape (c, 2).
+        around: Obstacles.
+
+    Returns:
+        True if it touches something.
+    """
+    way = 0.0
+    contact = False
+    for step in range(motion.substeps):
+        # The newest command that is old enough: row k is k periods and this step old.
+        row = 0
+        while delays[row] > row * motion.substeps + step:
+            row += 1
+        _ask(state, motion.gain * commands[row, 0], motion.yaw_gain * commands[row, 1], motion)
+        if motion.is_swinging:
+            wanted_w = state[SET_W] / (1.0 + motion.understeer * state[V] ** 2)
+            state[V], state[RATE_V] = swung(state[V], state[RATE_V], state[SET_V], motion.swing)
+            state[W], state[RATE_W] = swung(state[W], state[RATE_W], wanted_w, motion.swing)
+        else:
+            state[V] += motion.follow * (state[SET_V] - state[V])
+            state[W] += motion.follow * (state[SET_W] - state[W])
+        _move(state, X, state[V] * draws[0] * motion.dt, state[W] * draws[1] * motion.dt)
+        seen = state[V] * motion.dt * motion.odometry_scale
+        _move(state, ODOM_X, seen, state[W] * motion.dt)
+        way += abs(seen)
+        if touches(state[X], state[Y], state[YAW], corners, motion.reach, around):
+            contact = True
+            break
+    # Variances add along the way: one draw for the period is as good as one a step.
+    _move(state, ODOM_X, 0.0, motion.odometry_turn * np.sqrt(way) * draws[2])
+    return contact
+
+
+@kernel
+def _ask(state: NDArray[np.float64], speed: float, yaw_rate: float, motion: PlanarMotion) -> None:
+    """Move what the robot's own controller asks for towards a command."""
+    state[SET_V] = _towards(state[SET_V], speed, motion.acceleration, motion.braking)
+    state[SET_W] = _towards(state[SET_W], yaw_rate, motion.yaw_acceleration, motion.braking)
+
+
+@kernel
+def _towards(value: float, target: float, most: float, braking: float) -> float:
+    """Return a value moved towards its target by a step of limited size.
+
+    A step towards zero is smaller by the share of the brakes.
+    """
+    if (target - value) * value < 0.0:
+        most *= braking
+    return value + min(max(target - value, -most), most)
+
+
+@kernel
+def _move(state: NDArray[np.float64], first: int, way: float, turn: float) -> None:
+    """Move the pose that begins at a part of the state along an exact arc."""
+    half = 0.5 * turn
+    # An arc's chord leaves at half the turn; its length is the arc's times sinc.
+    chord = way * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    state[first] += chord * np.cos(state[first + 2] + half)
+    state[first + 1] += chord * np.sin(state[first + 2] + half)
+    state[first + 2] = np.pi - (np.pi - state[first + 2] - turn) % _TURN

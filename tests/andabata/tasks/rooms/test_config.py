@@ -1,0 +1,82 @@
+"""Settings of drives in rooms: which rooms there are, what is observed, what is refused."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
+from andabata.tasks.rooms.config import named_parts, room_actions
+from andabata.tasks.rooms.spn_config import SpnConfig
+from andabata.tasks.rooms.td3_config import Td3Config
+from worlds.rooms.catalogue import make_room
+
+
+def test_a_pool_follows_the_named_rooms():
+    """Random rooms of the kind asked for have the indices after the named ones."""
+    config = SpnConfig(rooms=("spn-env1",), random_rooms=2, random_kind="clutter-movers")
+    assert config.all_rooms == ("spn-env1", "clutter-movers-0", "clutter-movers-1")
+    assert SpnConfig(random_rooms=1).all_rooms[-1] == "random-0"
+    assert Td3Config(random_rooms=2).all_rooms == ("clutter-0", "clutter-1")
+
+
+def test_snapshots_are_compared_in_rooms_that_no_pool_holds():
+    """Named rooms come alike; without any, 32 random ones of the kind beyond every pool do."""
+    assert SpnConfig(random_rooms=4).unseen.all_rooms == SpnConfig().rooms
+    assert SpnConfig().unseen.favourite == 0.25
+    config = Td3Config(random_rooms=1000, random_kind="clutter-movers")
+    unseen = config.unseen.all_rooms
+    assert len(unseen) == 32
+    assert not set(unseen) & set(config.all_rooms)
+    assert all(name.startswith("clutter-movers-") for name in unseen)
+    assert Td3Config.model_validate(config.unseen.model_dump()) == config.unseen
+
+
+def test_a_task_is_somewhere():
+    """Neither a named nor a random room is an error."""
+    with pytest.raises(ValidationError, match="rooms: expected a name or random_rooms"):
+        Td3Config(random_rooms=0)
+
+
+def test_fixed_tasks_are_those_of_all_named_rooms():
+    """Each has its room's index; a pool has none."""
+    config = SpnConfig(rooms=("spn-env5", "spn-env1", "spn-crowded"))
+    assert [index for index, _ in config.fixed_tasks] == [1] * 4 + [2] * 5
+    assert config.fixed_tasks[4][1] == make_room("spn-crowded").tasks[0]
+    assert Td3Config().fixed_tasks == []
+
+
+def test_rewards_are_told_by_their_kind():
+    """Constants without a kind are those of the reward by progress."""
+    for data, expected in (
+        ({"step": -0.01}, RoomRewardConfig(step=-0.01)),
+        ({}, RoomRewardConfig()),
+        ({"kind": "gdae", "goal": 80.0}, GdaeRewardConfig(goal=80.0)),
+        ({"kind": "improved", "proportional": True}, ImprovedRewardConfig(proportional=True)),
+    ):
+        config = Td3Config.model_validate({"reward": data})
+        assert config.reward == expected
+        assert type(config.reward) is type(expected)
+        assert Td3Config.model_validate(config.model_dump(mode="json")) == config
+    with pytest.raises(ValidationError, match="reward"):
+        Td3Config.model_validate({"reward": {"kind": "other"}})
+
+
+def test_terms_are_in_radians_and_of_the_lasers_range():
+    """Fields of view become radians, and ranges end at the laser's largest."""
+    config = Td3Config(window_fov_deg=90.0, window_unit="ranges", earlier_scan=3, windows=9)
+    assert config.terms.window_fov == pytest.approx(np.pi / 2)
+    assert (config.terms.as_ranges, config.terms.earlier_scan) == (True, 3)
+    spec = config.observations
+    assert spec.term("ranges").high == config.lidar.max_range
+    assert spec.size == 9 + 9 + 3 + 2
+    assert room_actions(config.robot).high == (1.0, 1.0)
+
+
+def test_names_of_rooms_and_lasers_become_fields():
+    """One name or several; what is not named is not a field; a wrong label is refused."""
+    assert named_parts(None, None) == {}
+    assert named_parts("spn-env1", None) == {"rooms": ("spn-env1",)}
+    parts = named_parts(["a", "b"], "180|20|10|0.05")
+    assert (parts["rooms"], parts["lidar"].x) == (("a", "b"), 0.05)
+    with pytest.raises(ValueError, match="lidar: expected"):
+        named_parts(None, "wide")

@@ -1,0 +1,159 @@
+"""Drives of a robot with dynamics to one goal: readings, clock, ends."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
+from andabata.tasks.rooms.planar_drive import (
+    BARN_LIDAR,
+    DriveRules,
+    SimulatedPlanarRobot,
+    drive_to_goal,
+    goal_in_odometry,
+)
+from andabata.tasks.terminations import Outcome
+from worlds.rooms.room import Room, RoomTask
+from worlds.world import Start
+
+EXACT = PlanarVehicleConfig(
+    delay=0,
+    lag=0,
+    acceleration=100,
+    yaw_acceleration=1000,
+    gain_spread=0,
+    slip=0,
+    odometry_scale=0,
+    odometry_turn=0,
+    speed_noise=0,
+    yaw_rate_noise=0,
+    range_noise=0,
+)
+FOUR = PlanarLidarConfig(fov_deg=270, resolution_deg=90, max_range=4, x=0.1)
+UP = RoomTask(Start(1.0, 2.0, np.pi / 2), (1.0, 12.0))
+
+
+def room(circles=(), boxes=()):
+    """Return an open room."""
+    return Room(
+        "r",
+        (9.0, 9.0),
+        np.array(boxes, dtype=float).reshape(-1, 4),
+        np.array(circles, dtype=float).reshape(-1, 3),
+    )
+
+
+def robot(made=None, config=EXACT, lidar=FOUR, task=UP, seed=0):
+    """Return a robot at the start of a task."""
+    rng = np.random.default_rng(seed)
+    return SimulatedPlanarRobot(room() if made is None else made, task, config, lidar, rng)
+
+
+class Steady:
+    """Navigator that waits for some periods, then gives the same command."""
+
+    def __init__(self, speed, wait=0, turn=0.0):
+        self.command, self.wait, self.goal = Twist(speed, turn), wait, None
+
+    def reset(self, lidar, goal):
+        self.goal, self.lidar = goal, lidar
+
+    def act(self, readings):
+        self.wait -= 1
+        return self.command if self.wait < 0 else Twist(0.0, 0.0)
+
+
+def test_speeds_are_measured_with_noise_that_nothing_else_depends_on():
+    """Deviations are those of the settings; ranges and odometry are the same without them."""
+    noisy = EXACT.model_copy(update={"speed_noise": 0.02, "yaw_rate_noise": 0.05})
+    drives = [robot(room([(1.0, 5.0, 0.5)]), config) for config in (noisy, EXACT)]
+    found, exact = [], []
+    for _ in range(400):
+        one, other = (drive.read() for drive in drives)
+        found.append((one.velocity.linear, one.velocity.angular))
+        exact.append(other.velocity)
+        np.testing.assert_array_equal(one.ranges, other.ranges)
+        assert one.odometry == other.odometry
+    np.testing.assert_allclose(np.std(found, axis=0), (0.02, 0.05), rtol=0.15)
+    np.testing.assert_allclose(np.mean(found, axis=0), 0.0, atol=0.01)
+    assert exact == [Twist(0.0, 0.0)] * len(exact)
+
+
+def test_the_laser_of_the_benchmark_has_720_beams():
+    """270 degrees, 30 m."""
+    assert BARN_LIDAR.count == 720
+    np.testing.assert_allclose(np.degrees(BARN_LIDAR.bearings[[0, -1]]), [-135, 135])
+
+
+def test_beams_begin_at_the_laser_and_end_at_what_stands():
+    """A circle ahead, a wall to the left, nothing elsewhere."""
+    made = room(circles=[(1.0, 5.0, 0.5)], boxes=[(-2.0, 1.0, -1.0, 3.0)])
+    ranges = robot(
+        made, lidar=PlanarLidarConfig(fov_deg=180, resolution_deg=90, max_range=4, x=0.1)
+    )
+    found = ranges.read().ranges
+    np.testing.assert_allclose(found, [np.inf, 2.4, 2.0], rtol=1e-6)
+
+
+def test_noise_is_on_what_returns_alone():
+    """Ranges spread as stated about the true one; beams that meet nothing stay infinite."""
+    made = room(circles=[(1.0, 5.0, 0.5)])
+    ahead = PlanarLidarConfig(fov_deg=10, resolution_deg=20, max_range=4)
+    one = robot(made, EXACT.model_copy(update={"range_noise": 0.01}), ahead)
+    values = [float(one.read().ranges[0]) for _ in range(400)]
+    assert np.std(values) == pytest.approx(0.01, rel=0.15)
+    assert np.mean(values) == pytest.approx(2.5, abs=0.003)
+    assert np.isinf(robot(config=PlanarVehicleConfig()).read().ranges).all()
+
+
+def test_goals_are_in_the_frame_of_the_odometry():
+    """10 m ahead is (10, 0) whatever the heading, and aside is aside."""
+    np.testing.assert_allclose(goal_in_odometry(UP), (10.0, 0.0), atol=1e-12)
+    aside = RoomTask(Start(1.0, 2.0, np.pi / 2), (0.0, 2.0))
+    np.testing.assert_allclose(goal_in_odometry(aside), (0.0, 1.0), atol=1e-12)
+
+
+def test_the_clock_runs_from_a_tenth_of_a_metre():
+    """At 1 m/s the goal's metre is reached after 9 m, of which 0.1 m come before the clock."""
+    navigator = Steady(1.0, wait=40)
+    result = drive_to_goal(navigator, robot(), UP, DriveRules())
+    assert result.outcome is Outcome.GOAL
+    # 0.15 m is the first period beyond 0.1 m, and 9.05 m the first within the last metre.
+    assert result.time == pytest.approx(9.05 - 0.10)
+    assert result.left == pytest.approx(0.95)
+    assert len(result.path) == 1 + 40 + 181
+    assert navigator.goal == pytest.approx((10.0, 0.0))
+
+
+def test_contact_ends_a_drive():
+    """The box's front at 0.254 m meets a circle of 0.1 m, 4 m ahead."""
+    result = drive_to_goal(Steady(2.0), robot(room([(1.0, 6.0, 0.1)])), UP, DriveRules())
+    assert result.outcome is Outcome.COLLISION
+    assert result.path[-1, 1] - 2.0 == pytest.approx(4.0 - 0.354, abs=0.021)
+    assert result.speed == pytest.approx(2.0)
+    inside = drive_to_goal(Steady(2.0), robot(room([(1.0, 2.1, 0.1)])), UP, DriveRules())
+    assert (inside.outcome, inside.time, len(inside.path)) == (Outcome.COLLISION, 0.0, 1)
+
+
+def test_time_is_up_by_the_clock_and_without_one():
+    """Turning on the way past the goal, and never leaving the start."""
+    rules = DriveRules(time_limit=3.0)
+    moving = drive_to_goal(Steady(1.0, turn=1.0), robot(), UP, rules)
+    assert (moving.outcome, moving.time) == (Outcome.TIMEOUT, pytest.approx(3.0))
+    still = drive_to_goal(Steady(0.0), robot(), UP, rules)
+    assert (still.outcome, still.time) == (Outcome.TIMEOUT, 0.0)
+    assert len(still.path) == 61
+
+
+def test_the_same_seed_gives_the_same_noise_whatever_is_driven():
+    """Draws of a period do not depend on the commands: controllers meet the same noise."""
+    config = PlanarVehicleConfig()
+    drawn = []
+    for speed in (0.0, 1.0):
+        one = robot(config=config)
+        for _ in range(5):
+            one.read()
+            one.step(Twist(speed, 0.0))
+        drawn.append(one._rng.standard_normal())
+    assert drawn[0] == drawn[1]

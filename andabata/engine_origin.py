@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from andabata.records.runs import commit, versions
+from andabata.runs.folder import commit, versions
 
 _ROOT = Path(__file__).resolve().parents[1]
 _PACKAGES = ("andabata", "rl", "terrain", "traversability", "worlds")

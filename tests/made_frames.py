@@ -1,7 +1,7 @@
 """Trees of frames for tests."""
 
+from andabata.records.frames.transform_tree import TransformTree
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.transform_tree import TransformTree
 from tests.edited_bags import stamped
 
 COMPOSE = MessageBuilder(1)

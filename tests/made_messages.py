@@ -3,8 +3,8 @@
 import numpy as np
 
 from andabata.machine.robot import RobotModel
-from andabata.records.message_decoder import MessageDecoder
-from andabata.records.units import UnitFactors
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.units import UnitFactors
 from tests import made_bag
 from tests.made_bag import new
 

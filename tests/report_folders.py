@@ -10,7 +10,7 @@ from andabata.app.run_folders import EVALUATION
 from andabata.app.settings import resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.evaluate import EvaluationConfig, failure_causes, summarise
-from andabata.records.runs import describe
+from andabata.runs.folder import describe
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn
 from tests.room_policies import point_policy, window_policy

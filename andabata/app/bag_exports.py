@@ -20,12 +20,12 @@ from typing import Any
 from andabata.app.datum import datum_fields
 from andabata.app.tables import left_out_notes
 from andabata.app.usage import UsageError, one_word
+from andabata.exports.rerun_file import SUFFIX as RERUN
+from andabata.exports.rerun_file import export_rerun
+from andabata.exports.topics import CLOUD_KINDS, export_bag
+from andabata.exports.track_file import GEOJSON, POINTS, SUFFIXES, export_tracks
+from andabata.exports.tracks import is_drive_folder
 from andabata.records.bags import LeftOut
-from andabata.records.export import CLOUD_KINDS, export_bag
-from andabata.records.rerun_export import SUFFIX as RERUN
-from andabata.records.rerun_export import export_rerun
-from andabata.records.track_export import GEOJSON, POINTS, SUFFIXES, export_tracks
-from andabata.records.tracks import is_drive_folder
 
 _FILES = (RERUN, *SUFFIXES)
 _LOOKS_LIKE_A_FILE = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,7}")

@@ -8,7 +8,7 @@ from andabata.app.run_folders import write_evaluation
 from andabata.engine import Engine
 from andabata.evaluation.barn import BarnEvaluationConfig, evaluate_barn, world_names
 from andabata.evaluation.barn_table import barn_differences, barn_failures, barn_rows
-from andabata.records.runs import make_folder
+from andabata.runs.folder import make_folder
 
 _ABOUT = "light simulator: no place in a competition"
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from andabata.app.console import Console
 from andabata.datasets.drive_labeller import DriveSamples
-from andabata.records import atomic_io
 from andabata.replay.labelled_drive import label_drive
 from andabata.replay.options import ReplayOptions
+from andabata.runs import atomic_io
 from andabata.training.forest_adaptation import (
     Adaptation,
     DriveAdaptationConfig,

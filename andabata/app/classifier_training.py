@@ -11,8 +11,8 @@ from andabata.app.plots.axes import png
 from andabata.app.plots.perception import confusions_figure, importance_figure
 from andabata.datasets.foreign_clouds import foreign_samples
 from andabata.evaluation.classifier import score_forest, score_ground_classifier
-from andabata.records import atomic_io
-from andabata.records.runs import describe, make_folder, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import describe, make_folder, write_json
 from traversability.cartesian.classifier import (
     GroundClassifierConfig,
     ground_samples,

@@ -27,9 +27,9 @@ from andabata.evaluation.classifier import score_forest
 from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
-from andabata.records import atomic_io
-from andabata.records.run_lock import locked_folder
-from andabata.records.runs import describe, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import describe, write_json
+from andabata.runs.lock import locked_folder
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history

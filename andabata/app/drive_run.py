@@ -14,9 +14,9 @@ from andabata.app.viewer.simulated import SimulatedDriveView
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive import Recording, drive_once
 from andabata.models import Models
-from andabata.records import atomic_io
-from andabata.records.run_lock import locked_folder
-from andabata.records.runs import make_folder
+from andabata.runs import atomic_io
+from andabata.runs.folder import make_folder
+from andabata.runs.lock import locked_folder
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from andabata.app.run_folders import write_evaluation
 from andabata.engine import Engine
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
 from andabata.models import Models
-from andabata.records.runs import make_folder
+from andabata.runs.folder import make_folder
 
 
 def run_evaluation(

@@ -10,8 +10,8 @@ from typing import Any
 
 from andabata.app.import_guard import check_origins, other_claims
 from andabata.distribution import install_browser, install_extra, install_ros
-from andabata.records.runs import commit
 from andabata.ros.graph import DEBIAN
+from andabata.runs.folder import commit
 
 MODULES = (
     "numpy",

@@ -13,7 +13,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import Models
-from andabata.records.sensor_pose import GivenMounting
+from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import RosGraph

@@ -7,9 +7,9 @@ from typing import Any
 from andabata.app.settings import resolve
 from andabata.app.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
-from andabata.records.frames import SENSORS
-from andabata.records.sensor_pose import UNNAMED, GivenMounting
-from andabata.records.transform import yaw_pitch_roll
+from andabata.records.frames.names import SENSORS
+from andabata.records.frames.sensor_pose import UNNAMED, GivenMounting
+from andabata.records.frames.transform import yaw_pitch_roll
 
 _TURN = 360.0
 """Full turn [deg]."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.engine import Engine
     from andabata.models import Models
-    from andabata.records.sensor_pose import GivenMounting
+    from andabata.records.frames.sensor_pose import GivenMounting
     from rl.policy import Policy as PolicyModel
     from traversability.forest import Forest
 

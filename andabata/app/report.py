@@ -16,7 +16,7 @@ from andabata.app.columns import heading, interval, shown_keys
 from andabata.app.plots.axes import png
 from andabata.app.plots.svg import inline_figure, svg
 from andabata.app.printable import printable
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 
 _WIDTH = 100
 """Largest width of an inch of a drawn figure [pixels]."""

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from andabata.app.settings import explain
-from andabata.records.runs import versions
+from andabata.runs.folder import versions
 from traversability.dataset import MANIFEST
 
 ABOUT = "run.json"

@@ -16,8 +16,8 @@ from andabata.app.report_folder import (
 from andabata.evaluation.room_drives import RoomDrive, drives_from_bytes, drives_to_bytes
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cells_of
-from andabata.records import atomic_io
-from andabata.records.runs import describe, make_folder, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import describe, make_folder, write_json
 from rl.policy import Policy, load_policy
 
 RESULT = "evaluation.json"

@@ -7,8 +7,8 @@ from typing import Any
 from andabata.app.plots.axes import png
 from andabata.app.plots.drives import drive_figure
 from andabata.evaluation.drive import Driven
-from andabata.records import atomic_io
-from andabata.records.runs import describe, make_folder, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import describe, make_folder, write_json
 from traversability.files import cloud_to_bytes
 
 DRIVE = "drive.json"

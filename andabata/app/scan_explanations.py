@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.app.scanning import ScanConfig, Scanned
-from andabata.records.transform import yaw_pitch_roll
+from andabata.records.frames.transform import yaw_pitch_roll
 from traversability.levelling import ground_plane, tilt_of
 
 MAX_HEIGHT = 0.2

@@ -15,10 +15,10 @@ from andabata.app.scan_explanations import Origin
 from andabata.app.scan_origin import Position, from_the_sensor
 from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
 from andabata.app.tables import scan_text
-from andabata.records import atomic_io
+from andabata.exports.topics import decode_bag_cloud
 from andabata.records.containers.opening import is_recording
-from andabata.records.export import decode_bag_cloud
-from andabata.records.sensor_pose import GivenMounting
+from andabata.records.frames.sensor_pose import GivenMounting
+from andabata.runs import atomic_io
 from traversability.class_table import ClassTable
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.mounting import Mounting
-from andabata.records.frames import is_base
+from andabata.records.frames.names import is_base
 from traversability.class_table import ClassTable
 from traversability.cloud import PointCloud
 from traversability.forest import Forest

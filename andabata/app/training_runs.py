@@ -12,7 +12,7 @@ from andabata.app.training_view import TrainingView
 from andabata.app.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models
-from andabata.records.run_lock import locked_folder
+from andabata.runs.lock import locked_folder
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import CHECKPOINT, learn
 from rl.curriculum import TrainingIteration

@@ -81,7 +81,7 @@ def units(texts: Sequence[str]) -> dict[str, str]:
         UsageError: If there is no such quantity or unit.
     """
     from andabata.machine.robot import RobotModel
-    from andabata.records.units import si_factor
+    from andabata.records.decoding.units import si_factor
 
     found = pairs(texts, "--unit")
     try:

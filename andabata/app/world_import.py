@@ -8,7 +8,7 @@ from typing import Any
 
 from andabata.app.usage import UsageError, numbers
 from andabata.app.world_summary import world_summary
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 from worlds import world_files
 from worlds.rooms import files as room_files
 from worlds.rooms.room import Room

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.chain import bench_chains
 from andabata.bench.table import Row, markdown_table
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 from terrain.kernel import kernel
 
 TABLE = Path(__file__).with_name("chain_table.json")

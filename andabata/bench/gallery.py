@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from PIL import Image, ImageSequence
 
 from andabata.bench import chromium
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 
 if TYPE_CHECKING:
     from playwright.sync_api import ViewportSize

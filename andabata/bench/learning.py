@@ -20,7 +20,7 @@ from andabata.bench.command import run_command
 from andabata.bench.maze import evaluate_in_mazes
 from andabata.bench.table import Row, markdown_table
 from andabata.engine_processes import run_tasks
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 from andabata.training.run import CHECKPOINT
 
 VARIANTS: dict[str, tuple[str, ...]] = {

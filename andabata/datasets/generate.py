@@ -14,9 +14,9 @@ from andabata.datasets.kitti import begin_sequence, end_sequence, scan_files
 from andabata.datasets.labelled_cloud import CloudsConfig, cloud_scene, take_cloud
 from andabata.engine import Engine, SerialEngine
 from andabata.machine.pose import Pose
-from andabata.records import atomic_io
-from andabata.records.journal import Journal
-from andabata.records.runs import commit, describe, make_folder, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import commit, describe, make_folder, write_json
+from andabata.runs.journal import Journal
 from traversability.binning import fill_quarters
 from traversability.dataset import (
     MANIFEST,

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from andabata.machine.pose import Pose
-from andabata.records import atomic_io
-from andabata.records.runs import make_folder
+from andabata.runs import atomic_io
+from andabata.runs.folder import make_folder
 from terrain.classes import TRAITS, SemanticClass
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes

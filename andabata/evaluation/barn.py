@@ -24,8 +24,8 @@ from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
-from andabata.records.journal import Journal
-from andabata.records.runs import commit
+from andabata.runs.folder import commit
+from andabata.runs.journal import Journal
 from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveResult,

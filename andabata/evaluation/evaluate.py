@@ -20,9 +20,9 @@ from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
-from andabata.records import atomic_io
-from andabata.records.journal import Journal
-from andabata.records.runs import commit
+from andabata.runs import atomic_io
+from andabata.runs.folder import commit
+from andabata.runs.journal import Journal
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan

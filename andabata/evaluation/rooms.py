@@ -33,8 +33,8 @@ from andabata.evaluation.room_table import (
 )
 from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.navigation.planar.lidar_map import LidarMapConfig
-from andabata.records.journal import Journal
-from andabata.records.runs import commit
+from andabata.runs.folder import commit
+from andabata.runs.journal import Journal
 from andabata.tasks.rooms.batch import DiscRobotConfig
 from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
 from andabata.tasks.rooms.config import RoomConfig

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.records import topics
 from andabata.records.bags import Bag
+from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.messages import NS
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage
 

@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 
 from andabata.records import topics
-from andabata.records.accepted_types import ALTERNATIVES, message_type
 from andabata.records.bags import Bag, BagError, Message
 from andabata.records.bursts import find_bursts, holds_what_follows
 from andabata.records.clocks import Stamps, TopicStamps
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.accepted_types import ALTERNATIVES, message_type
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.point_cloud2 import as_point_cloud2, cloud_of
+from andabata.records.decoding.row_history import RowHistory
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.wheel_speeds import JointFacts
+from andabata.records.decoding.wheel_zeros import zeros_between
+from andabata.records.decoding.yaw_increments import heading_of, up_direction
 from andabata.records.messages import NS, header_ns
 from andabata.records.pieces import Piece, cut_pieces
-from andabata.records.point_cloud2 import as_point_cloud2, cloud_of
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.remarks import Remarks
-from andabata.records.row_history import RowHistory
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
-from andabata.records.wheel_speeds import JointFacts
-from andabata.records.wheel_zeros import zeros_between
-from andabata.records.yaw_increments import heading_of, up_direction
 
 _MAX_LAGS = {topics.IMU: 0.3, topics.ENCODERS: 0.3, topics.MAG: 0.3, topics.FIX: 3.0}
 """Longest time by which a reading may be older than its record, before its clock is doubted [s]."""

@@ -5,9 +5,9 @@ import json
 from pathlib import Path
 from typing import Any, Protocol
 
-from andabata.records import atomic_io
 from andabata.records.containers.container import BagError
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
+from andabata.runs import atomic_io
 
 _CHUNK_BYTES = 1 << 20
 """Size of an MCAP chunk [bytes]: a killed recorder loses at most the last one."""

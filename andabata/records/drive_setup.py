@@ -22,13 +22,13 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
-from andabata.records.extrinsics import Extrinsics
-from andabata.records.frames import local_name
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.frames.extrinsics import Extrinsics
+from andabata.records.frames.names import local_name
 from andabata.records.messages import NS, header_ns, pose_of
 from andabata.records.recorded_settings import diagnostic_values, parse_settings
 from andabata.records.recorder import DATUM
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import Remapping, topic_names
 from worlds.world import Geofence
 

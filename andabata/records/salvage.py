@@ -5,7 +5,6 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from andabata.records import atomic_io
 from andabata.records.bags import BagError, readable
 from andabata.records.containers.compression import ZSTD_MAGIC
 from andabata.records.containers.container import Container, Damage
@@ -18,6 +17,7 @@ from andabata.records.containers.rosbag1_copy import copy_bag
 from andabata.records.containers.rosbag1_file import Rosbag1File
 from andabata.records.containers.sqlite_copy import copy_sqlite
 from andabata.records.containers.sqlite_file import SqliteFile
+from andabata.runs import atomic_io
 
 _COMPRESSED = (".zstd", ".zst")
 

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 
 from andabata.records import topics
-from andabata.records.accepted_types import OLD_POINT_CLOUD, accepted_types, full_type
 from andabata.records.bags import Bag, BagError
-from andabata.records.frames import FrameError
+from andabata.records.decoding.accepted_types import OLD_POINT_CLOUD, accepted_types, full_type
+from andabata.records.decoding.sensor_decoder import SWEEPS, SensorDecoder, frame_of
+from andabata.records.frames.names import FrameError
 from andabata.records.remarks import Remarks
-from andabata.records.sensor_decoder import SWEEPS, SensorDecoder, frame_of
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
 
 Remapping = Mapping[str, str]

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.machine.pose import Pose
 from andabata.navigation.cloud_assembly import CloudAssembler
-from andabata.records.extrinsics import Extrinsics
+from andabata.records.frames.extrinsics import Extrinsics
 from andabata.records.remarks import Remarks
 from traversability.cloud import PointCloud
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.models import Models
-from andabata.records.sensor_pose import GivenMounting
+from andabata.records.frames.sensor_pose import GivenMounting
 
 
 def keep_recorded(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:

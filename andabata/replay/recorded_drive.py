@@ -9,17 +9,17 @@ from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
 from andabata.records.bag_survey import survey_bag
 from andabata.records.bags import Bag
-from andabata.records.extrinsics import Extrinsics
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.unit_inference import infer_units
+from andabata.records.decoding.units import UnitFactors, si_factor
+from andabata.records.decoding.wheel_speeds import JointFacts
+from andabata.records.frames.extrinsics import Extrinsics
+from andabata.records.frames.transform_tree import read_transforms
 from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topic_selection import check_frames, choose_cloud, select_topics
 from andabata.records.topics import SCAN, Topic
-from andabata.records.transform_tree import read_transforms
-from andabata.records.unit_inference import infer_units
-from andabata.records.units import UnitFactors, si_factor
-from andabata.records.wheel_speeds import JointFacts
 from andabata.replay.datum import given_geo_reference, magnetic_flux_density
 from andabata.replay.options import ReplayOptions
 

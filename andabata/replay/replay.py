@@ -16,11 +16,11 @@ from andabata.navigation.perception import assembler_of
 from andabata.records.bag_piece import BagPiece
 from andabata.records.bag_reader import Period, read_periods
 from andabata.records.bags import Bag, BagError
+from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.messages import NS
 from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.replay.datum import add_fix_remarks, position_fields, recorded_datum, use_datum
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.options import ReplayOptions

@@ -18,13 +18,13 @@ from andabata.navigation.controller import Steering
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records import topics
-from andabata.records.extrinsics import Extrinsics
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.frames.extrinsics import Extrinsics
+from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
-from andabata.records.sensor_decoder import SensorDecoder
-from andabata.records.sensor_pose import GivenMounting
 from andabata.records.topics import Topic
 from andabata.replay.datum import add_fix_remarks
 from andabata.replay.mounting_monitor import MountingMonitor

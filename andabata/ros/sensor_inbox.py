@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
+from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.messages import pose_of
 from andabata.records.remarks import Remarks
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import RosMessage, Topic
 from andabata.ros.graph import RosGraph
 

@@ -18,8 +18,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.engine_processes import run_tasks
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, mirrored
-from andabata.records import atomic_io
-from andabata.records.runs import commit, make_folder
+from andabata.runs import atomic_io
+from andabata.runs.folder import commit, make_folder
 from andabata.training.expert_labels import (
     LabelledDrive,
     LabelledDriveConfig,

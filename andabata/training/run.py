@@ -9,8 +9,8 @@ from typing import Any
 
 from andabata.engine import Engine, SerialEngine
 from andabata.models import Models
-from andabata.records import atomic_io
-from andabata.records.runs import commit, describe, make_folder, write_json
+from andabata.runs import atomic_io
+from andabata.runs.folder import commit, describe, make_folder, write_json
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler

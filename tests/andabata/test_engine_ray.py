@@ -16,7 +16,7 @@ from andabata.bench.cluster import digests
 from andabata.bench.raylets import raylets
 from andabata.engine_origin import OriginError
 from andabata.engine_ray import RayEngine, RayError
-from andabata.records.journal import Journal
+from andabata.runs.journal import Journal
 from tests import engine_laws as laws
 from tests.engine_work import (
     Unreadable,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from andabata.app.reference import FOLDER, pages
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -220,8 +220,8 @@ def layout(
     """
     import json
 
-    from andabata.records import atomic_io
-    from andabata.records.foxglove_layout import foxglove_layout
+    from andabata.exports.foxglove_layout import foxglove_layout
+    from andabata.runs import atomic_io
 
     found = foxglove_layout(1 if ros == 1 else 2)
     atomic_io.write(out, json.dumps(found, indent=2).encode())

@@ -50,7 +50,7 @@ def speed(
     from andabata.app.plots.axes import png
     from andabata.app.plots.bench import speed_figure
     from andabata.bench.speed import bench_speed, speed_table
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
 
     console = output.console()
     rows = bench_speed(world, seed, runs, seconds, only, console)
@@ -150,7 +150,7 @@ def fields(
     from andabata.app.plots.axes import png
     from andabata.app.plots.perception import fields_figure
     from andabata.bench.fields import evaluate_fields, field_examples, field_table
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
 
     console, loaded = output.console(), forest.load()
     with console.progress("clouds", 2 * count) as step:
@@ -230,7 +230,7 @@ def vehicle(
     from andabata.bench.vehicle import bench_vehicle, vehicle_tables
     from andabata.machine.robot import RobotModel
     from andabata.machine.vehicle import Plant
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
 
     console, model = output.console(), RobotModel.load(robot)
     name = one_word(plant, get_args(Plant), "--plant")

@@ -172,7 +172,7 @@ def evaluate(
     """
     from andabata.app.classifier_training import write_scores
     from andabata.evaluation.classifier import score_forest, tables
-    from andabata.records.runs import describe, make_folder
+    from andabata.runs.folder import describe, make_folder
     from traversability.dataset import read_manifest
 
     loaded, manifest = forest.load(), read_manifest(clouds)
@@ -225,7 +225,7 @@ def export(
         andabata classifier export --out forest.onnx
         andabata classifier export --forest f/forest.npz --out mine.onnx
     """
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
     from traversability.export import forest_to_onnx
 
     data = forest_to_onnx(forest.load())

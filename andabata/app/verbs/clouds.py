@@ -89,7 +89,7 @@ def convert(
         andabata clouds convert cloud.npz cloud.ply
         andabata clouds convert cloud.ply cloud.pcd --json
     """
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
     from traversability.files import cloud_to_bytes, columns_lost_by, decode_cloud_file
 
     console, kind = output.console(), out.suffix[1:].lower()

@@ -70,7 +70,7 @@ def evaluate(
     from andabata.evaluation.barn import BarnEvaluationConfig
     from andabata.evaluation.evaluate import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
-    from andabata.records.run_lock import locked_folder
+    from andabata.runs.lock import locked_folder
 
     check_task(task, (OFFROAD, *ROOM_TASKS, BARN))
     console = output.console()

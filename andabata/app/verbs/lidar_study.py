@@ -48,7 +48,7 @@ def lidar_study(
     from andabata.app.usage import UsageError
     from andabata.evaluation.lidar_study import DEVELOPMENT, LidarStudyConfig
     from andabata.evaluation.rooms import REACTIVE, WITH_MAP
-    from andabata.records.run_lock import locked_folder
+    from andabata.runs.lock import locked_folder
 
     if memory not in (REACTIVE, WITH_MAP):
         raise UsageError(f"--memory: expected {REACTIVE} or {WITH_MAP}, got {memory!r}")

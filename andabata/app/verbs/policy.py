@@ -49,7 +49,7 @@ def export(
         andabata policy export --out policy.onnx
         andabata policy export --policy my_policy.safetensors --out mine.onnx
     """
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
     from rl.export import policy_to_onnx
 
     data = policy_to_onnx(policy.load())
@@ -77,7 +77,7 @@ def distill(
         andabata policy distill --out data/runs/distilled
         andabata policy distill --set drives=[20,20] --set expert=[1.0,0.3]
     """
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
     from andabata.training.distillation import DistillationConfig, distill_mpc
 
     config = settings.resolve(DistillationConfig)

@@ -48,8 +48,8 @@ def report(
         andabata report data/runs/generalisation
     """
     from andabata.app.reports import ReportOptions, make_report, run_folders
-    from andabata.records import atomic_io
-    from andabata.records.runs import make_folder
+    from andabata.runs import atomic_io
+    from andabata.runs.folder import make_folder
 
     path, console = out or runs[0] / "report.html", output.console()
     made = make_report(run_folders(runs), ReportOptions(models, tests, workers, console))

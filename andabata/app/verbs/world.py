@@ -74,7 +74,7 @@ def render(
     """
     from andabata.app.plots.axes import png
     from andabata.app.plots.drives import world_figure
-    from andabata.records import atomic_io
+    from andabata.runs import atomic_io
     from worlds.catalogue import make_world
 
     world = make_world(name, seed, difficulty)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 
 if TYPE_CHECKING:
     import viser

@@ -11,7 +11,7 @@ from andabata.app.mountings import (
 )
 from andabata.app.settings import SettingsError
 from andabata.app.usage import UsageError
-from andabata.records.sensor_pose import UNNAMED
+from andabata.records.frames.sensor_pose import UNNAMED
 from tests.edited_bags import turn
 
 

@@ -9,7 +9,7 @@ from andabata.app.cli import main
 from andabata.app.room_folder import RoomFolder
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import drive_cell, tasks_of
-from andabata.records.runs import write_json
+from andabata.runs.folder import write_json
 from worlds.rooms.catalogue import make_room
 
 WORDS = "evaluate --task spn --policy proportional --rooms env0,env1 --lidars ten-beams --pairs 3"

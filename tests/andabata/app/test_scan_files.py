@@ -15,8 +15,8 @@ from andabata.app.scanning import ScanConfig
 from andabata.models import shipped_forest
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
+from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.messages import MessageBuilder
-from andabata.records.sensor_pose import GivenMounting
 from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud

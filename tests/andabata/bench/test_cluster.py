@@ -4,7 +4,7 @@ import json
 
 from andabata.bench.cluster import Watched, digests
 from andabata.datasets.generate import JOURNAL
-from andabata.records import atomic_io
+from andabata.runs import atomic_io
 
 
 def test_worlds_and_files_that_come_twice_are_counted(tmp_path):

@@ -6,8 +6,8 @@ import pytest
 from andabata.records import topics
 from andabata.records.bag_reader import read_periods
 from andabata.records.bags import Message
+from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.sensor_decoder import SensorDecoder
 
 COMPOSE = MessageBuilder(1)
 EPOCH = COMPOSE.epoch_ns

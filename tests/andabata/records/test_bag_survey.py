@@ -10,10 +10,10 @@ from andabata.records import topics
 from andabata.records.bag_survey import BagSurvey, survey_bag
 from andabata.records.bags import Bag, BagError, Message
 from andabata.records.clocks import Clock
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS
 from andabata.records.remarks import Remarks
-from andabata.records.units import UnitFactors
 from tests import made_bag
 from tests.made_messages import joints
 

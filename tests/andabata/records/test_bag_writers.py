@@ -6,10 +6,10 @@ import json
 import numpy as np
 import pytest
 
+from andabata.exports.topics import read_bag_cloud
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer, write_manifest
 from andabata.records.bags import BagError
-from andabata.records.export import read_bag_cloud
 from andabata.records.messages import MessageBuilder
 from traversability.cloud import PointCloud
 

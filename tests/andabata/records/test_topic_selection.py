@@ -6,8 +6,8 @@ import pytest
 
 from andabata.records import topics
 from andabata.records.bags import BagError, Message
-from andabata.records.frames import FrameError
-from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.frames.names import FrameError
 from andabata.records.topic_selection import (
     LEFT_OUT,
     check_frames,

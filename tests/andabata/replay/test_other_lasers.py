@@ -15,9 +15,9 @@ from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConf
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag
+from andabata.records.decoding.point_cloud2 import cloud_of
+from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.messages import MessageBuilder
-from andabata.records.point_cloud2 import cloud_of
-from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.topics import POINT_CLOUD, Topic
 from traversability.cloud import PointCloud
 

@@ -11,7 +11,7 @@ from andabata.navigation.controller import Steering
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.reactive import StraightController
 from andabata.records import topics
-from andabata.records.frames import FrameError
+from andabata.records.frames.names import FrameError
 from andabata.records.messages import NS
 from andabata.ros.navigator_node import NavigatorNode
 from tests.edited_bags import copy_bag, moved_cloud, turn, turned_imu

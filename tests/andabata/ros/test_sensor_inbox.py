@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from andabata.machine.pose import Pose
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.sensor_decoder import SensorDecoder
-from andabata.records.units import UnitFactors
 from andabata.ros.sensor_inbox import SensorInbox
 from tests.edited_bags import transforms
 from tests.played_graph import PlayedGraph

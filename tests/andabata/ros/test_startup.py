@@ -5,10 +5,10 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
-from andabata.records.message_decoder import MessageDecoder
+from andabata.records.decoding.message_decoder import MessageDecoder
+from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS, MessageBuilder
-from andabata.records.sensor_decoder import SensorDecoder
-from andabata.records.units import UnitFactors
 from andabata.ros import startup
 from andabata.ros.graph import RosError
 from andabata.ros.sensor_inbox import SensorInbox

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mcap.writer import IndexType, Writer
 
+from andabata.exports.topics import read_bag_cloud
 from andabata.records.bags import Bag, BagError
-from andabata.records.export import read_bag_cloud
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
 from tests.recordings import mcap_records, note, stamp, write_mcap

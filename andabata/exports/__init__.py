@@ -1,0 +1,1 @@
+"""Recordings as files of other tools: rerun, Foxglove, GeoJSON, CSV, tracks and clouds."""

@@ -1,0 +1,122 @@
+"""Sources of the readings of a topic: two receivers or two IMUs that publish on one.
+
+The rule is that of ``andabata.records.sources``. Readings are compared in the robot's axes, so that
+two IMUs that are mounted differently agree where /tf says how.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from andabata.records import topics
+from andabata.records.decoding.unusable_message import UnusableMessageError
+from andabata.records.remarks import Remarks
+from andabata.records.sources import Difference, Sources
+from andabata.records.topics import Topic
+
+_NEAR = {topics.IMU: 0.05, topics.MAG: 0.05, topics.FIX: 1.5}
+"""Longest time between two readings that are compared [s]."""
+
+_ENOUGH = {topics.IMU: 20, topics.MAG: 20, topics.FIX: 3}
+"""Number of comparisons by which two sources are judged."""
+
+_MAX_RATE = 0.2
+"""Largest difference of two angular velocities that agree [rad/s]."""
+
+_MAX_ANGLE = np.deg2rad(15.0)
+"""Largest angle between two directions that agree [rad]."""
+
+_MAX_DISTANCE = 5.0
+"""Largest distance of two fixes that agree [m]."""
+
+_METRES_PER_DEGREE = 111_195.0
+"""Length of a degree of latitude [m]."""
+
+
+class ReadingSources:
+    """Judges the sources of every topic; those that contradict the first one are refused."""
+
+    def __init__(self, remarks: Remarks) -> None:
+        """Create a judge without readings.
+
+        Args:
+            remarks: Destination of remarks.
+        """
+        self._remarks = remarks
+        self._last: dict[Topic, dict[str, Sequence[float]]] = {}
+        self._sources: dict[Topic, Sources] = {}
+        self._refused: set[tuple[Topic, str]] = set()
+
+    def add(self, topic: Topic, source: str, row: Sequence[float]) -> None:
+        """Add a reading of a source.
+
+        Args:
+            topic: Topic of the reading.
+            source: Name of the source: its frame, and its node where that is recorded.
+            row: Stamp [s] and numbers in SI units and in the robot's axes.
+
+        Raises:
+            UnusableMessageError: If the source contradicts the first one of the topic.
+        """
+        if topic not in _NEAR:
+            return
+        last = self._last.setdefault(topic, {})
+        first = next(iter(last), source)
+        sources = self._sources.setdefault(topic, Sources(_ENOUGH[topic]))
+        before = last.get(first)
+        last[source] = row
+        if source == first or before is None:
+            return
+        if source not in sources.counts:
+            text = f"readings come from two sources, {first} and {source}"
+            self._remarks.note(topic.ros1, text)
+        near = abs(row[0] - before[0]) < _NEAR[topic]
+        sources.add(source, _difference(topic, before, row) if near else None)
+        self._judge(topic, first, source, sources)
+
+    def _judge(self, topic: Topic, first: str, source: str, sources: Sources) -> None:
+        """Refuse a source that contradicts the first one.
+
+        Raises:
+            UnusableMessageError: If it does.
+        """
+        key = topic, source
+        if key not in self._refused and (text := sources.contradiction) is not None:
+            self._refused.add(key)
+            self._remarks.fail(
+                topic.ros1,
+                f"expected one source, got {first} and {source}, which differ by {text}: {first} "
+                "is used; record each on a topic of its own, and choose one by --map",
+            )
+        if key in self._refused:
+            raise UnusableMessageError(f"of a second source, {source}, that contradicts {first}")
+
+
+def _difference(topic: Topic, one: Sequence[float], other: Sequence[float]) -> Difference:
+    """Return the difference of two readings of a topic."""
+    if topic is topics.FIX:
+        return _distance(one, other)
+    if topic is topics.MAG:
+        return _angle(one[1:4], other[1:4])
+    rate = float(np.linalg.norm(np.subtract(one[1:4], other[1:4])))
+    turn = Difference(rate / _MAX_RATE, f"{rate:.2f} rad/s")
+    return max(turn, _angle(one[4:7], other[4:7]), key=lambda each: each.share)
+
+
+def _angle(one: Sequence[float], other: Sequence[float]) -> Difference:
+    """Return the angle between two vectors; one without a direction agrees with any."""
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    if not size > 0:
+        return Difference(0.0, "0 degrees")
+    angle = float(np.arccos(np.clip(np.dot(one, other) / size, -1, 1)))
+    return Difference(angle / _MAX_ANGLE, f"{np.rad2deg(angle):.0f} degrees")
+
+
+def _distance(one: Sequence[float], other: Sequence[float]) -> Difference:
+    """Return the distance of two fixes; one without a place agrees with any."""
+    if not np.isfinite([*one[1:3], *other[1:3]]).all() or np.inf in (one[4], other[4]):
+        return Difference(0.0, "0 m")
+    north = (other[1] - one[1]) * _METRES_PER_DEGREE
+    east = (other[2] - one[2]) * _METRES_PER_DEGREE * np.cos(np.deg2rad(one[1]))
+    metres = float(np.hypot(north, east))
+    return Difference(metres / _MAX_DISTANCE, f"{metres:.1f} m")

@@ -1,0 +1,85 @@
+"""Run folders: settings, seed, commit and versions beside the results of a run."""
+
+import json
+import platform
+import shlex
+import subprocess
+import sys
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from andabata.runs import atomic_io
+from traversability.dataset import config_hash
+
+_PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
+
+
+def make_folder(folder: Path) -> Path:
+    """Create a folder with its parents, if it does not exist, and return it.
+
+    Raises:
+        OSError: If a file has its name, or the parent is not writable.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_json(path: Path, data: Mapping[str, Any]) -> None:
+    """Write a JSON file atomically."""
+    atomic_io.write(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
+
+
+def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
+    """Return the description of a run for its folder: settings, seed, command, commit and versions.
+
+    Args:
+        verb: Command that was run.
+        config: Resolved settings.
+        seed: Seed of the run.
+    """
+    return {
+        "verb": verb,
+        "seed": seed,
+        "config": dict(config),
+        "config_sha256": config_hash(dict(config)),
+        "command": command_line(),
+        "commit": commit(),
+        "python": platform.python_version(),
+        "versions": versions(),
+    }
+
+
+def command_line() -> str:
+    """Return the command line of this process, without the folder of its program."""
+    program, *words = sys.argv or [""]
+    return shlex.join([Path(program).name, *words])
+
+
+def commit() -> str | None:
+    """Return the git commit of the code, with ``+`` if files are changed; None without git."""
+    home = Path(__file__).resolve().parents[2]
+
+    def git(*words: str) -> str:
+        done = subprocess.run(
+            ["git", "-C", str(home), *words], capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    try:
+        changed = "+" if git("status", "--porcelain", "--untracked-files=no") else ""
+        return git("rev-parse", "HEAD")[:12] + changed
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of the packages that results depend on."""
+    found: dict[str, str | None] = {}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found

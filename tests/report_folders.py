@@ -6,10 +6,10 @@ import numpy as np
 from PIL import Image
 
 from andabata.app.cli import main
-from andabata.app.run_folders import EVALUATION
-from andabata.app.settings import resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.settings import resolve
 from andabata.evaluation.evaluate import EvaluationConfig, failure_causes, summarise
+from andabata.report.run_folders import EVALUATION
 from andabata.runs.folder import describe
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn

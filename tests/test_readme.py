@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from andabata.app.settings import SettingsError, resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
+from andabata.configuration.settings import SettingsError, resolve
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig

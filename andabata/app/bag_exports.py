@@ -19,7 +19,7 @@ from typing import Any
 
 from andabata.app.datum import datum_fields
 from andabata.app.tables import left_out_notes
-from andabata.app.usage import UsageError, one_word
+from andabata.configuration.usage import UsageError, one_word
 from andabata.exports.rerun_file import SUFFIX as RERUN
 from andabata.exports.rerun_file import export_rerun
 from andabata.exports.topics import CLOUD_KINDS, export_bag

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
-from andabata.app.run_folders import write_evaluation
 from andabata.engine import Engine
 from andabata.evaluation.barn import BarnEvaluationConfig, evaluate_barn, world_names
 from andabata.evaluation.barn_table import barn_differences, barn_failures, barn_rows
+from andabata.report.run_folders import write_evaluation
 from andabata.runs.folder import make_folder
 
 _ABOUT = "light simulator: no place in a competition"

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from andabata.app.console import Console
-from andabata.app.plots.axes import png
-from andabata.app.plots.perception import confusions_figure, importance_figure
 from andabata.datasets.foreign_clouds import foreign_samples
 from andabata.evaluation.classifier import score_forest, score_ground_classifier
+from andabata.report.plots.axes import png
+from andabata.report.plots.perception import confusions_figure, importance_figure
 from andabata.runs import atomic_io
 from andabata.runs.folder import describe, make_folder, write_json
 from traversability.cartesian.classifier import (

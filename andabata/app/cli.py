@@ -9,7 +9,6 @@ import typer
 from typer.core import TyperGroup
 
 from andabata.app.closed_pipes import drop_unread_output
-from andabata.app.printable import printable
 from andabata.app.verbs import (
     bag,
     bench,
@@ -29,6 +28,7 @@ from andabata.app.verbs import (
     world,
 )
 from andabata.interrupts import INTERRUPTED, TEXT, handle_interrupts
+from andabata.printable import printable
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -132,8 +132,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _code(error: Exception) -> int:
     """Return 2 for an error in what the user typed, 1 for all others."""
-    from andabata.app.settings import SettingsError
-    from andabata.app.usage import UsageError
+    from andabata.configuration.settings import SettingsError
+    from andabata.configuration.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
     from worlds.catalogue import UnknownWorldError
     from worlds.goals import GoalError

@@ -21,7 +21,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from andabata.app.printable import printable
+from andabata.printable import printable
 
 COMPILES = "compiling kernels, once after an installation or an update: a minute or two ..."
 """Line before the silence of a first use."""

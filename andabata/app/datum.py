@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from andabata.app.usage import UsageError, numbers
+from andabata.configuration.usage import UsageError, numbers
 from andabata.localization.datum import Datum
 from andabata.machine.geo_reference import GeoReference
 

@@ -6,20 +6,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.app.classifier_report import SCORE_COLUMNS
-from andabata.app.columns import several
 from andabata.app.console import Console
-from andabata.app.drive_report import ATTEMPT_COLUMNS
-from andabata.app.evaluation_report import add_goals_table
-from andabata.app.plots.axes import png
-from andabata.app.plots.drives import drive_figure, world_figure
-from andabata.app.plots.perception import confusions_figure, scan_figure
-from andabata.app.plots.training import learning_figure
-from andabata.app.report import Report
-from andabata.app.report_about import add_about
-from andabata.app.scanning import ScanConfig, scan_cloud
-from andabata.app.settings import resolve, with_parts
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.settings import resolve, with_parts
 from andabata.datasets.generate import generate_dataset
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.engine_processes import ProcessEngine
@@ -27,9 +16,20 @@ from andabata.evaluation.classifier import score_forest
 from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
 from andabata.models import Models, shipped_forest
+from andabata.report.about import add_about
+from andabata.report.classifier import SCORE_COLUMNS
+from andabata.report.columns import several
+from andabata.report.drive import ATTEMPT_COLUMNS
+from andabata.report.evaluation import add_goals_table
+from andabata.report.page import Report
+from andabata.report.plots.axes import png
+from andabata.report.plots.drives import drive_figure, world_figure
+from andabata.report.plots.perception import confusions_figure, scan_figure
+from andabata.report.plots.training import learning_figure
 from andabata.runs import atomic_io
 from andabata.runs.folder import describe, write_json
 from andabata.runs.lock import locked_folder
+from andabata.scanning.scan import ScanConfig, scan_cloud
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn, read_history

@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
-from andabata.app.plots.clip import ClipRecorder
-from andabata.app.run_folders import write_drive
 from andabata.app.tables import drive_text
-from andabata.app.viewer.options import ViewConfig
-from andabata.app.viewer.simulated import SimulatedDriveView
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive import Recording, drive_once
 from andabata.models import Models
+from andabata.report.plots.clip import ClipRecorder
+from andabata.report.run_folders import write_drive
 from andabata.runs import atomic_io
 from andabata.runs.folder import make_folder
 from andabata.runs.lock import locked_folder
+from andabata.viewer.options import ViewConfig
+from andabata.viewer.simulated import SimulatedDriveView
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from andabata.app.options import ClassifierOptions
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 from worlds.splits import EVALUATIONS
 
 if TYPE_CHECKING:
@@ -118,8 +118,8 @@ class OffroadEvaluationOptions:
             UnknownWorldError: If there is no such world.
             UsageError: If there is no such controller.
         """
-        from andabata.app.usage import words
         from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
+        from andabata.configuration.usage import words
         from andabata.evaluation.evaluate import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
         from worlds.world_files import SUFFIX, is_world_file
@@ -249,7 +249,7 @@ class BarnEvaluationOptions:
             UsageError: If there is no such controller, vehicle or kind of fields, an option
                 contradicts ``--official``, or there are several policies.
         """
-        from andabata.app.usage import one_word, words
+        from andabata.configuration.usage import one_word, words
         from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
         from andabata.evaluation.barn_navigators import BARN_NAVIGATORS
         from andabata.machine.planar.vehicle import PLANAR_VEHICLES

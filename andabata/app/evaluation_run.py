@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
-from andabata.app.plots.drives import failure_picture
-from andabata.app.run_folders import write_evaluation
 from andabata.engine import Engine
 from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
 from andabata.models import Models
+from andabata.report.plots.drives import failure_picture
+from andabata.report.run_folders import write_evaluation
 from andabata.runs.folder import make_folder
 
 

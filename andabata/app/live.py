@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 
 from andabata.app.console import Console
-from andabata.app.viewer.options import ViewConfig
-from andabata.app.viewer.robot_view import RobotView
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
@@ -20,6 +18,8 @@ from andabata.ros.graph import RosGraph
 from andabata.ros.navigator_node import NavigatorNode
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
+from andabata.viewer.options import ViewConfig
+from andabata.viewer.robot_view import RobotView
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from andabata.app.settings import resolve
-from andabata.app.usage import UsageError, numbers
+from andabata.configuration.settings import resolve
+from andabata.configuration.usage import UsageError, numbers
 from andabata.machine.mounting import Mounting
 from andabata.records.frames.names import SENSORS
 from andabata.records.frames.sensor_pose import UNNAMED, GivenMounting

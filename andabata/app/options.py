@@ -241,7 +241,7 @@ class EngineOptions:
         Raises:
             UsageError: If there is no such engine, or an address is given to another one than Ray.
         """
-        from andabata.app.usage import UsageError, one_word
+        from andabata.configuration.usage import UsageError, one_word
         from andabata.engine import SerialEngine
         from andabata.engine_processes import ProcessEngine
         from andabata.engine_ray import RayEngine
@@ -267,7 +267,7 @@ class SettingsOptions:
         Raises:
             SettingsError: If a field is unknown or out of bounds, or the file is not TOML.
         """
-        from andabata.app.settings import resolve
+        from andabata.configuration.settings import resolve
 
         return resolve(kind, self.config, self.settings or (), base)
 
@@ -286,8 +286,8 @@ class RobotOptions:
             UnknownSensorError: If there is no such laser.
             ValueError: If there is no such body.
         """
-        from andabata.app.settings import with_parts
         from andabata.assembly.simulated_robot import SimulatedRobotConfig
+        from andabata.configuration.settings import with_parts
 
         return with_parts(SimulatedRobotConfig, self.sensor, self.robot)
 
@@ -323,8 +323,8 @@ class SensorOptions(SettingsOptions):
         """
         from andabata.app.datum import datum_overrides
         from andabata.app.mountings import with_height
-        from andabata.app.settings import resolve
         from andabata.assembly.simulated_robot import SimulatedRobotConfig
+        from andabata.configuration.settings import resolve
 
         overrides = with_height(self.settings, self.sensor_height)
         overrides += datum_overrides(self.datum)
@@ -344,7 +344,7 @@ class TopicOptions:
         Raises:
             UsageError: If a text is not of the form ``a=b``.
         """
-        from andabata.app.usage import pairs
+        from andabata.configuration.usage import pairs
 
         return pairs(self.renamed or (), "--map")
 
@@ -354,7 +354,7 @@ class TopicOptions:
         Raises:
             UsageError: If there is no such quantity or unit.
         """
-        from andabata.app.usage import units
+        from andabata.configuration.usage import units
 
         return units(self.unit or ())
 

@@ -8,13 +8,13 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from andabata.app.columns import spoken
 from andabata.app.console import Console, table_of
 from andabata.app.options import ClassifierOptions
-from andabata.app.report import Report
-from andabata.app.report_about import add_about
-from andabata.app.report_folder import RunFolderError, read_about
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
+from andabata.report.about import add_about
+from andabata.report.columns import spoken
+from andabata.report.folder import RunFolderError, read_about
+from andabata.report.page import Report
 from andabata.tasks.registration import ROOM_TASKS
 
 
@@ -147,8 +147,8 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
 
 def _offroad_training(folders: Sequence[Path], options: ReportOptions) -> Made:
     """Return the report of off-road training."""
-    from andabata.app.training_folder import common_stages, read_runs
-    from andabata.app.training_report import report_runs
+    from andabata.report.training import report_runs
+    from andabata.report.training_folder import common_stages, read_runs
 
     loaded = options.models.load()
     found = read_runs(folders, loaded)
@@ -166,7 +166,7 @@ def _offroad_training(folders: Sequence[Path], options: ReportOptions) -> Made:
 
 def _spn_training(folders: Sequence[Path], _: ReportOptions) -> Made:
     """Return the report of training for SPN."""
-    from andabata.app.room_training_report import group_table, report_room_training
+    from andabata.report.room_training import group_table, report_room_training
 
     page, data = report_room_training(folders)
     return page, data, table_of(group_table(data["groups"]))
@@ -174,7 +174,7 @@ def _spn_training(folders: Sequence[Path], _: ReportOptions) -> Made:
 
 def _td3_training(folders: Sequence[Path], _: ReportOptions) -> Made:
     """Return the report of training for TD3's task."""
-    from andabata.app.success_report import report_success, success_table
+    from andabata.report.success import report_success, success_table
 
     page, data = report_success(folders)
     return page, data, table_of(success_table(data["groups"]))
@@ -182,7 +182,7 @@ def _td3_training(folders: Sequence[Path], _: ReportOptions) -> Made:
 
 def _drives(folders: Sequence[Path], _: ReportOptions) -> Made:
     """Return the report of drives in one world."""
-    from andabata.app.drive_report import report_drives
+    from andabata.report.drive import report_drives
 
     page, data = report_drives(folders)
     shown = ("drive", "goal", "outcome", "time_s", "distance_m", "spl")
@@ -191,7 +191,7 @@ def _drives(folders: Sequence[Path], _: ReportOptions) -> Made:
 
 def _clouds(folder: Path) -> Made:
     """Return the report of labelled clouds."""
-    from andabata.app.clouds_report import report_clouds
+    from andabata.report.clouds import report_clouds
 
     page, data = report_clouds(folder)
     return page, data, table_of([spoken(row) for row in data["splits"]])
@@ -199,8 +199,8 @@ def _clouds(folder: Path) -> Made:
 
 def _cell_classifier(folder: Path) -> Made:
     """Return the report of a classifier of polar cells."""
-    from andabata.app.classifier_report import report_classifier
     from andabata.evaluation.classifier import tables
+    from andabata.report.classifier import report_classifier
 
     page, data = report_classifier(folder)
     return page, data, tables(data)
@@ -208,8 +208,8 @@ def _cell_classifier(folder: Path) -> Made:
 
 def _ground_classifier(folder: Path) -> Made:
     """Return the report of a classifier of ground cells."""
-    from andabata.app.classifier_report import report_ground
     from andabata.evaluation.classifier import ground_classifier_table
+    from andabata.report.classifier import report_ground
 
     page, data = report_ground(folder)
     return page, data, ground_classifier_table(data)
@@ -217,8 +217,8 @@ def _ground_classifier(folder: Path) -> Made:
 
 def _offroad_evaluation(folder: Path) -> Made:
     """Return the report of an evaluation off-road."""
-    from andabata.app.evaluation_report import report_evaluation
     from andabata.app.tables import evaluation_tables
+    from andabata.report.evaluation import report_evaluation
 
     page, data = report_evaluation(folder)
     return page, data, evaluation_tables(data["rows"])
@@ -226,8 +226,8 @@ def _offroad_evaluation(folder: Path) -> Made:
 
 def _barn_evaluation(folder: Path) -> Made:
     """Return the report of an evaluation in fields of cylinders."""
-    from andabata.app.barn_report import report_barn
     from andabata.app.barn_tables import barn_tables
+    from andabata.report.barn import report_barn
 
     page, data = report_barn(folder)
     return page, data, barn_tables(data)
@@ -235,9 +235,9 @@ def _barn_evaluation(folder: Path) -> Made:
 
 def _room_evaluation(folder: Path) -> Made:
     """Return the report of an evaluation in rooms."""
-    from andabata.app.room_folder import RoomFolder
-    from andabata.app.room_report import report_rooms
     from andabata.app.tables import room_tables
+    from andabata.report.room_folder import RoomFolder
+    from andabata.report.rooms import report_rooms
 
     page, data = report_rooms(RoomFolder(folder))
     return page, data, room_tables(data)
@@ -245,9 +245,9 @@ def _room_evaluation(folder: Path) -> Made:
 
 def _lidar_study(folder: Path) -> Made:
     """Return the report of a study of a laser."""
-    from andabata.app.room_folder import RoomFolder
-    from andabata.app.room_report import report_study
     from andabata.app.tables import study_table
+    from andabata.report.room_folder import RoomFolder
+    from andabata.report.rooms import report_study
 
     page, data = report_study(RoomFolder(folder))
     return page, data, study_table(data["rows"])

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
-from andabata.app.room_folder import RoomFolder
 from andabata.engine import Engine
 from andabata.evaluation.lidar_study import LidarStudyConfig, study_lidar
 from andabata.evaluation.room_drives import RoomDrive
@@ -17,6 +16,7 @@ from andabata.evaluation.rooms import (
     cells_of,
     evaluate_rooms,
 )
+from andabata.report.room_folder import RoomFolder
 from rl.policy import Policy
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from andabata.app.settings import explain
-from andabata.app.usage import UsageError, words
+from andabata.configuration.settings import explain
+from andabata.configuration.usage import UsageError, words
 from andabata.evaluation.room_policies import TRAINED, fitted
 from andabata.evaluation.rooms import REACTIVE, WITH_MAP
 from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig

@@ -7,18 +7,18 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from andabata.app.plots.axes import png
-from andabata.app.plots.perception import scan_figure
-from andabata.app.report import Report
-from andabata.app.scan_diagnosis import diagnose
-from andabata.app.scan_explanations import Origin
-from andabata.app.scan_origin import Position, from_the_sensor
-from andabata.app.scanning import ScanConfig, scan_cloud, scan_result
 from andabata.app.tables import scan_text
 from andabata.exports.topics import decode_bag_cloud
 from andabata.records.containers.opening import is_recording
 from andabata.records.frames.sensor_pose import GivenMounting
+from andabata.report.page import Report
+from andabata.report.plots.axes import png
+from andabata.report.plots.perception import scan_figure
 from andabata.runs import atomic_io
+from andabata.scanning.diagnosis import diagnose
+from andabata.scanning.explanations import Origin
+from andabata.scanning.origin import Position, from_the_sensor
+from andabata.scanning.scan import ScanConfig, scan_cloud, scan_result
 from traversability.class_table import ClassTable
 from traversability.decoding import DecodedCloud
 from traversability.files import decode_cloud_file

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
 
-from andabata.app.columns import heading
 from andabata.app.console import table_of
+from andabata.report.columns import heading
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 from andabata.tasks.registration import ROOM_TASKS
 
 OFFROAD, BARN = "offroad", "barn"

@@ -74,7 +74,7 @@ class TrainingOptions:
         Raises:
             UsageError: If they are none of the plan's.
         """
-        from andabata.app.usage import span
+        from andabata.configuration.usage import span
 
         count = len(plan.stages)
         return range(count) if self.stages is None else span(self.stages, count, "--stages")

@@ -9,7 +9,7 @@ from andabata.app.console import Console, Step
 from andabata.app.event_files import EventFiles, Row
 from andabata.app.tables import training_text
 from andabata.app.training_view import TrainingView
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models
 from andabata.runs.lock import locked_folder

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from andabata.app.viewer.options import ViewConfig
+    from andabata.viewer.options import ViewConfig
 
 _VIEW = "Live view"
 
@@ -64,7 +64,7 @@ class PageOptions:
 
     def view_config(self) -> "ViewConfig":
         """Return the choices of who watches."""
-        from andabata.app.viewer.options import ViewConfig
+        from andabata.viewer.options import ViewConfig
 
         return ViewConfig(self.view_port, self.view_points, self.view_speed or math.inf)
 
@@ -88,7 +88,7 @@ class DriveViewOptions(ViewOptions):
         Raises:
             UsageError: If the drive is to wait for a page, and there is none.
         """
-        from andabata.app.usage import UsageError
+        from andabata.configuration.usage import UsageError
 
         if self.view:
             return replace(self.view_config(), waits=self.view_wait)

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from andabata.app.console import Console
-from andabata.app.room_folder import RoomFolder
-from andabata.app.usage import UsageError
-from andabata.app.viewer.options import ViewConfig
-from andabata.app.viewer.recorded_drive import RecordedDriveView, RecordedPath, RunFolderError
-from andabata.app.viewer.replayed import ReplayPage, ReplayView
-from andabata.app.viewer.room_choices import BarnChoices, CellChoices, DriveChoices
-from andabata.app.viewer.room_view import RoomView
+from andabata.configuration.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.records.containers.opening import is_recording
 from andabata.replay.options import ReplayOptions
 from andabata.replay.replay import replay_bag
+from andabata.report.room_folder import RoomFolder
 from andabata.tasks.registration import ROOM_TASKS
+from andabata.viewer.options import ViewConfig
+from andabata.viewer.recorded_drive import RecordedDriveView, RecordedPath, RunFolderError
+from andabata.viewer.replayed import ReplayPage, ReplayView
+from andabata.viewer.room_choices import BarnChoices, CellChoices, DriveChoices
+from andabata.viewer.room_view import RoomView
 
 _BARN_FIELDS = ("worlds", "controllers", "vehicle", "rules")
 """Settings by which an evaluation is known as one of BARN."""

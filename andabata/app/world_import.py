@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from andabata.app.usage import UsageError, numbers
 from andabata.app.world_summary import world_summary
+from andabata.configuration.usage import UsageError, numbers
 from andabata.runs import atomic_io
 from worlds import world_files
 from worlds.rooms import files as room_files

@@ -17,8 +17,8 @@ from pydantic.fields import FieldInfo
 
 from andabata.app.demonstration import DemonstrationConfig
 from andabata.app.reference.tables import code, prose, table
-from andabata.app.setting_paths import models_in
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.field_paths import models_in
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.evaluate import EvaluationConfig

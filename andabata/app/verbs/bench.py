@@ -47,9 +47,9 @@ def speed(
     if context.invoked_subcommand is not None:
         return
     from andabata.app.console import table_of
-    from andabata.app.plots.axes import png
-    from andabata.app.plots.bench import speed_figure
     from andabata.bench.speed import bench_speed, speed_table
+    from andabata.report.plots.axes import png
+    from andabata.report.plots.bench import speed_figure
     from andabata.runs import atomic_io
 
     console = output.console()
@@ -147,9 +147,9 @@ def fields(
         andabata bench fields --count 12 --picture fields.png
     """
     from andabata.app.console import table_of
-    from andabata.app.plots.axes import png
-    from andabata.app.plots.perception import fields_figure
     from andabata.bench.fields import evaluate_fields, field_examples, field_table
+    from andabata.report.plots.axes import png
+    from andabata.report.plots.perception import fields_figure
     from andabata.runs import atomic_io
 
     console, loaded = output.console(), forest.load()
@@ -224,12 +224,12 @@ def vehicle(
         andabata bench vehicle --robot jackal --json
     """
     from andabata.app.console import table_of
-    from andabata.app.plots.axes import png
-    from andabata.app.plots.bench import vehicle_figure
-    from andabata.app.usage import one_word
     from andabata.bench.vehicle import bench_vehicle, vehicle_tables
+    from andabata.configuration.usage import one_word
     from andabata.machine.robot import RobotModel
     from andabata.machine.vehicle import Plant
+    from andabata.report.plots.axes import png
+    from andabata.report.plots.bench import vehicle_figure
     from andabata.runs import atomic_io
 
     console, model = output.console(), RobotModel.load(robot)
@@ -270,11 +270,11 @@ def chain(
         andabata bench chain --set localizer=truth
     """
     from andabata.app.console import table_of
-    from andabata.app.settings import resolve
-    from andabata.app.usage import words
     from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.chain import bench_chains, stage_table
+    from andabata.configuration.settings import resolve
+    from andabata.configuration.usage import words
     from andabata.machine.vehicle import Plant
 
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]

@@ -117,8 +117,8 @@ def adapt(
         andabata classifier adapt drive.bag --clouds c --out m.npz --robot husky
     """
     from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
-    from andabata.app.settings import resolve
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.configuration.settings import resolve
     from andabata.machine.robot import RobotModel
     from andabata.replay.options import ReplayOptions
     from andabata.training.forest_adaptation import (

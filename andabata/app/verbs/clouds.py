@@ -43,8 +43,8 @@ def generate(
         andabata clouds generate --out data/clouds --train 700 --validation 210
         andabata clouds generate --out kitti --kitti --sensor os1-64 --workers 4
     """
-    from andabata.app.settings import with_parts
-    from andabata.app.usage import UsageError
+    from andabata.configuration.settings import with_parts
+    from andabata.configuration.usage import UsageError
     from andabata.datasets.generate import generate_dataset
     from andabata.datasets.labelled_cloud import CloudsConfig
     from traversability.dataset import Split

@@ -45,7 +45,7 @@ def lidar_study(
     from andabata.app.room_evaluation import run_lidar_study
     from andabata.app.room_words import lidar_word, room_words
     from andabata.app.tables import study_table
-    from andabata.app.usage import UsageError
+    from andabata.configuration.usage import UsageError
     from andabata.evaluation.lidar_study import DEVELOPMENT, LidarStudyConfig
     from andabata.evaluation.rooms import REACTIVE, WITH_MAP
     from andabata.runs.lock import locked_folder

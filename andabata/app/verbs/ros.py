@@ -70,10 +70,10 @@ def navigator(
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
-    from andabata.app.settings import with_parts
-    from andabata.app.usage import numbers, words
     from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.configuration.settings import with_parts
+    from andabata.configuration.usage import numbers, words
 
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
     console = output.console()

@@ -74,10 +74,10 @@ def scan(
     """
     from andabata.app.mountings import laser_mounting, read_mountings
     from andabata.app.scan_files import CloudSource, exit_code, scan_files
-    from andabata.app.scanning import ScanConfig
-    from andabata.app.settings import resolve
     from andabata.app.tables import scan_lines
-    from andabata.app.usage import UsageError, numbers
+    from andabata.configuration.settings import resolve
+    from andabata.configuration.usage import UsageError, numbers
+    from andabata.scanning.scan import ScanConfig
     from traversability.class_table import load_class_table
 
     if picture is not None and len(files) > 1:

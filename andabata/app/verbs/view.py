@@ -53,8 +53,8 @@ def view(
         andabata view drive.mcap --out drive.html
     """
     from andabata.app.replay_text import replay_notes, replay_text
-    from andabata.app.usage import UsageError, pairs
     from andabata.app.viewing import is_run_folder, view_folder, view_recording
+    from andabata.configuration.usage import UsageError, pairs
     from andabata.replay.options import ReplayOptions
 
     if out is not None and out.suffix != ".html":

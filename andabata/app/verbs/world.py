@@ -72,8 +72,8 @@ def render(
         andabata world render hill
         andabata world render natural --seed 7 --out natural_7.png
     """
-    from andabata.app.plots.axes import png
-    from andabata.app.plots.drives import world_figure
+    from andabata.report.plots.axes import png
+    from andabata.report.plots.drives import world_figure
     from andabata.runs import atomic_io
     from worlds.catalogue import make_world
 
@@ -151,7 +151,7 @@ def import_(
         andabata world import course.sdf --form world --out course.safetensors
     """
     from andabata.app import world_import as imports
-    from andabata.app.usage import words
+    from andabata.configuration.usage import words
 
     (chosen, *_) = words(form, (imports.AUTO, imports.ROOM, imports.WORLD), "--form")
     request = imports.ImportRequest(

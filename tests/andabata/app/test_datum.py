@@ -3,7 +3,7 @@
 import pytest
 
 from andabata.app.datum import datum_overrides
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 
 PREFIX = "sensing.geo_reference."
 

@@ -6,11 +6,11 @@ import pytest
 
 from andabata.app.console import Console
 from andabata.app.drive_run import DriveRequest, run_drive
-from andabata.app.viewer.options import ViewConfig
-from andabata.app.viewer.server import ViewServer
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.drive import Recording
 from andabata.models import Models
+from andabata.viewer.options import ViewConfig
+from andabata.viewer.server import ViewServer
 
 
 def test_folder_clip_and_recording_belong_to_one_drive(tmp_path, capsys):

@@ -6,7 +6,7 @@ from andabata.app.evaluation_options import (
     EvaluationModelOptions,
     RoomEvaluationOptions,
 )
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK

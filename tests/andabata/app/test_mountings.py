@@ -9,8 +9,8 @@ from andabata.app.mountings import (
     read_mountings,
     with_height,
 )
-from andabata.app.settings import SettingsError
-from andabata.app.usage import UsageError
+from andabata.configuration.settings import SettingsError
+from andabata.configuration.usage import UsageError
 from andabata.records.frames.sensor_pose import UNNAMED
 from tests.edited_bags import turn
 

@@ -16,10 +16,10 @@ from andabata.app.options import (
     SettingsOptions,
     TopicOptions,
 )
-from andabata.app.settings import SettingsError
-from andabata.app.usage import UsageError
 from andabata.app.view_options import DriveViewOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.settings import SettingsError
+from andabata.configuration.usage import UsageError
 from andabata.machine.lidar_models import UnknownSensorError
 from andabata.machine.robot import RobotModel
 from andabata.models import shipped_forest, shipped_ground_classifier, shipped_policy

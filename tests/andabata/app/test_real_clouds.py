@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.scanning import Mounting
 from andabata.models import shipped_forest
+from andabata.scanning.scan import Mounting
 from traversability.files import read_cloud
 from traversability.scanner import TraversabilityScanner
 

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.report_folder import RunFolderError
 from andabata.app.reports import RunKind, run_folders, run_kind
+from andabata.report.folder import RunFolderError
 from tests.room_policies import point_policy
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.room_folder import RoomFolder
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import drive_cell, tasks_of
+from andabata.report.room_folder import RoomFolder
 from andabata.runs.folder import write_json
 from worlds.rooms.catalogue import make_room
 

@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
-from andabata.app.plots.axes import png
 from andabata.app.scan_files import CloudSource, exit_code, scan_file
-from andabata.app.scanning import ScanConfig
 from andabata.models import shipped_forest
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.messages import MessageBuilder
+from andabata.report.plots.axes import png
+from andabata.scanning.scan import ScanConfig
 from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud

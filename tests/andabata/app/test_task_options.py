@@ -9,7 +9,7 @@ from andabata.app.evaluation_options import (
 )
 from andabata.app.options import ClassifierOptions
 from andabata.app.task_options import OFFROAD, ROOM_TASKS, check_task, refuse_options
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 from andabata.tasks.rooms import catalogue
 from andabata.training.plans import TASKS
 

@@ -4,7 +4,7 @@ import pytest
 
 from andabata.app.options import RobotOptions, SettingsOptions
 from andabata.app.training_options import TrainingOptions
-from andabata.app.usage import UsageError
+from andabata.configuration.usage import UsageError
 
 
 def plan(task="offroad", settings=(), **options):

@@ -8,9 +8,9 @@ import pytest
 from andabata.app import training_runs
 from andabata.app.console import Console
 from andabata.app.event_files import FOLDER, read_scalars
-from andabata.app.settings import resolve
 from andabata.app.training_runs import runs_summary, train_seeds, with_features
-from andabata.app.usage import UsageError
+from andabata.configuration.settings import resolve
+from andabata.configuration.usage import UsageError
 from andabata.engine import SerialEngine
 from andabata.models import Models
 from andabata.training.plans import TrainingPlan, load_plan

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from andabata.app.settings import resolve
 from andabata.bench import learning
 from andabata.bench.learning import EPISODES, VARIANTS, train_and_evaluate, variant_row
+from andabata.configuration.settings import resolve
 from andabata.training.plans import TrainingPlan, load_plan
 
 

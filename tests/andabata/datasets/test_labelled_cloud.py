@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.app.settings import with_parts
+from andabata.configuration.settings import with_parts
 from andabata.datasets.labelled_cloud import (
     CloudsConfig,
     cloud_scene,

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
-from andabata.app.settings import with_parts
+from andabata.configuration.settings import with_parts
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.machine.lidar import LidarConfig
 from andabata.machine.lidar_models import UnknownSensorError, sensor_names, sensor_settings

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.settings import resolve
+from andabata.configuration.settings import resolve
 from andabata.engine_processes import ProcessEngine
 from andabata.models import Models
 from andabata.training.plans import TrainingPlan, load_plan

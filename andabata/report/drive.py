@@ -1,0 +1,228 @@
+"""Report of drives, with Figures 5, 18 and 20 to 23 of Sanchez et al. (2023)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.models import shipped_forest
+from andabata.report.columns import word
+from andabata.report.folder import read_about, read_result
+from andabata.report.page import Fact, Report
+from andabata.report.plots.drive_traces import (
+    Trace,
+    headings_figure,
+    motion_figure,
+    stamps_of,
+    trace_of,
+)
+from andabata.report.plots.drives import drive_figure, world_figure
+from andabata.report.plots.perception import scan_figure
+from andabata.report.run_folders import DRIVE, LAST_CLOUD
+from andabata.scanning.scan import ScanConfig, scan_cloud
+from traversability.files import read_cloud
+from worlds.catalogue import make_world
+from worlds.world import World
+
+Row = dict[str, Any]
+
+_KEYS = ("controller", "world", "world_seed", "goals", "attempts", "path")
+
+_PERIOD = 0.1
+"""Time from one position of a path to the next [s]."""
+
+_STAMPS = 8
+"""Number of time stamps along a path, at most."""
+
+_LARGEST_CLIP = 8_000_000
+"""Largest clip that a page takes in [bytes]."""
+
+ATTEMPT_COLUMNS = (
+    "goal",
+    "outcome",
+    "time_s",
+    "distance_m",
+    "shortest_m",
+    "spl",
+    "trespass_m",
+    "min_clearance_m",
+)
+"""Columns of an attempt that are not folded."""
+
+
+@dataclass(frozen=True)
+class DriveRun:
+    """A drive, read from its folder.
+
+    Attributes:
+        folder: Path of the folder.
+        name: Name of the drive in the figures.
+        data: Result of the drive.
+    """
+
+    folder: Path
+    name: str
+    data: Mapping[str, Any]
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """Positions [m], one a control step, shape (k, 3)."""
+        return np.array(self.data["path"], dtype=np.float64)
+
+    @property
+    def trace(self) -> Trace | None:
+        """Motion over time; None in folders of earlier versions."""
+        found = self.data.get("trace")
+        return trace_of(found) if found else None
+
+    @property
+    def clip(self) -> Path | None:
+        """Clip of the drive, None if there is none, or it is too large for a page."""
+        name = self.data.get("clip")
+        places = [Path(name), self.folder / Path(name).name] if name else []
+        there = [path for path in places if path.is_file() and path.suffix in (".gif", ".mp4")]
+        return there[0] if there and there[0].stat().st_size <= _LARGEST_CLIP else None
+
+
+def report_drives(folders: Sequence[Path]) -> tuple[Report, Row]:
+    """Return a page about drives in one world, and its figures.
+
+    Args:
+        folders: Folders of the drives; several are compared.
+
+    Raises:
+        RunFolderError: If a folder holds no finished drive.
+        ValueError: If the worlds differ.
+    """
+    runs = _read(folders)
+    first = runs[0].data
+    world = make_world(first["world"], first["world_seed"])
+    where = f"{first['world']} {first['world_seed']}"
+    title = "A drive" if len(runs) == 1 else f"{len(runs)} drives side by side"
+    page = Report(f"{title} in {where}", "Measured by physics and the true map of the world.")
+    rows = [row for run in runs for row in _rows(run)]
+    page.facts([_fact(run) for run in runs])
+    _paths(page, runs, world, where)
+    _clips(page, runs)
+    page.section("Goals", "In a row until one fails. SPL is success weighted by path length.")
+    names = ("drive",) if len(runs) > 1 else ()
+    page.table(rows, (*names, *ATTEMPT_COLUMNS), every="All columns")
+    failed = [row for row in rows if row["outcome"] != "goal"]
+    if failed:
+        page.note(" ".join(_failure(row) for row in failed))
+    _motion(page, runs)
+    _last_scan(page, runs[0])
+    page.section(
+        "The world", "Starts and goals of its tasks, forbidden ground by reason (Fig. 20)."
+    )
+    page.figure(world_figure(world), "world", f"{where} from above and in 3D")
+    return page, {"drives": [{**_without_paths(run)} for run in runs], "goals": rows}
+
+
+def _read(folders: Sequence[Path]) -> list[DriveRun]:
+    """Return drives in one world, each with a name of its own.
+
+    Raises:
+        RunFolderError: If a folder holds no finished drive.
+        ValueError: If the worlds differ.
+    """
+    found = {folder: read_result(folder, DRIVE, _KEYS) for folder in folders}
+    first = found[folders[0]]
+    for folder, data in found.items():
+        read_about(folder)
+        if any(data[key] != first[key] for key in ("world", "world_seed")):
+            raise ValueError(
+                f"{folder}: expected a drive in {first['world']} {first['world_seed']} as the "
+                f"first, got {data['world']} {data['world_seed']}; give it a report of its own"
+            )
+    names = [data["controller"] for data in found.values()]
+    return [
+        DriveRun(folder, name if names.count(name) == 1 else f"{name}, {folder.name}", data)
+        for name, (folder, data) in zip(names, found.items(), strict=True)
+    ]
+
+
+def _rows(run: DriveRun) -> list[Row]:
+    """Return the attempts of a drive."""
+    return [{"drive": run.name, **attempt} for attempt in run.data["attempts"]]
+
+
+def _fact(run: DriveRun) -> Fact:
+    """Return how many goals a drive reached, and how long it took."""
+    attempts = run.data["attempts"]
+    reached = sum(attempt["outcome"] == "goal" for attempt in attempts)
+    time, way = (sum(attempt[key] for attempt in attempts) for key in ("time_s", "distance_m"))
+    goals = len(run.data["goals"])
+    return Fact(run.name, f"{reached} of {goals} goals", f"{time:.0f} s, {way:.0f} m")
+
+
+def _failure(row: Row) -> str:
+    """Return how an attempt failed, in words."""
+    contact = f" ({word(row['contact'])})" if row.get("contact") else ""
+    return f"{row['drive']}, goal {row['goal']}: {word(row['outcome'])}{contact}."
+
+
+def _paths(page: Report, runs: Sequence[DriveRun], world: World, where: str) -> None:
+    """Add the paths on the true map, the first one with stamps (Fig. 18, 21, 22)."""
+    first, *others = runs
+    path = first.path
+    every = max(_round_time(len(path) * _PERIOD / _STAMPS), 10.0)
+    figure = drive_figure(
+        world,
+        path,
+        first.data["goals"],
+        f"{first.name} in {where}",
+        {run.name: run.path for run in others},
+        stamps=stamps_of(path, _PERIOD, every),
+        name=first.name if others else "driven",
+    )
+    number = "Fig. 22" if others else "Fig. 18, 21"
+    page.section("Path", f"Time and distance stand beside the path, as in the paper's {number}.")
+    page.figure(figure, "path", f"Path on the true map ({number})", drawn=True, light=True)
+
+
+def _round_time(seconds: float) -> float:
+    """Return a time of about so many seconds that people count in [s]."""
+    return min((10.0, 20.0, 30.0, 60.0, 120.0, 300.0), key=lambda one: abs(one - seconds))
+
+
+def _clips(page: Report, runs: Sequence[DriveRun]) -> None:
+    """Add the clips of drives that have some, else say how one is made (in place of Fig. 19)."""
+    found = {run.name: run.clip for run in runs if run.clip is not None}
+    page.section(
+        "Moving picture", "" if found else "There is none: drive --clip FILE.gif makes one."
+    )
+    for name, clip in found.items():
+        text = f"{name}: from behind the robot (Fig. 19)"
+        page.film(clip.read_bytes(), f"clip-{name}", text, clip.suffix[1:])
+
+
+def _motion(page: Report, runs: Sequence[DriveRun]) -> None:
+    """Add headings, steering, speed and error of the pose over time (Fig. 23)."""
+    traces = {run.name: run.trace for run in runs}
+    known = {name: trace for name, trace in traces.items() if trace is not None}
+    if not known:
+        page.section("Motion", "The drive is of an earlier version, without its motion over time.")
+        return
+    page.section("Motion", "True values, twice a second. Move over a line to read it.")
+    page.figure(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True)
+    text = "Yaw rate, speed, and how far the estimated position is from the true one"
+    page.figure(motion_figure(known), "motion", text, drawn=True)
+
+
+def _last_scan(page: Report, run: DriveRun) -> None:
+    """Add the last cloud with its cells and virtual ranges, by the shipped classifier (Fig. 5)."""
+    path = run.folder / LAST_CLOUD
+    if not path.is_file():
+        return
+    scanned = scan_cloud(read_cloud(path), ScanConfig(), shipped_forest())
+    page.section("Last cloud", "Points, the state of each cell, and the virtual ranges (Fig. 5).")
+    page.figure(scan_figure(scanned, "last cloud"), "scan", f"Last cloud of {run.name} (Fig. 5)")
+
+
+def _without_paths(run: DriveRun) -> Row:
+    """Return a drive without its long lists."""
+    return {k: v for k, v in run.data.items() if k not in ("path", "walkers", "trace")}

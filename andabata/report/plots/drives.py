@@ -1,0 +1,280 @@
+"""Figures of worlds and drives, drawn without a screen."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Patch
+from numpy.typing import NDArray
+
+from andabata.evaluation.evaluate import Failure
+from andabata.evaluation.trial import GoalAttempt
+from andabata.machine.pose import Pose
+from andabata.report.plots.axes import draw_ranges, png
+from andabata.tasks.episode_monitor import Outcome
+from terrain.classes import SemanticClass
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+from worlds.traversability_map import Reason
+from worlds.world import Task, World
+
+_REASON_COLOURS = {
+    Reason.FREE: "#00000000",
+    Reason.SOLID: "#3b2a20",
+    Reason.VEGETATION: "#4c7f3c",
+    Reason.SLOPE: "#d98e32",
+    Reason.STEP: "#c9551f",
+    Reason.BORDER: "#777777",
+    Reason.WATER: "#3f7fc4",
+    Reason.LOW: "#7a5a48",
+}
+
+_REASON_WORDS = {
+    Reason.SOLID: "solid object",
+    Reason.VEGETATION: "high vegetation",
+    Reason.SLOPE: "too steep",
+    Reason.STEP: "too high a step",
+    Reason.BORDER: "border",
+    Reason.WATER: "water",
+    Reason.LOW: "low object",
+}
+"""Forbidden ground in words."""
+
+_STAMP_BOX: dict[str, Any] = {"facecolor": "#ffffffcc", "edgecolor": "none", "pad": 1.0}
+"""Background of texts on the map."""
+
+_CLASS_COLOURS = {
+    SemanticClass.TRUNK: "#6b4a2b",
+    SemanticClass.FOLIAGE: "#4f8f46",
+    SemanticClass.BUSH: "#3f6f38",
+    SemanticClass.ROCK: "#7d7d7d",
+    SemanticClass.HIGH_GRASS: "#a8bf4f",
+    SemanticClass.STALKS: "#c4bc68",
+    SemanticClass.MEADOW: "#94b248",
+    SemanticClass.THICKET: "#5c8034",
+    SemanticClass.WALL: "#9a5b45",
+    SemanticClass.POST: "#7b5aa6",
+    SemanticClass.LAMP: "#c9a227",
+    SemanticClass.BENCH: "#b5651d",
+    SemanticClass.TABLE: "#b58b5d",
+    SemanticClass.BIN: "#37474f",
+}
+
+
+_WALKER_COLOUR = "#7a2fb5"
+
+
+def world_figure(world: World) -> Figure:
+    """Return a world from above and in 3D."""
+    figure = Figure(figsize=(14, 7), layout="constrained")
+    above = figure.add_subplot(1, 2, 1)
+    _draw_ground(above, world)
+    _draw_tasks(above, world.tasks)
+    for walker in world.movers:
+        if walker.plan.appears_at == 0.0:
+            above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
+            above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
+    above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
+    solid = figure.add_subplot(1, 2, 2, projection="3d")
+    _draw_solid(solid, world)
+    return figure
+
+
+def drive_figure(
+    world: World,
+    path: NDArray[np.float64],
+    goals: Sequence[tuple[float, float]],
+    title: str,
+    others: Mapping[str, NDArray[np.float64]] | None = None,
+    walkers: NDArray[np.float64] | None = None,
+    stamps: Sequence[tuple[int, str]] = (),
+    name: str = "driven",
+) -> Figure:
+    """Return a drive from above, on the true map.
+
+    Args:
+        world: World of the drive.
+        path: Positions [m], shape (k, 2) or more columns.
+        goals: Goals in order [m].
+        title: Title of the picture.
+        others: Other paths by name, for comparison.
+        walkers: Rows of x, y, z, radius and height of each walker at each second [m], shape
+            (t, m, 5).
+        stamps: Indices of positions and texts beside them, see ``drive_traces.stamps_of``.
+        name: Name of the path.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    if walkers is not None and walkers.size:
+        _draw_walkers(axes, walkers)
+    for other_name, other in (others or {}).items():
+        axes.plot(other[:, 0], other[:, 1], linewidth=1.6, label=other_name)
+    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label=name)
+    axes.plot(*path[0, :2], "o", color="black")
+    for number, goal in enumerate(goals, start=1):
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.annotate(str(number), goal, textcoords="offset points", xytext=(8, 8))
+    around = np.vstack([path[:, :2], np.array(goals)])
+    low, high = around.min(axis=0) - 8, around.max(axis=0) + 8
+    half, middle = (high - low).max() / 2, (high + low) / 2
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    for place, text in stamps:
+        axes.plot(*path[place, :2], "o", color="#d0006f", markersize=5, markeredgecolor="white")
+        offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (7, -3), "fontsize": 8}
+        axes.annotate(text, (path[place, 0], path[place, 1]), bbox=_STAMP_BOX, **offset)
+    axes.legend(loc="upper right")
+    _reason_legend(figure, world)
+    axes.set_title(title)
+    return figure
+
+
+def tests_figure(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> Figure:
+    """Return drives in one world from above, on the true map, with a cross at each failure.
+
+    Args:
+        world: World of the drives.
+        drives: Attempts by driver, one for each of the world's first tasks.
+        title: Title of the picture.
+    """
+    figure = Figure(figsize=(9, 9), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_ground(axes, world)
+    for name, attempts in drives.items():
+        (line,) = axes.plot([], [], linewidth=1.8, label=name)
+        for attempt in attempts:
+            axes.plot(*attempt.path[:, :2].T, color=line.get_color(), linewidth=1.8)
+            if attempt.outcome is not Outcome.GOAL:
+                axes.plot(*attempt.path[-1, :2], "x", color=line.get_color(), markersize=11)
+        _draw_tasks(axes, world.tasks[: len(attempts)])
+    axes.legend(loc="upper right")
+    axes.set_title(title)
+    return figure
+
+
+def sights_figure(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: PolarGrid) -> Figure:
+    """Return virtual scans side by side, each on the true map around its robot.
+
+    Args:
+        sights: World, true pose and virtual scan by name.
+        grid: Polar grid of the scans.
+    """
+    figure = Figure(figsize=(7 * len(sights), 7.4), layout="constrained")
+    reach = 1.1 * grid.outer_radius
+    places = np.atleast_1d(figure.subplots(1, len(sights)))
+    for axes, (name, (world, pose, scan)) in zip(places, sights.items(), strict=True):
+        _draw_ground(axes, world)
+        _draw_sight(axes, pose, scan, grid)
+        axes.set_xlim(pose.position[0] - reach, pose.position[0] + reach)
+        axes.set_ylim(pose.position[1] - reach, pose.position[1] + reach)
+        axes.set_title(name)
+    return figure
+
+
+def failure_picture(failure: Failure) -> tuple[str, bytes]:
+    """Return the picture of a failure, named after world, controller and goal."""
+    row = failure.row
+    name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
+    title = f"{name}: {row['outcome']}, {row['cause']}"
+    return f"{name}.png", png(failure_figure(failure, title))
+
+
+def failure_figure(failure: Failure, title: str) -> Figure:
+    """Return the place of a failure on the true map, and the virtual scan at that place.
+
+    Args:
+        failure: Attempt, with the virtual scan at its end.
+        title: Title of the picture.
+    """
+    figure = Figure(figsize=(16, 8), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    here, goal, path = failure.pose.position[:2], failure.goal, failure.attempt.path
+    for axes, reach in ((left, 1.2 * max(float(np.hypot(*(goal - here))), 15.0)), (right, 6.0)):
+        _draw_ground(axes, failure.world)
+        axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)
+        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        if failure.walkers.size:
+            _draw_walkers(axes, failure.walkers)
+        axes.set_xlim(here[0] - reach, here[0] + reach)
+        axes.set_ylim(here[1] - reach, here[1] + reach)
+    _draw_sight(right, failure.pose, failure.scan, failure.grid)
+    left.set_title(title)
+    right.set_title("the last 6 m: forbidden ground in colours, the virtual scan in blue")
+    return figure
+
+
+def _draw_ground(axes: Axes, world: World) -> None:
+    """Draw shaded relief and forbidden ground."""
+    half_x, half_y = world.ground.width / 2, world.ground.depth / 2
+    extent = (-half_x, half_x, -half_y, half_y)
+    heights = world.ground.heights.T.astype(np.float64)
+    if np.ptp(heights) > 0:
+        shade = LightSource(315, 45).hillshade(heights, dx=world.ground.cell, dy=world.ground.cell)
+        axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
+    shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
+    colours = ListedColormap([_REASON_COLOURS[reason] for reason in Reason])
+    most = len(_REASON_COLOURS) - 1
+    axes.imshow(shown, origin="lower", extent=extent, cmap=colours, vmin=0, vmax=most, alpha=0.75)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, east [m]")
+    axes.set_ylabel("y, north [m]")
+
+
+def _reason_legend(figure: Figure, world: World) -> None:
+    """Say below a figure what the colours of forbidden ground mean, of those that are there."""
+    there = [Reason(value) for value in np.unique(world.truth.reason)]
+    handles = [
+        Patch(color=_REASON_COLOURS[reason], alpha=0.75, label=_REASON_WORDS[reason])
+        for reason in there
+        if reason is not Reason.FREE
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+
+
+def _draw_walkers(axes: Axes, walkers: NDArray[np.float64]) -> None:
+    """Draw the ways of walkers, and where those who are there at the last second stand then."""
+    for number, rows in enumerate(np.moveaxis(walkers, 1, 0)):
+        there = rows[:, 3] > 0.0
+        x, y = np.where(there, rows[:, :2].T, np.nan)
+        label = "walkers" if number == 0 else None
+        axes.plot(x, y, color=_WALKER_COLOUR, linewidth=0.9, label=label)
+        if there[-1]:
+            axes.add_patch(Circle((x[-1], y[-1]), rows[-1, 3], color=_WALKER_COLOUR))
+
+
+def _draw_tasks(axes: Axes, tasks: Sequence[Task]) -> None:
+    """Draw starts and goals."""
+    for task in tasks:
+        places = np.array([(task.start.x, task.start.y), *task.goals])
+        axes.plot(places[:, 0], places[:, 1], ":", color="#0047c8", linewidth=0.6)
+        axes.plot(*places[0], "o", color="black", markersize=4)
+        axes.plot(places[1:, 0], places[1:, 1], "*", color="#0047c8", markersize=8)
+
+
+def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have no types.
+    """Draw ground and objects in 3D."""
+    stride = max(1, world.ground.heights.shape[0] // 120)
+    x, y = np.meshgrid(world.ground.x[::stride], world.ground.y[::stride], indexing="ij")
+    axes.plot_surface(
+        x, y, world.ground.heights[::stride, ::stride], cmap="gist_earth", alpha=0.7, linewidth=0
+    )
+    for semantic, colour in _CLASS_COLOURS.items():
+        meshes = [each for each in world.objects if each.semantic == semantic]
+        if meshes:
+            corners = np.concatenate([each.vertices for each in meshes])
+            axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
+    if any(each.semantic in _CLASS_COLOURS for each in world.objects):
+        axes.legend(loc="upper left", markerscale=8)
+    axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))
+    axes.view_init(elev=40, azim=-60)
+
+
+def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:
+    """Draw a robot and its virtual scan on a map."""
+    here = pose.position[:2]
+    draw_ranges(axes, scan.ranges, grid, here, pose.yaw)
+    axes.plot(*here, marker=(3, 0, np.rad2deg(pose.yaw) - 90), color="black", markersize=14)

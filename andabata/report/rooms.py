@@ -1,0 +1,341 @@
+"""Reports of evaluations in rooms, with the figures of Zhang et al. (arXiv 2010.10209)."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from typing import Any
+
+import numpy as np
+
+from andabata.evaluation.room_drives import RoomDrive, drive_tasks, drive_tour
+from andabata.evaluation.room_moments import watch_cell
+from andabata.evaluation.room_table import Cell
+from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
+from andabata.evaluation.statistics import wilson_interval
+from andabata.evaluation.support_points import drive_with_support_points
+from andabata.machine.planar.lidar import TRAINING_LIDAR
+from andabata.report.columns import counted, several
+from andabata.report.page import Report
+from andabata.report.plots.film import film
+from andabata.report.plots.room_clip import room_film
+from andabata.report.plots.room_curves import study_figure
+from andabata.report.plots.rooms import (
+    ends_figure,
+    memory_text,
+    moment_of,
+    sudden_figure,
+    support_points_figure,
+    tour_figure,
+    trajectories_figure,
+)
+from andabata.report.room_folder import RoomFolder
+from rl.point_set import PointSetPolicy
+from rl.policy import Policy
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomTask
+
+Row = dict[str, Any]
+
+_SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
+"""Lasers whose paths are shown, as in Fig. 7, if they were driven; else the first three."""
+
+_RATE = 12.0
+"""Number of pictures a second of a film [Hz]."""
+
+_SHOWN_POLICIES = 4
+"""Largest number of policies whose support points are shown side by side, as in Fig. 6."""
+
+_SHOWN_ROOMS = 4
+"""Number of rooms side by side in a picture, and of those that a study shows."""
+
+_SHOWN_TASKS = 4
+"""Number of tasks of a room that support points are shown for, as in Fig. 6."""
+
+_CELL = ("room", "policy", "lidar", "memory")
+"""Columns that say what a cell is."""
+
+_TOGETHER = ("policy", "lidar", "memory", "reached", "success_rate", "collisions", "timeouts")
+"""Columns of all rooms together."""
+
+_MANY = 24
+"""Number of cells beyond which their table is folded."""
+
+_BARS = 44
+"""Width of a figure of ends, in bars; a room takes four more than its lasers."""
+
+_MEASURES = ("steps_to_oracle", "spl")
+"""Measures of a cell beside its ends."""
+
+_DIFFERENCES = ("policy", "against", "lidar", "memory", "tasks", "success_rate", "difference")
+"""Columns of a difference between policies."""
+
+_STUDY = ("text", "reached", "success_rate", "collisions", "timeouts", "difference")
+"""Columns of a laser of a study that are not folded."""
+
+_OTHER_ROOMS = (
+    "Rooms and rulings differ from the paper's, which are not all published: Env0 to Env3 are this "
+    "project's own, as are those of the improved TD3; Env4 to Env7 follow the paper's references. "
+    "Scores depend on the size of a room; the ratio of control steps to those of an oracle "
+    "(T/oracle) does not. The oracle leaves out what moves."
+)
+
+
+def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+    """Return a page about an evaluation in rooms, and its figures.
+
+    Args:
+        folder: Folder of the evaluation.
+    """
+    result, config = folder.result, folder.config
+    page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
+    tasks = several(config.pairs, "task") if config.pairs else "Fixed tasks"
+    page.section("Success", f"{tasks} a cell. {_OTHER_ROOMS}")
+    page.table(_over_rooms(result["rows"]), _TOGETHER, caption="All rooms together")
+    number = "Fig. 4b" if config.task.task == "td3" else "Fig. 8"
+    first, *others = _groups(result)
+    _ends(page, result["rows"], first, number)
+    for names in others:
+        with page.folded(f"How drives of {', '.join(names)} ended"):
+            _ends(page, result["rows"], names, number)
+    every = [*result["pooled"], *result["rows"]]
+    with page.folded(f"All {len(every)} cells") if len(every) > _MANY else nullcontext():
+        page.table(
+            [row | {"reached": counted(row)} for row in every],
+            _cell_columns(every),
+            every="All columns",
+        )
+    if result["differences"]:
+        page.note("Differences in success, all rooms together, on the same tasks:")
+        page.table(result["differences"], _DIFFERENCES)
+    shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
+    _drives(page, folder, {lidar: lidar for lidar in shown[:3]}, _rooms(config))
+    data: dict[str, Any] = {name: result[name] for name in ("rows", "pooled", "differences")}
+    return _with_moments(page, folder, _rooms(config), data)
+
+
+def report_study(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+    """Return a page about a study of a laser, and its figures.
+
+    Args:
+        folder: Folder of the study.
+    """
+    result = folder.result
+    rows = result["rows"]
+    page = Report("Where to mount the laser")
+    page.section("Differences", result["advice"])
+    page.note("Each interval below is that of one laser; the advice allows for all poses at once.")
+    title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
+    caption = "Success with each laser against the laser as it is, on the same tasks"
+    page.figure(study_figure(rows, title), "differences", caption)
+    shown = [row | {"reached": counted(row)} for row in rows]
+    page.table(shown, _STUDY, every="All columns")
+    ordered = sorted(rows[1:], key=lambda row: float(row["difference"]))
+    chosen = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
+    rooms = _rooms(folder.config)[:_SHOWN_ROOMS]
+    _drives(page, folder, {row["text"]: row["lidar"] for row in chosen}, rooms)
+    return _with_moments(page, folder, rooms, {"rows": rows, "advice": result["advice"]})
+
+
+def _rooms(config: RoomEvaluationConfig) -> list[Room]:
+    """Return the rooms of an evaluation."""
+    return [make_room(room) for room in dict.fromkeys(config.rooms)]
+
+
+def _groups(result: Mapping[str, Any]) -> list[list[str]]:
+    """Return policies that are shown together: seeds of the same settings, else each alone."""
+    names = list(dict.fromkeys(row["policy"] for row in result["rows"]))
+    pooled = dict.fromkeys(row["policy"] for row in result["pooled"])
+    groups = [[name for name in names if name in text.split(", ")] for text in pooled]
+    together = {name for group in groups for name in group}
+    return groups + [[name] for name in names if name not in together]
+
+
+def _ends(page: Report, rows: Sequence[Row], names: Sequence[str], number: str) -> None:
+    """Add how the drives of policies ended, as many rooms a figure as can be read."""
+    mine, text = [row for row in rows if row["policy"] in names], ", ".join(names)
+    rooms = list(dict.fromkeys(row["room"] for row in mine))
+    lasers = len({row["lidar"] for row in mine})
+    step = max(round(_BARS / (lasers + 4)), 1)
+    for begin in range(0, len(rooms), step):
+        some = [row for row in mine if row["room"] in rooms[begin : begin + step]]
+        page.figure(ends_figure(some, text), "ends", f"How drives ended ({number}): {text}")
+
+
+def _over_rooms(rows: Sequence[Row]) -> list[Row]:
+    """Return the counts of all rooms together, a row a policy, laser and memory."""
+    found: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row["policy"], row["lidar"], row["memory"]), []).append(row)
+    return [
+        {"policy": policy, "lidar": lidar, "memory": memory, **_sums(mine)}
+        for (policy, lidar, memory), mine in found.items()
+    ]
+
+
+def _sums(rows: Sequence[Row]) -> Row:
+    """Return the counts of rows with the success rate and its interval."""
+    trials, reached, crashed, late = (
+        sum(row[key] for row in rows) for key in ("trials", "successes", "collisions", "timeouts")
+    )
+    low, high = wilson_interval(reached, trials)
+    return {
+        "reached": f"{reached} of {trials}",
+        "success_rate": reached / trials,
+        "wilson_low": low,
+        "wilson_high": high,
+        "collisions": crashed,
+        "timeouts": late,
+    }
+
+
+def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the columns of cells that are not folded: those that tell the rows apart."""
+    several = [key for key in _CELL if len({row[key] for row in rows}) > 1] or ["room"]
+    hits = ["hit_by_mover", "hit_at_rest"] if any(row.get("movers") for row in rows) else []
+    return [*several, "reached", "success_rate", "collisions", *hits, "timeouts", *_MEASURES]
+
+
+def _drives(
+    page: Report, folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room]
+) -> None:
+    """Add paths and ends of the first policy, up to four rooms a picture (Fig. 7).
+
+    Args:
+        page: Page to add to.
+        folder: Folder of the drives.
+        lidars: Lasers by their names in the picture.
+        rooms: Rooms.
+    """
+    name = next(iter(folder.policies))
+    page.section("Paths", f"Drives of {name}: paths, and where and how they ended (Fig. 7).")
+    for memory in folder.config.memories:
+        title = f"{name}, {memory_text(memory)}"
+        for begin in range(0, len(rooms), _SHOWN_ROOMS):
+            some = rooms[begin : begin + _SHOWN_ROOMS]
+            found = {
+                (text, room.name): folder.drives(Cell(name, lidar, room.name, memory))
+                for text, lidar in lidars.items()
+                for room in some
+            }
+            figure = trajectories_figure(found, some, title)
+            page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
+    moving = (room for room in rooms if room.movers and not room.appearances)
+    filmed = next(moving, rooms[0])
+    _film(page, folder, name, next(iter(lidars.values())), filmed)
+
+
+def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room) -> None:
+    """Add a moving picture of a policy's first drives in a room, a panel a memory."""
+    cells = {
+        memory_text(memory): Cell(policy, lidar, room.name, memory)
+        for memory in folder.config.memories
+    }
+    drives = {text: folder.drives(cell) for text, cell in cells.items()}
+    one = next(iter(cells.values()))
+    radius = cell_task(one, folder.config, folder.policies[policy]).robot.radius
+    text = f"{policy}, {lidar}: the first drives in {room.name}, begun together"
+    movers = {}
+    if room.movers:
+        text = f"{policy}, {lidar}: the first drive in {room.name}, among what moves there"
+        for name, cell in cells.items():
+            watched = watch_cell(folder.config, folder.policies[policy], cell, 0)
+            movers[name] = np.stack([moment.movers for moment in watched.moments])
+    pictures = room_film(drives, room, radius, movers)
+    page.film(film(pictures, _RATE, ".gif"), "drives", text)
+
+
+def _with_moments(
+    page: Report, folder: RoomFolder, rooms: Sequence[Room], data: dict[str, Any]
+) -> tuple[Report, dict[str, Any]]:
+    """Add what is driven anew: support points, tours and obstacles that appear."""
+    config, policies = folder.config, folder.policies
+    on_points = {
+        name: policy for name, policy in policies.items() if isinstance(policy, PointSetPolicy)
+    }
+    if on_points:
+        page.section(
+            "Support points",
+            "The points that give the features of a policy on points, every 20 control steps, with "
+            "the laser of training (Fig. 6); moments after 160 steps are left out.",
+        )
+        for room in rooms:
+            if not room.appearances:
+                _support_points(page, config, on_points, room)
+    if any(_is_tour(room) or room.appearances for room in rooms):
+        page.section("Tours and obstacles that appear", "Driven from start to end (Fig. 10).")
+    data["tours"] = [_tour(page, folder, room) for room in rooms if _is_tour(room)]
+    data["appearances"] = [_sudden(page, folder, room) for room in rooms if room.appearances]
+    return page, data
+
+
+def _support_points(
+    page: Report, config: RoomEvaluationConfig, policies: Mapping[str, Policy], room: Room
+) -> None:
+    """Add the support points of drives to the four goals of a room, or to those of four pairs."""
+    tasks = _fixed_tasks(room) or tasks_of(room, config)
+    cell = Cell("", TRAINING_LIDAR.label, room.name, "reactive")
+    found = {
+        name: drive_with_support_points(
+            policy, cell_task(cell, config, policy), tasks[:_SHOWN_TASKS]
+        )
+        for name, policy in list(policies.items())[:_SHOWN_POLICIES]
+    }
+    figure = support_points_figure(found, room, f"{room.name}: support points")
+    page.figure(figure, f"support-{room.name}", f"Support points in {room.name} (Fig. 6)")
+
+
+def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
+    """Add the tour of a room, and return its figures (Fig. 10a)."""
+    goals = [task.goal for task in room.tasks]
+    drives = {
+        driver: drive_tour(
+            policy, cell_task(cell, folder.config, policy), room.tasks[0].start, goals
+        )
+        for driver, (policy, cell) in _drivers(folder, room).items()
+    }
+    figure = tour_figure(drives, room, f"{room.name}: goals in a row")
+    page.figure(figure, f"tour-{room.name}", f"Tour of {room.name} (Fig. 10a)")
+    legs = {name: [_drive_row(leg) for leg in driven] for name, driven in drives.items()}
+    return {"room": room.name, "goals": len(goals), "legs": legs}
+
+
+def _sudden(page: Report, folder: RoomFolder, room: Room) -> Row:
+    """Add a drive past obstacles that appear, and return its figures (Fig. 10b)."""
+    drives = {
+        driver: drive_tasks(policy, cell_task(cell, folder.config, policy), room.tasks[:1])[0]
+        for driver, (policy, cell) in _drivers(folder, room).items()
+    }
+    figure = sudden_figure(drives, room, f"{room.name}: obstacles that appear")
+    page.figure(figure, f"sudden-{room.name}", f"Obstacles that appear in {room.name} (Fig. 10b)")
+    return {
+        "room": room.name,
+        "drives": {
+            name: _drive_row(drive)
+            | {"appear_after": [moment_of(drive, one) for one in room.appearances]}
+            for name, drive in drives.items()
+        },
+    }
+
+
+def _drivers(folder: RoomFolder, room: Room) -> dict[str, tuple[Policy, Cell]]:
+    """Return the first policy with its first laser and each memory, by a name for people."""
+    config, (name, policy) = folder.config, next(iter(folder.policies.items()))
+    lidar = next((one for one in config.lidars if one in _SHOWN_LIDARS), config.lidars[0])
+    return {
+        f"{lidar}, {memory_text(memory)}": (policy, Cell(name, lidar, room.name, memory))
+        for memory in config.memories
+    }
+
+
+def _drive_row(drive: RoomDrive) -> Row:
+    """Return the figures of a drive."""
+    return {"outcome": str(drive.outcome), "steps": drive.steps, "length_m": drive.length}
+
+
+def _fixed_tasks(room: Room) -> list[RoomTask]:
+    """Return the fixed tasks of a room that begin at one start."""
+    return [] if _is_tour(room) else list(room.tasks)
+
+
+def _is_tour(room: Room) -> bool:
+    """Return True if each task of a room starts where the one before ended."""
+    return len({(task.start.x, task.start.y) for task in room.tasks}) > 1

@@ -1,0 +1,299 @@
+"""Report of training runs, with the figures of the paper (Sanchez et al. 2023, section 5)."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from andabata.assembly.controllers import make_steering
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.engine_processes import run_tasks
+from andabata.evaluation.trial import GoalAttempt, run_trial
+from andabata.machine.pose import Pose
+from andabata.models import Models
+from andabata.navigation.navigator import StepResult
+from andabata.report.page import Fact, Report
+from andabata.report.plots.drives import sights_figure, tests_figure, world_figure
+from andabata.report.plots.training import learning_figure, rewards_figure
+from andabata.report.training_folder import TrainingRun, common_stages
+from andabata.tasks.offroad import OffroadConfig
+from andabata.training.plans import StagePlan
+from traversability.virtual_scan import VirtualScan
+from worlds.catalogue import make_world
+from worlds.scenes import SceneCache
+from worlds.world import World, choose_task
+
+Row = dict[str, Any]
+
+_STAGE_COLUMNS = (
+    "run",
+    "stage",
+    "episodes",
+    "mean_time_s",
+    "first 40",
+    "last 40",
+    "most_circling",
+    "validation",
+)
+"""Columns of a stage that are not folded."""
+
+Test = tuple[int, str, int]
+"""Index of a run, name of a stage and index of a test drive."""
+
+_PAPER_TIMES = "83.4 s, 78.6 s and 94.6 s"
+"""Mean durations of an episode in the paper's three stages of 200 episodes (section 5)."""
+
+_COUNTED = ("goal", "collision", "tipover", "timeout")
+"""Ends of episodes that are counted."""
+
+_FEW = 40
+"""Number of episodes at the beginning and at the end of a stage that are counted."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Virtual scan of a robot, with its true pose."""
+
+    pose: Pose
+    scan: VirtualScan
+
+
+def report_runs(
+    runs: Sequence[TrainingRun],
+    models: Models,
+    *,
+    tests: int = 3,
+    workers: int = 2,
+    on_test: Callable[[], None] | None = None,
+) -> tuple[Report, dict[str, Any]]:
+    """Return a page about runs of one plan, and its figures.
+
+    Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
+
+    Args:
+        runs: Runs of ``read_runs``.
+        models: Classifiers of the runs.
+        tests: Number of drives of each policy, each to another goal.
+        workers: Number of processes.
+        on_test: Function that is called after each drive.
+    """
+    stages = common_stages(runs)
+    jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
+    driven: dict[Test, tuple[GoalAttempt, Sight | None]] = {}
+    for job, result in run_tasks(partial(_drive, runs, models.to_bytes()), jobs, workers):
+        driven[job] = result
+        if on_test is not None:
+            on_test()
+    data: dict[str, Any] = {
+        "stages": [_stage_row(run, stage) for run in runs for stage in stages],
+        "tests": [
+            _test_row(runs[k].name, name, n, attempt)
+            for (k, name, n), (attempt, _) in driven.items()
+        ],
+    }
+    page = Report(
+        f"Learning to drive: {runs[0].plan.learner.algorithm}",
+        f"{', '.join(run.name for run in runs)}; stages {', '.join(s.name for s in stages)}.",
+    )
+    page.facts([_fact(stage.name, data["stages"]) for stage in stages])
+    worlds = {stage.name: _world(stage) for stage in stages}
+    _rewards(page, runs, data)
+    _places(page, worlds)
+    _scans(page, stages, worlds, driven)
+    _tests(page, runs, worlds, driven)
+    page.table(data["tests"])
+    return page, data
+
+
+def offroad(stage: StagePlan) -> OffroadConfig:
+    """Return the environment of an off-road stage.
+
+    Raises:
+        ValueError: If the stage is of another task.
+    """
+    if not isinstance(stage.environment, OffroadConfig):
+        raise ValueError(f"stage {stage.name}: expected off-road, got {stage.environment.task}")
+    return stage.environment
+
+
+def _world(stage: StagePlan) -> World:
+    """Return the world of a stage's test drives."""
+    one = offroad(stage).unseen
+    return make_world(one.preset, one.seeds[0], one.difficulty)
+
+
+def _test_robot(environment: OffroadConfig) -> SimulatedRobotConfig:
+    """Return a stage's robot for the tests: in bullet, with the sensors of the real robot."""
+    simulated_robot, tested = environment.simulated_robot, SimulatedRobotConfig()
+    readings = tested.sensing.proprioception
+    sensing = simulated_robot.sensing.model_copy(update={"proprioception": readings})
+    parts = {
+        "robot": simulated_robot.robot,
+        "sensing": sensing,
+        "assembly": simulated_robot.assembly,
+        "grid": simulated_robot.grid,
+    }
+    return tested.model_copy(update=parts)
+
+
+def _drive(
+    runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
+) -> tuple[GoalAttempt, Sight | None]:
+    """Return a test drive of a run's stage, and the first virtual scan."""
+    number, stage, test = job
+    run, environment = runs[number], offroad(runs[number].plan.stages[stage]).unseen
+    models = replace(Models.from_bytes(files), policy=run.policy(stage))
+    scene = SceneCache().get(environment.preset, environment.seeds[0], environment.difficulty)
+    config = _test_robot(environment)
+    name = "policy+planner" if environment.heading == "subgoal" else "policy"
+    steering = make_steering(name, scene.world, config, models)
+    simulated_robot = SimulatedRobot(scene, config, models, steering)
+    first: list[Sight] = []
+
+    def observe(result: StepResult) -> None:
+        if result.scan is not None and result.readings.truth is not None:
+            first.append(Sight(result.readings.truth.pose, result.scan))
+            simulated_robot.navigator.observers.clear()
+
+    simulated_robot.navigator.observers.append(observe)
+    task = choose_task(scene.world.tasks, test)
+    # The same starts and noises for every run.
+    (attempt, *_) = run_trial(
+        simulated_robot,
+        replace(task, goals=task.goals[:1]),
+        environment.terminations,
+        np.random.default_rng([environment.seeds[0], test]),
+    )
+    simulated_robot.close()
+    return attempt, first[0] if first else None
+
+
+def _stage_row(run: TrainingRun, stage: StagePlan) -> Row:
+    """Return the figures of a stage of a run."""
+    rows = [row for row in run.history if row["name"] == stage.name]
+    episodes = rows[-1]["episodes"]
+    ends = {
+        "first": [row for row in rows if row["episodes"] <= _FEW],
+        "last": [row for row in rows if row["episodes"] > episodes - _FEW],
+    }
+    return {
+        "run": run.name,
+        "stage": stage.name,
+        "episodes": episodes,
+        "mean_time_s": 0.1 * sum(row["played"] * row["mean_steps"] for row in rows) / episodes,
+        **{
+            f"{outcome}_{end}_{_FEW}": sum(row["outcomes"].get(outcome, 0) for row in part)
+            for end, part in ends.items()
+            for outcome in _COUNTED
+        },
+        "most_circling": max(row["circling"] for row in rows),
+        "validation": rows[-1]["validation"],
+    }
+
+
+def _fact(stage: str, rows: Sequence[Row]) -> Fact:
+    """Return how many of the last episodes of a stage reached their goals, over all runs."""
+    mine = [row for row in rows if row["stage"] == stage]
+    reached = sum(row[f"goal_last_{_FEW}"] for row in mine)
+    played = sum(row[f"{end}_last_{_FEW}"] for row in mine for end in _COUNTED)
+    validation = [row["validation"][stage] for row in mine if stage in row["validation"]]
+    more = f"validation {np.mean(validation):.2f}" if validation else "not validated"
+    return Fact(f"{stage}, last episodes", f"{reached} of {played} goals", more)
+
+
+def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
+    """Return the figures of a test drive."""
+    return {
+        "run": run,
+        "stage": stage,
+        "test": test + 1,
+        "outcome": str(attempt.outcome),
+        "time_s": attempt.time,
+        "distance_m": attempt.distance,
+        "shortest_m": attempt.shortest,
+        "spl": attempt.spl,
+    }
+
+
+def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) -> None:
+    """Add the rewards during training (Figure 17)."""
+    page.section(
+        "Reward",
+        "Mean over the episodes of an update, exploring, one line a run: where the paper takes the "
+        "latest 1000 steps of one robot, several robots drive here between two updates.",
+    )
+    histories = {run.name: run.history for run in runs}
+    caption = "Reward of a control step, whole and by term (Fig. 17)"
+    page.figure(rewards_figure(histories), "rewards", caption, drawn=True)
+    for run in runs:
+        caption = f"{run.name}: goals reached while exploring"
+        page.figure(learning_figure(run.history), f"learning-{run.name}", caption, drawn=True)
+    page.section(
+        "Stages",
+        "Validation: success in worlds that are kept for it, without exploration. The paper's "
+        f"episodes took {_PAPER_TIMES} on average in its stages of 200 episodes each.",
+    )
+    page.table([row | _reached(row) for row in data["stages"]], _STAGE_COLUMNS, every="All counts")
+
+
+def _reached(row: Row) -> Row:
+    """Return how many of a stage's first and last episodes reached their goals."""
+    return {
+        f"{end} {_FEW}": f"{row[f'goal_{end}_{_FEW}']} of "
+        f"{sum(row[f'{outcome}_{end}_{_FEW}'] for outcome in _COUNTED)}"
+        for end in ("first", "last")
+    }
+
+
+def _places(page: Report, worlds: Mapping[str, World]) -> None:
+    """Add a world of each family, with its starts and goals (Figures 12 and 15)."""
+    page.section("Worlds", "The first world of each family that is kept for validation.")
+    for world in {world.name: world for world in worlds.values()}.values():
+        caption = f"{world.name}: starts and goals (Fig. 12, 15)"
+        page.figure(world_figure(world), f"world-{world.name}", caption)
+
+
+def _scans(
+    page: Report,
+    stages: Sequence[StagePlan],
+    worlds: Mapping[str, World],
+    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
+) -> None:
+    """Add the first virtual scan of each stage (Figure 13)."""
+    page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
+    sights = {}
+    for stage in stages:
+        _, sight = driven[0, stage.name, 0]
+        if sight is not None:
+            scanner = offroad(stage).simulated_robot.sensing.scanner
+            name = f"{stage.name}: {scanner} laser"
+            sights[name] = (worlds[stage.name], sight.pose, sight.scan)
+    if sights:
+        grid = offroad(stages[0]).simulated_robot.grid
+        caption = f"{', '.join(sights)} (Fig. 13)"
+        page.figure(sights_figure(sights, grid), "scans", caption)
+
+
+def _tests(
+    page: Report,
+    runs: Sequence[TrainingRun],
+    worlds: Mapping[str, World],
+    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
+) -> None:
+    """Add the test drives after each stage (Figures 14 and 16)."""
+    page.section(
+        "Tests",
+        "The policy at the end of each stage, in bullet with the whole chain, without exploration. "
+        "Dots are starts, stars goals; a cross is where a drive failed.",
+    )
+    for stage, world in worlds.items():
+        drives: dict[str, list[GoalAttempt]] = {run.name: [] for run in runs}
+        for (k, name, _), (attempt, _) in driven.items():
+            if name == stage:
+                drives[runs[k].name].append(attempt)
+        title = f"after {stage}: {world.name} {world.seed}"
+        figure = tests_figure(world, drives, title)
+        caption = f"Tests {title} (Fig. 14, 16)"
+        page.figure(figure, f"tests-{stage}", caption, drawn=True, light=True)

@@ -1,0 +1,226 @@
+"""Drawing of a robot: body, wheels and laser, its sweep, and the estimated pose beside the true."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.machine.pose import Pose
+from andabata.machine.robot import RobotModel
+from andabata.report.drive_frames import DriveFrame
+
+if TYPE_CHECKING:
+    import viser
+
+_BODY, _TYRE, _HUB, _LASER = (45, 50, 60), (25, 25, 28), (200, 200, 205), (235, 120, 30)
+_BEAM, _ESTIMATE = (255, 200, 0), (0, 120, 255)
+
+_BEAMS = 48
+"""Number of beams of the sweep that are drawn."""
+
+_SIGMAS = 2.0
+"""Size of the ellipse of the estimate, in standard deviations."""
+
+_ELLIPSE = 32
+"""Number of segments of the ellipse."""
+
+_UPRIGHT = (0.7071068, 0.7071068, 0.0, 0.0)
+"""Quaternion w, x, y, z that lays a cylinder's axis along y."""
+
+
+def quaternion_wxyz(pose: Pose) -> NDArray[np.float64]:
+    """Return the rotation of a pose as w, x, y, z, shape (4,)."""
+    return np.roll(pose.quaternion, 1)
+
+
+class RobotDrawing:
+    """Body with turning wheels and laser, the beams of the moment, and the estimated pose."""
+
+    def __init__(
+        self, scene: "viser.SceneApi", root: str, odom: str, robot: RobotModel, turns: bool
+    ) -> None:
+        """Draw a robot at the origin.
+
+        Args:
+            scene: Scene to draw in.
+            root: Name of the node of the map.
+            odom: Name of the node of ``odom``.
+            robot: Body.
+            turns: True if its laser turns.
+        """
+        self._robot, self._spin, self._stamp = robot, [0.0, 0.0], 0.0
+        self._base = scene.add_frame(f"{root}/robot", show_axes=False)
+        self._add_body(scene, f"{root}/robot")
+        self._wheels = [
+            (side, self._add_wheel(scene, f"{root}/robot/wheel_{end}_{side}", x, y))
+            for side, y in enumerate((1, -1))
+            for end, x in enumerate((1, -1))
+        ]
+        self._head = self._add_head(scene, f"{root}/robot/head") if turns else None
+        none = np.zeros((_BEAMS, 2, 3), dtype=np.float32)
+        self._sweep = scene.add_line_segments(
+            f"{odom}/sweep", none, _BEAM, thickness=0.006, visible=False
+        )
+        none = np.zeros((_ELLIPSE + 10, 2, 3), dtype=np.float32)
+        name = f"{root}/estimate"
+        self._estimate = scene.add_line_segments(name, none, _ESTIMATE, thickness=0.015)
+        self._shows_sweep = True
+
+    def show_sweep(self, visible: bool) -> None:
+        """Show or hide the beams of the moment."""
+        self._shows_sweep = visible
+        self._sweep.visible = visible
+
+    def show_estimate(self, visible: bool) -> None:
+        """Show or hide the estimated pose."""
+        self._estimate.visible = visible
+
+    def draw(self, frame: DriveFrame) -> None:
+        """Move the robot to a frame."""
+        self._base.position = frame.pose.position
+        self._base.wxyz = quaternion_wxyz(frame.pose)
+        self._turn_wheels(frame)
+        if self._head is not None and frame.head is not None:
+            self._head.wxyz = _about_z(frame.head)
+        beams = self._beams(frame) if self._shows_sweep else None
+        self._sweep.visible = beams is not None
+        if beams is not None:
+            self._sweep.points = beams
+        self._estimate.points = estimate_lines(frame, self._robot)
+
+    def _turn_wheels(self, frame: DriveFrame) -> None:
+        """Turn the wheels by what they have rolled since the last frame."""
+        elapsed = max(frame.stamp - self._stamp, 0.0)
+        self._stamp = frame.stamp
+        for side, speed in enumerate((frame.wheels.left, frame.wheels.right)):
+            self._spin[side] = (self._spin[side] + speed * elapsed) % (2 * np.pi)
+        for side, handle in self._wheels:
+            half = self._spin[side] / 2
+            handle.wxyz = (np.cos(half), 0.0, np.sin(half), 0.0)
+
+    def _beams(self, frame: DriveFrame) -> NDArray[np.float32] | None:
+        """Return lines from the laser to what it measured last, in ``odom``; None without any."""
+        if not frame.parts:
+            return None
+        points = frame.parts[-1].points[-12 * _BEAMS :: 12]
+        found = np.empty((_BEAMS, 2, 3), dtype=np.float32)
+        top = frame.odometry.position + np.array([0.0, 0.0, self._robot.lidar_height])
+        found[:, 0] = top
+        found[:, 1] = top
+        found[: len(points), 1] = points[:_BEAMS]
+        return found
+
+    def _add_body(self, scene: "viser.SceneApi", name: str) -> None:
+        """Add the body: a box between the wheels, one above them, and the mast of the laser."""
+        robot = self._robot
+        low = min(robot.clearance, robot.lidar_height / 4)
+        deck = max(2 * robot.wheel_radius + 0.12, low + 0.1)
+        inner = max(robot.track - robot.wheel_width - 0.02, 0.1)
+        boxes = {
+            "hull": ((robot.length, inner, deck - low), (low + deck) / 2, _BODY),
+            "deck": ((robot.length, robot.width, 0.05), deck + 0.025, (240, 160, 30)),
+        }
+        for part, (size, height, colour) in boxes.items():
+            scene.add_box(
+                f"{name}/{part}",
+                colour,
+                dimensions=size,
+                position=(0.0, 0.0, height),
+                cast_shadow=False,
+            )
+        mast = max(robot.lidar_height - deck - 0.05, 0.02)
+        scene.add_cylinder(
+            f"{name}/mast",
+            radius=0.025,
+            height=mast,
+            color=_BODY,
+            position=(0.0, 0.0, deck + 0.05 + mast / 2),
+            cast_shadow=False,
+        )
+        # A nose tells front from back.
+        scene.add_box(
+            f"{name}/nose",
+            _LASER,
+            dimensions=(0.05, robot.width * 0.5, 0.04),
+            position=(robot.length / 2, 0.0, deck + 0.05),
+            cast_shadow=False,
+        )
+
+    def _add_wheel(
+        self, scene: "viser.SceneApi", name: str, x: int, y: int
+    ) -> "viser.SceneNodeHandle":
+        """Add a wheel with a spoke; ``x`` and ``y`` are the signs of its place."""
+        robot = self._robot
+        place = (x * robot.wheelbase / 2, y * robot.track / 2, robot.wheel_radius)
+        axle = scene.add_frame(name, show_axes=False, position=place)
+        scene.add_cylinder(
+            f"{name}/tyre",
+            radius=robot.wheel_radius,
+            height=robot.wheel_width,
+            color=_TYRE,
+            radial_segments=16,
+            wxyz=_UPRIGHT,
+            cast_shadow=False,
+        )
+        scene.add_box(
+            f"{name}/spoke",
+            _HUB,
+            dimensions=(1.5 * robot.wheel_radius, robot.wheel_width + 0.01, 0.03),
+            cast_shadow=False,
+        )
+        return axle
+
+    def _add_head(self, scene: "viser.SceneApi", name: str) -> "viser.SceneNodeHandle":
+        """Add the head of the laser, which looks along its own x."""
+        head = scene.add_frame(name, show_axes=False, position=(0.0, 0.0, self._robot.lidar_height))
+        for part, size, place in (
+            ("housing", (0.1, 0.12, 0.12), 0.0),
+            ("window", (0.03, 0.08, 0.09), 0.06),
+        ):
+            scene.add_box(
+                f"{name}/{part}",
+                _LASER if part == "housing" else (30, 30, 30),
+                dimensions=size,
+                position=(place, 0.0, 0.0),
+                cast_shadow=False,
+            )
+        return head
+
+
+def _about_z(angle: float) -> tuple[float, float, float, float]:
+    """Return the quaternion w, x, y, z of a turn about z [rad]."""
+    return float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))
+
+
+def estimate_lines(frame: DriveFrame, robot: RobotModel) -> NDArray[np.float32]:
+    """Return the outline of the estimated body and the ellipse of its place, in the map.
+
+    The ellipse holds two standard deviations, and two lines ahead as many of the heading.
+
+    Args:
+        frame: Frame.
+        robot: Body.
+
+    Returns:
+        Segments [m], float32, shape (n, 2, 3).
+    """
+    pose, half = frame.estimate, (robot.length / 2, robot.width / 2)
+    corners = np.array([[x, y] for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1))]) * half
+    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+    placed = pose.position[:2] + corners @ np.array([[c, s], [-s, c]])
+    low = np.column_stack([placed, np.full(4, pose.position[2] + 0.1)])
+    high = low + np.array([0.0, 0.0, 0.35])
+    lines = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (low, high)]
+    covariance = np.zeros((3, 3)) if frame.covariance is None else frame.covariance
+    angles = np.linspace(0, 2 * np.pi, _ELLIPSE + 1)
+    values, axes = np.linalg.eigh(covariance[:2, :2])
+    circle = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(values.clip(0.0))[:, None]
+    rim = pose.position[:2] + _SIGMAS * (axes @ circle).T
+    rim = np.column_stack([rim, np.full(len(rim), pose.position[2] + 0.12)])
+    lines.append(np.stack([rim[:-1], rim[1:]], axis=1))
+    spread = _SIGMAS * float(np.sqrt(max(covariance[2, 2], 0.0)))
+    eye = pose.position + np.array([0.0, 0.0, 0.3])
+    for angle in (pose.yaw - spread, pose.yaw + spread):
+        ahead = eye + 1.2 * np.array([np.cos(angle), np.sin(angle), 0.0])
+        lines.append(np.stack([eye, ahead])[None])
+    return np.concatenate(lines).astype(np.float32)

@@ -1,0 +1,170 @@
+"""Pictures of drives in rooms: where things are drawn, and what markers and bars say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.support_points import SupportPoints
+from andabata.machine.planar.mover_contact import Contact
+from andabata.report.plots import rooms
+from andabata.tasks.terminations import Outcome
+from worlds.rooms.catalogue import make_room
+from worlds.rooms.room import Room, RoomPlan, RoomTask
+from worlds.world import Start
+
+ROOM = make_room("spn-env0")
+GREEN, RED, ORANGE = (style["color"] for style in rooms._END_STYLES.values())
+
+
+def drive(outcome=Outcome.GOAL, steps=10, y=0.0, speed=0.1):
+    path = np.zeros((steps + 1, 3))
+    path[:, 0], path[:, 1] = speed * np.arange(steps + 1) - 1, y
+    return RoomDrive(RoomTask(Start(-1.0, y, 0.0), (1.0, y)), outcome, steps, path)
+
+
+def markers(axes, colour):
+    """Return places of the markers of a colour, shape (k, 2)."""
+    lines = [each for each in axes.lines if each.get_linestyle() == "None"]
+    found = [np.ravel(each.get_data()) for each in lines if to_hex(each.get_color()) == colour]
+    return np.array(found)
+
+
+def test_paths_end_with_the_markers_of_the_paper():
+    """Green where the goal was reached, red in a crash, orange in a time-out, a panel a cell."""
+    mixed = [drive(), drive(Outcome.COLLISION, y=1.0), drive(Outcome.TIMEOUT, y=2.0)]
+    cells = {("a", ROOM.name): mixed, ("b", ROOM.name): [drive(), drive(y=1.5)]}
+    figure = rooms.trajectories_figure(cells, [ROOM], "title")
+    first, second = figure.axes
+    for colour, y in ((GREEN, 0.0), (RED, 1.0), (ORANGE, 2.0)):
+        np.testing.assert_allclose(markers(first, colour), [[0.0, y]], atol=1e-12)
+    assert first.get_title() == f"{ROOM.name}\na: 1 success, 1 crash, 1 time-out"
+    assert second.get_title() == f"{ROOM.name}\nb: 2 success"
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["success", "crash", "time-out"]
+
+
+def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():
+    """What a mover caused is no crash of the robot's; the legend tells it where there is some."""
+    hit = replace(drive(Outcome.COLLISION, y=1.0), contact=Contact.HIT_AT_REST)
+    figure = rooms.trajectories_figure({("trained", ROOM.name): [drive(), hit]}, [ROOM], "title")
+    purple = rooms._HIT_STYLE["color"]
+    np.testing.assert_allclose(markers(figure.axes[0], purple), [[0.0, 1.0]], atol=1e-12)
+    cell = {"room": "r", "lidar": "trained", "memory": "map", "trials": 10, "successes": 4}
+    row = cell | {"collisions": 5, "timeouts": 1, "hit_by_mover": 1, "hit_at_rest": 2}
+    ends = rooms.ends_figure([row], "title")
+    bars = {to_hex(bar.get_facecolor()): bar.get_height() for bar in ends.axes[0].patches}
+    assert bars == pytest.approx({GREEN: 0.4, RED: 0.2, purple: 0.3, ORANGE: 0.1})
+    for each in (figure, ends):
+        assert "hit by a mover" in [text.get_text() for text in each.legends[0].get_texts()]
+
+
+def test_rooms_are_drawn_in_metres():
+    """Each box and circle is where it stands; the room is in view with equal scales."""
+    figure = rooms.trajectories_figure({("a", ROOM.name): [drive()]}, [ROOM], "title")
+    (axes,) = figure.axes
+    boxes = [patch.get_bbox().extents for patch in axes.patches[: len(ROOM.boxes)]]
+    np.testing.assert_allclose(boxes, ROOM.boxes)
+    circles = [(*patch.center, patch.radius) for patch in axes.patches[len(ROOM.boxes) :]]
+    np.testing.assert_allclose(circles, ROOM.circles)
+    assert axes.get_aspect() == 1
+    assert axes.get_xlim()[0] <= -4 < 4 <= axes.get_xlim()[1]
+
+
+def test_outlines_are_drawn_solid_but_for_their_holes():
+    """What is solid is filled, by any winding; a wall of two corners is a line."""
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    hole = ((0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4))
+    outlines = (square, hole, ((-1.0, -1.0), (-0.5, -0.5)))
+    made = Room.of("r", RoomPlan(about="", half=(2.0, 2.0), outlines=outlines))
+    figure = rooms.trajectories_figure({("a", "r"): [drive()]}, [made], "title")
+    (patch,) = figure.axes[0].patches[len(made.boxes) :]
+    path = patch.get_path()
+    starts = path.vertices[path.codes == path.MOVETO]
+    np.testing.assert_allclose(starts, [each[0] for each in outlines])
+    assert len(path.vertices) == 5 + 5 + 3
+    assert path.contains_points([(0.2, 0.2), (1.2, 0.2)]).tolist() == [True, False]
+
+
+def row(room, lidar, memory, ends, trials=10):
+    names = ("successes", "collisions", "timeouts")
+    cell = {"room": room, "lidar": lidar, "memory": memory, "trials": trials}
+    return cell | dict(zip(names, ends, strict=True))
+
+
+def test_bars_are_the_shares_of_ends():
+    """Rows of several policies add up; bars stand one on top of the other."""
+    rows = [
+        row("r", "ten-beams", "reactive", (6, 3, 1)),
+        row("r", "ten-beams", "reactive", (10, 0, 0)),
+        row("r", "180|1|5|0", "reactive", (0, 10, 0)),
+        row("r", "ten-beams", "map", (10, 0, 0)),
+        row("r", "180|1|5|0", "map", (9, 0, 1)),
+    ]
+    figure = rooms.ends_figure(rows, "title")
+    reactive, mapped = figure.axes
+    heights = [patch.get_height() for patch in reactive.patches]
+    np.testing.assert_allclose(heights, [0.8, 0.15, 0.05, 0.0, 1.0, 0.0])
+    bottoms = [patch.get_y() for patch in reactive.patches]
+    np.testing.assert_allclose(bottoms, [0, 0.8, 0.95, 0, 0, 1.0])
+    assert [text.get_text() for text in reactive.texts] == ["80 %", "0 %"]
+    assert (reactive.get_title(), mapped.get_title()) == ("r, reactive", "r, with map")
+    labels = [text.get_text() for text in mapped.get_xticklabels()]
+    assert labels == ["ten-beams\n180|20|10|0", "180|1|5|0"]
+
+
+def moment(step, counts, is_return=True):
+    places = np.array([[0.5 * k, 2.0] for k in range(len(counts))])
+    seen = np.full(len(counts), is_return)
+    return SupportPoints(step, np.array([0.1 * step, 0.0, 0.0]), places, np.array(counts), seen)
+
+
+def test_support_points_grow_with_their_features():
+    """Markers tell the goal, areas the count; late moments are left out, open ends are hollow."""
+    first = (drive(), [moment(0, [1, 4]), moment(20, [2], is_return=False), moment(180, [9])])
+    second = (drive(y=1.0), [moment(0, [3])])
+    figure = rooms.support_points_figure({"K = 5": [first, second]}, ROOM, "title")
+    axes = figure.axes[0]
+    points = [each for each in axes.lines if each.get_zorder() == 3]
+    assert [each.get_marker() for each in points] == ["o", "o", "o", "s"]
+    areas = np.array([each.get_markersize() for each in points]) ** 2
+    np.testing.assert_allclose(areas / areas[0], [1, 4, 2, 3])
+    assert [each.get_markerfacecolor() == "none" for each in points] == [False, False, True, False]
+    assert to_hex(points[0].get_markeredgecolor()) == "#000000"  # The start is black.
+    names = [text.get_text() for text in axes.texts]
+    assert names == ["G0", "G1", "S0", "S1"]
+
+
+def test_a_tour_names_its_goals_and_counts_them():
+    """Each leg has its goal; the title says how many were reached in how many steps."""
+    room = make_room("spn-crowded")
+    legs = [drive(), drive(Outcome.COLLISION, steps=7, y=1.0)]
+    figure = rooms.tour_figure({"reactive": legs}, room, "title")
+    (axes,) = figure.axes
+    assert axes.get_title() == "reactive: 1 of 5 goals in 17 steps"
+    assert [text.get_text() for text in axes.texts] == ["G1", "G2", "S"]
+    np.testing.assert_allclose(markers(axes, RED), [[-0.3, 1.0]], atol=1e-12)
+
+
+def test_an_obstacle_appears_where_the_robot_is_near_enough():
+    """The moment is the first step within its distance; one that never came is dotted."""
+    room = make_room("spn-sudden")
+    near = RoomDrive(
+        room.tasks[0],
+        Outcome.COLLISION,
+        40,
+        np.stack([0.1 * np.arange(41) - 3.2, *np.zeros((2, 41))], axis=1),
+    )
+    first, second = room.appearances
+    # The circle of 0.3 m at the origin appears within 1.3 m of its edge: from x = -1.6 on.
+    assert rooms.moment_of(near, first) == 17
+    assert rooms.moment_of(near, second) is None
+    figure = rooms.sudden_figure({"reactive": near}, room, "title")
+    (axes,) = figure.axes
+    texts = [text.get_text() for text in axes.texts]
+    assert texts == ["O1", "O1 appears\nafter 17 steps", "O2", "G", "S"]
+    assert axes.get_title() == "reactive: crash after 40 steps"
+    dotted = [patch for patch in axes.patches if patch.get_linestyle() == ":"]
+    assert [patch.center for patch in dotted] == [second.circle[:2]]

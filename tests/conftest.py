@@ -20,7 +20,7 @@ def _same_weights():
 @pytest.fixture(autouse=True)
 def _no_notice_of_compilation(monkeypatch):
     """Let no command say that it compiles: its output does not depend on what is in the cache."""
-    monkeypatch.setattr("andabata.app.options.on_first_compilation", lambda notice: None)
+    monkeypatch.setattr("andabata.app.options.shared.on_first_compilation", lambda notice: None)
 
 
 @pytest.fixture(scope="session")

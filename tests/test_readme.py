@@ -81,7 +81,7 @@ REDUCED = {
 # `make -n`, and run elsewhere.
 MAKE = {
     "install": "every other target runs it first, and `.ci/run` them",
-    "demo": "tests/andabata/app/test_demonstration.py runs the verb",
+    "demo": "tests/andabata/app/jobs/test_demonstration.py runs the verb",
     "test": "runs this test",
     "check": "`.ci/run` runs it in a fresh clone",
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",

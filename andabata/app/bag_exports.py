@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from andabata.app.datum import datum_fields
+from andabata.app.options.datum import datum_fields
 from andabata.app.tables import left_out_notes
 from andabata.configuration.usage import UsageError, one_word
 from andabata.exports.rerun_file import SUFFIX as RERUN

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from andabata.app.datum import datum_notes
-from andabata.app.mountings import mountings_in_words
+from andabata.app.options.datum import datum_notes
+from andabata.app.options.mountings import mountings_in_words
 from andabata.replay.result import summary_text
 
 Data = Mapping[str, Any]

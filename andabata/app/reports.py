@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import RenderableType
 
 from andabata.app.console import Console, table_of
-from andabata.app.options import ClassifierOptions
+from andabata.app.options.shared import ClassifierOptions
 from andabata.configuration.usage import UsageError
 from andabata.report.about import add_about
 from andabata.report.columns import spoken

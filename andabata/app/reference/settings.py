@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from andabata.app.demonstration import DemonstrationConfig
+from andabata.app.jobs.demonstration import DemonstrationConfig
 from andabata.app.reference.tables import code, prose, table
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.field_paths import models_in

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
+from andabata.app.options.shared import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export, layout.", no_args_is_help=True

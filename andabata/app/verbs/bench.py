@@ -6,7 +6,7 @@ from typing import Annotated, cast, get_args
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
     ForestOptions,

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ConsoleOptions,
     ForestOptions,
     Seed,
@@ -69,7 +69,7 @@ def train(
         andabata classifier train --clouds data/clouds --out f --set trees=200
         andabata classifier train --clouds data/clouds --out f --add mine.toml
     """
-    from andabata.app.classifier_training import train_cell_classifier
+    from andabata.app.jobs.classifier_training import train_cell_classifier
     from andabata.evaluation.classifier import tables
     from traversability.forest_training import PAPER_GRID, PAPER_RECIPE, ForestConfig
     from traversability.grid import PolarGrid
@@ -116,7 +116,7 @@ def adapt(
         andabata classifier adapt a.bag b.bag --clouds c --out mine.npz --json
         andabata classifier adapt drive.bag --clouds c --out m.npz --robot husky
     """
-    from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
+    from andabata.app.jobs.classifier_adaptation import adapt_cell_classifier, write_adapted
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.settings import resolve
     from andabata.machine.robot import RobotModel
@@ -170,7 +170,7 @@ def evaluate(
         andabata classifier evaluate --clouds data/clouds --forest f/forest.npz
         andabata classifier evaluate --clouds data/clouds --out data/scores
     """
-    from andabata.app.classifier_training import write_scores
+    from andabata.app.jobs.classifier_training import write_scores
     from andabata.evaluation.classifier import score_forest, tables
     from andabata.runs.folder import describe, make_folder
     from traversability.dataset import read_manifest
@@ -202,7 +202,7 @@ def ground(
         andabata classifier ground --clouds data/clouds --out data/ground
         andabata classifier ground --clouds data/clouds --out g --set trees=200
     """
-    from andabata.app.classifier_training import train_ground
+    from andabata.app.jobs.classifier_training import train_ground
     from andabata.evaluation.classifier import ground_classifier_table
     from traversability.cartesian.classifier import GroundClassifierConfig
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
     Sensor,
@@ -33,7 +33,7 @@ def demo(
         andabata demo --sensor os1-64 --out data/demo-os1
         andabata demo --set trials=4 --set episodes=128 --workers 4
     """
-    from andabata.app.demonstration import Demonstration, DemonstrationConfig
+    from andabata.app.jobs.demonstration import Demonstration, DemonstrationConfig
 
     console, config = output.console(), settings.resolve(DemonstrationConfig)
     result = Demonstration(config, out, seed, workers, console, sensor).run()

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions
+from andabata.app.options.shared import ConsoleOptions
 
 
 @command
@@ -30,13 +30,13 @@ def doctor(
         andabata doctor --json
         andabata doctor --self-test
     """
-    from andabata.app.installation import check_installation, installation_text
+    from andabata.app.doctor.installation import check_installation, installation_text
 
     console, found = output.console(), check_installation()
     text = installation_text(found)
     if self_test:
-        from andabata.app.self_test import self_test as run
-        from andabata.app.self_test import self_test_text
+        from andabata.app.doctor.self_test import self_test as run
+        from andabata.app.doctor.self_test import self_test_text
 
         with console.progress("checks", None) as step:
             found["self_test"] = run(lambda name: step(1))

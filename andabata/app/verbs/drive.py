@@ -6,14 +6,14 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
     ModelOptions,
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.view_options import DriveViewOptions
+from andabata.app.options.view import DriveViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 
 
@@ -76,7 +76,7 @@ def drive(
         andabata drive --record drive.mcap --no-clouds
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
-    from andabata.app.drive_run import DriveRequest, run_drive
+    from andabata.app.jobs.drive import DriveRequest, run_drive
     from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.usage import UsageError, numbers, words

@@ -6,14 +6,14 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.evaluation_options import (
+from andabata.app.options.evaluation import (
     BarnEvaluationOptions,
     EvaluationModelOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
     TrialOptions,
 )
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ClassifierOptions,
     ConsoleOptions,
     EngineOptions,
@@ -21,7 +21,7 @@ from andabata.app.options import (
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.task_options import (
+from andabata.app.options.task import (
     BARN,
     OFFROAD,
     EvaluationTaskName,
@@ -62,10 +62,10 @@ def evaluate(
         andabata evaluate --task barn --controllers arcs,gap --trials 1
         andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
     """
-    from andabata.app.barn_evaluation import run_barn_evaluation
     from andabata.app.barn_tables import barn_tables
-    from andabata.app.evaluation_run import run_evaluation
-    from andabata.app.room_evaluation import run_room_evaluation
+    from andabata.app.jobs.barn import run_barn_evaluation
+    from andabata.app.jobs.evaluation import run_evaluation
+    from andabata.app.jobs.rooms import run_room_evaluation
     from andabata.app.tables import evaluation_tables, room_tables
     from andabata.evaluation.barn import BarnEvaluationConfig
     from andabata.evaluation.evaluate import EvaluationConfig

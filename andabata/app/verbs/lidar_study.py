@@ -6,8 +6,13 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.evaluation_options import Pairs, RoomPolicyOptions
-from andabata.app.options import ConsoleOptions, EngineOptions, EvaluationSeed, SettingsOptions
+from andabata.app.options.evaluation import Pairs, RoomPolicyOptions
+from andabata.app.options.shared import (
+    ConsoleOptions,
+    EngineOptions,
+    EvaluationSeed,
+    SettingsOptions,
+)
 
 
 @command
@@ -42,8 +47,8 @@ def lidar_study(
         andabata lidar-study --lidar front-180 --pairs 50 --out data/runs/study
         andabata lidar-study --set forward=[0.02,0.04] --set turned=[] --json
     """
-    from andabata.app.room_evaluation import run_lidar_study
-    from andabata.app.room_words import lidar_word, room_words
+    from andabata.app.jobs.rooms import run_lidar_study
+    from andabata.app.options.room_words import lidar_word, room_words
     from andabata.app.tables import study_table
     from andabata.configuration.usage import UsageError
     from andabata.evaluation.lidar_study import DEVELOPMENT, LidarStudyConfig

@@ -6,7 +6,13 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, PolicyOptions, Seed, SettingsOptions, Workers
+from andabata.app.options.shared import (
+    ConsoleOptions,
+    PolicyOptions,
+    Seed,
+    SettingsOptions,
+    Workers,
+)
 
 app = typer.Typer(
     no_args_is_help=True, help="Describe a policy, export it, or distill one from the sampling MPC."

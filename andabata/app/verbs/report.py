@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ClassifierOptions, ConsoleOptions, Workers
+from andabata.app.options.shared import ClassifierOptions, ConsoleOptions, Workers
 
 
 @command

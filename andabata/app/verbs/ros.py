@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
     ModelOptions,
@@ -14,7 +14,7 @@ from andabata.app.options import (
     SensorOptions,
     SettingsOptions,
 )
-from andabata.app.view_options import ViewOptions
+from andabata.app.options.view import ViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 
 app = typer.Typer(

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import CloudUnit, ConsoleOptions, ForestOptions, LaserMounting
+from andabata.app.options.shared import CloudUnit, ConsoleOptions, ForestOptions, LaserMounting
 
 
 @command
@@ -72,7 +72,7 @@ def scan(
         andabata scan drive.bag --topic /3D_cloud --number -1
         andabata scan 000000.bin --labels rellis --sectors 64 --json
     """
-    from andabata.app.mountings import laser_mounting, read_mountings
+    from andabata.app.options.mountings import laser_mounting, read_mountings
     from andabata.app.scan_files import CloudSource, exit_code, scan_files
     from andabata.app.tables import scan_lines
     from andabata.configuration.settings import resolve

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ClassifierOptions,
     ConsoleOptions,
     EngineOptions,
@@ -14,8 +14,8 @@ from andabata.app.options import (
     Seed,
     SettingsOptions,
 )
-from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
-from andabata.app.training_options import TrainingOptions
+from andabata.app.options.task import OFFROAD, TaskName, check_task, refuse_options
+from andabata.app.options.training import TrainingOptions
 
 
 @command
@@ -42,8 +42,8 @@ def train(
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
         andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae
     """
+    from andabata.app.jobs.training import runs_summary, train_seeds
     from andabata.app.tables import training_text
-    from andabata.app.training_runs import runs_summary, train_seeds
 
     check_task(task)
     if task != OFFROAD:

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
-from andabata.app.view_options import PageOptions
+from andabata.app.options.shared import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
+from andabata.app.options.view import PageOptions
 
 
 @command

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options import ConsoleOptions, Seed
+from andabata.app.options.shared import ConsoleOptions, Seed
 
 app = typer.Typer(help="The worlds: list, show, render, import.", no_args_is_help=True)
 

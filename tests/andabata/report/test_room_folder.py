@@ -1,7 +1,7 @@
 """Folder of an evaluation in rooms: policies and drives keep their numbers."""
 
 from andabata.app.console import Console
-from andabata.app.room_evaluation import run_room_evaluation
+from andabata.app.jobs.rooms import run_room_evaluation
 from andabata.engine import SerialEngine
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig

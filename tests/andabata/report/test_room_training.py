@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.app.training_runs import with_features
+from andabata.app.jobs.training import with_features
 from andabata.report.room_training import TABLE_1, RoomTest
 from andabata.training.plans import load_plan
 from andabata.training.run import HISTORY

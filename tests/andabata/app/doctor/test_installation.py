@@ -3,8 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from andabata.app.import_guard import Claim
-from andabata.app.installation import (
+from andabata.app.doctor.import_guard import Claim
+from andabata.app.doctor.installation import (
     EXTRAS,
     MODULES,
     check_installation,
@@ -30,7 +30,7 @@ def test_pybullet_is_imported_in_silence(capfd):
 
 def test_one_broken_package_breaks_the_installation(monkeypatch):
     """The text names the broken package and the command for system libraries."""
-    monkeypatch.setattr("andabata.app.installation.MODULES", ("numpy", "no_such_package"))
+    monkeypatch.setattr("andabata.app.doctor.installation.MODULES", ("numpy", "no_such_package"))
     found = check_installation()
     assert found["ok"] is False
     assert "apt-get install" in installation_text(found)
@@ -51,7 +51,7 @@ def test_every_extra_is_one_of_the_projects():
     """The line that installs a package names an extra of pyproject.toml, or what is no package."""
     import tomllib
 
-    home = Path(__file__).resolve().parents[3]
+    home = Path(__file__).resolve().parents[4]
     project = tomllib.loads((home / "pyproject.toml").read_text())["project"]
     known = {f"extra {name}" for name in project["optional-dependencies"]}
     assert set(EXTRAS.values()) <= known | {"ROS 1", "a browser"}
@@ -70,7 +70,9 @@ def test_another_distribution_among_our_files_breaks_the_installation(monkeypatc
     """It is named with the next step; one that lies elsewhere is named, and breaks nothing."""
     mixed = Claim("keras-rl", "0.4.2", "rl", HOME / "rl", ("__init__.py",), (), ())
     for claim, ok in ((mixed, False), (replace(mixed, folder=Path("/elsewhere/rl")), True)):
-        monkeypatch.setattr("andabata.app.installation.other_claims", lambda claim=claim: [claim])
+        monkeypatch.setattr(
+            "andabata.app.doctor.installation.other_claims", lambda claim=claim: [claim]
+        )
         found = check_installation()
         assert found["ok"] is ok
         assert found["claims"][0]["distribution"] == "keras-rl"

@@ -1,11 +1,11 @@
-"""Group of options of ``andabata train``; see ``options``."""
+"""Group of options of ``andabata train``; see ``shared``."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options import RobotOptions, SettingsOptions
+from andabata.app.options.shared import RobotOptions, SettingsOptions
 
 if TYPE_CHECKING:
     from andabata.training.plans import TrainingPlan
@@ -62,7 +62,7 @@ class TrainingOptions:
         Raises:
             UsageError: If there is no such plan, setting, or actor on points.
         """
-        from andabata.app.training_runs import with_features
+        from andabata.app.jobs.training import with_features
         from andabata.training.plans import TrainingPlan, load_plan
 
         base = load_plan(self.algorithm, robot.sensor, robot.robot, task)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.app.import_guard import SIBLINGS, check_origins
+from andabata.app.doctor.import_guard import SIBLINGS, check_origins
 
 _RAY_LIMIT = 1e-3
 """Largest error of a range [m]: ranges are float32."""

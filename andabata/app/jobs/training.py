@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console, Step
-from andabata.app.event_files import EventFiles, Row
+from andabata.app.jobs.event_files import EventFiles, Row
+from andabata.app.jobs.training_view import TrainingView
 from andabata.app.tables import training_text
-from andabata.app.training_view import TrainingView
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from andabata.app.console import Console
-from andabata.app.drive_run import DriveRequest, run_drive
+from andabata.app.jobs.drive import DriveRequest, run_drive
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.drive import Recording
 from andabata.models import Models

@@ -2,7 +2,7 @@
 
 import pytest
 
-from andabata.app.datum import datum_overrides
+from andabata.app.options.datum import datum_overrides
 from andabata.configuration.usage import UsageError
 
 PREFIX = "sensing.geo_reference."

@@ -6,7 +6,7 @@ import pytest
 
 from andabata.app.barn_tables import barn_tables
 from andabata.app.cli import main
-from andabata.app.evaluation_options import BarnEvaluationOptions, TrialOptions
+from andabata.app.options.evaluation import BarnEvaluationOptions, TrialOptions
 from andabata.configuration.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.models import shipped_policy

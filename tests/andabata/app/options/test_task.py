@@ -2,13 +2,13 @@
 
 import pytest
 
-from andabata.app.evaluation_options import (
+from andabata.app.options.evaluation import (
     EvaluationModelOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
 )
-from andabata.app.options import ClassifierOptions
-from andabata.app.task_options import OFFROAD, ROOM_TASKS, check_task, refuse_options
+from andabata.app.options.shared import ClassifierOptions
+from andabata.app.options.task import OFFROAD, ROOM_TASKS, check_task, refuse_options
 from andabata.configuration.usage import UsageError
 from andabata.tasks.rooms import catalogue
 from andabata.training.plans import TASKS

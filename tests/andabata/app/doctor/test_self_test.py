@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from andabata.app import installation, self_test
 from andabata.app.cli import main
-from andabata.app.import_guard import OriginError
-from andabata.app.self_test import CHECKS, Finding, self_test_text
+from andabata.app.doctor import installation, self_test
+from andabata.app.doctor.import_guard import OriginError
+from andabata.app.doctor.self_test import CHECKS, Finding, self_test_text
 
 
 def test_all_checks_pass_and_tell_their_figures(capsys, monkeypatch):

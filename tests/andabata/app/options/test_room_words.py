@@ -6,7 +6,13 @@ from pathlib import Path
 import pytest
 
 import andabata.models
-from andabata.app.room_words import lidar_word, lidar_words, load_policies, memory_words, room_words
+from andabata.app.options.room_words import (
+    lidar_word,
+    lidar_words,
+    load_policies,
+    memory_words,
+    room_words,
+)
 from andabata.configuration.usage import UsageError
 from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.tasks.rooms.spn_config import SpnConfig

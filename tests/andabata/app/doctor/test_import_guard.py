@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from andabata.app.import_guard import OriginError, check_origins, other_claims
+from andabata.app.doctor.import_guard import OriginError, check_origins, other_claims
 from worlds.splits import TRAINING_SEEDS, dataset_world, evaluation_world
 
 
@@ -19,7 +19,7 @@ def test_the_packages_are_beside_each_other():
 def test_another_distribution_of_a_name_is_refused(monkeypatch):
     """A sibling package from elsewhere is an error."""
     monkeypatch.setattr(
-        "andabata.app.import_guard.find_spec",
+        "andabata.app.doctor.import_guard.find_spec",
         lambda name: SimpleNamespace(origin=f"/elsewhere/{name}/__init__.py"),
     )
     with pytest.raises(OriginError, match="package terrain: expected"):
@@ -52,7 +52,7 @@ def test_another_distribution_among_our_files_is_found(tmp_path, monkeypatch, or
     for name, files in (first, second) if order == "before" else (second, first):
         install(tmp_path, name, files)
     install(tmp_path, "other", {"other/terrain.py": "", "rl-notes.txt": ""})
-    monkeypatch.setattr("andabata.app.import_guard.HOME", tmp_path)
+    monkeypatch.setattr("andabata.app.doctor.import_guard.HOME", tmp_path)
     (claim,) = other_claims([str(tmp_path)])
     assert (claim.distribution, claim.version, claim.package) == ("keras-rl", "0.4.2", "rl")
     assert set(claim.files) == {"__init__.py", "core.py"}
@@ -81,7 +81,7 @@ def test_an_origin_elsewhere_names_its_distribution(tmp_path, monkeypatch):
     install(tmp_path, "keras-rl", THEIRS | {"terrain/__init__.py": ""})
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(
-        "andabata.app.import_guard.find_spec",
+        "andabata.app.doctor.import_guard.find_spec",
         lambda name: SimpleNamespace(origin=str(tmp_path / name / "__init__.py")),
     )
     with pytest.raises(OriginError, match=r"package terrain: .*keras-rl 0\.4\.2: `pip uninstall"):

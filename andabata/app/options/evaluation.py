@@ -1,4 +1,4 @@
-"""Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``options``."""
+"""Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``shared``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andabata.app.options import ClassifierOptions
+from andabata.app.options.shared import ClassifierOptions
 from andabata.configuration.usage import UsageError
 from worlds.splits import EVALUATIONS
 
@@ -176,7 +176,7 @@ class RoomEvaluationOptions:
         Raises:
             UsageError: If there is no such room, laser or memory.
         """
-        from andabata.app.room_words import lidar_words, memory_words, room_words
+        from andabata.app.options.room_words import lidar_words, memory_words, room_words
         from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 
         data: dict[str, Any] = {"task": judged_task(task), "pairs": self.pairs, "seed": seed}
@@ -296,7 +296,7 @@ class RoomPolicyOptions:
             ValueError: If a file is no policy, or one that cannot drive in rooms.
             OSError: If a file cannot be read.
         """
-        from andabata.app.room_words import load_policies
+        from andabata.app.options.room_words import load_policies
 
         return load_policies(self.policy or ["shipped"], task)
 

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from andabata.app import training_runs
 from andabata.app.console import Console
-from andabata.app.event_files import FOLDER, read_scalars
-from andabata.app.training_runs import runs_summary, train_seeds, with_features
+from andabata.app.jobs import training
+from andabata.app.jobs.event_files import FOLDER, read_scalars
+from andabata.app.jobs.training import runs_summary, train_seeds, with_features
 from andabata.configuration.settings import resolve
 from andabata.configuration.usage import UsageError
 from andabata.engine import SerialEngine
@@ -38,9 +38,9 @@ def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, mo
         calls.append((folder, seed, options["resume"]))
         return {"stage": "A", "success_rate": 0, "validation": {}, "steps": 1, "wall_s": 1.0}
 
-    monkeypatch.setattr(training_runs, "learn", learn)
+    monkeypatch.setattr(training, "learn", learn)
     plan = SimpleNamespace(stages={"A": SimpleNamespace(episodes=4, steps=None)})
-    begun = tmp_path / "seed-3" / training_runs.CHECKPOINT
+    begun = tmp_path / "seed-3" / training.CHECKPOINT
     begun.parent.mkdir()
     begun.touch()
     console = Console(quiet=True)
@@ -87,7 +87,7 @@ def test_progress_counts_what_limits_the_run(monkeypatch, steps, advances):
             on_iteration(SimpleNamespace(**figures, name="A", recent_success=0.5))
         return {"stage": "A", "success_rate": 0, "validation": {}, "steps": 1, "wall_s": 1.0}
 
-    monkeypatch.setattr(training_runs, "learn", learn)
+    monkeypatch.setattr(training, "learn", learn)
     stages = [SimpleNamespace(episodes=6, steps=limit) for limit in steps]
     plan = SimpleNamespace(stages=dict(zip("AB", stages, strict=True)))
     train_seeds(None, plan, range(2), (3,), None, None, Bar(quiet=True))

@@ -8,7 +8,7 @@ from pathlib import Path
 from shutil import which
 from typing import Any
 
-from andabata.app.import_guard import check_origins, other_claims
+from andabata.app.doctor.import_guard import check_origins, other_claims
 from andabata.distribution import install_browser, install_extra, install_ros
 from andabata.ros.graph import DEBIAN
 from andabata.runs.folder import commit

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.app.mountings import (
+from andabata.app.options.mountings import (
     laser_mounting,
     mountings_in_words,
     read_mountings,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from andabata.app.evaluation_options import (
+from andabata.app.options.evaluation import (
     EvaluationModelOptions,
     RoomEvaluationOptions,
 )

@@ -6,7 +6,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.console import Console
-from andabata.app.options import EngineOptions
+from andabata.app.options.shared import EngineOptions
 from andabata.configuration.usage import UsageError
 from andabata.engine import SerialEngine
 from andabata.engine_processes import ProcessEngine

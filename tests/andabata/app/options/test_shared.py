@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from andabata.app.console import COMPILES
-from andabata.app.options import (
+from andabata.app.options.shared import (
     ClassifierOptions,
     ConsoleOptions,
     ForestOptions,
@@ -16,7 +16,7 @@ from andabata.app.options import (
     SettingsOptions,
     TopicOptions,
 )
-from andabata.app.view_options import DriveViewOptions
+from andabata.app.options.view import DriveViewOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import SettingsError
 from andabata.configuration.usage import UsageError
@@ -136,7 +136,7 @@ def test_a_drive_waits_only_for_a_page_that_there_is():
 )
 def test_a_command_says_on_stderr_that_it_compiles(capsys, monkeypatch, options, line):
     """Also without a terminal; stdout is for the result alone, and quiet is quiet."""
-    monkeypatch.setattr("andabata.app.options.on_first_compilation", on_first_compilation)
+    monkeypatch.setattr("andabata.app.options.shared.on_first_compilation", on_first_compilation)
     options.console()
     compilation_begins()
     compilation_begins()

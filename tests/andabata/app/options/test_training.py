@@ -2,8 +2,8 @@
 
 import pytest
 
-from andabata.app.options import RobotOptions, SettingsOptions
-from andabata.app.training_options import TrainingOptions
+from andabata.app.options.shared import RobotOptions, SettingsOptions
+from andabata.app.options.training import TrainingOptions
 from andabata.configuration.usage import UsageError
 
 

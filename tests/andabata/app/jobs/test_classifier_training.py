@@ -2,7 +2,7 @@
 
 import pytest
 
-from andabata.app.classifier_training import _with_limit_of
+from andabata.app.jobs.classifier_training import _with_limit_of
 from traversability.dataset import Manifest, config_hash
 from traversability.grid import PolarGrid
 

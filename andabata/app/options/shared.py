@@ -310,7 +310,7 @@ class SensorOptions(SettingsOptions):
         Raises:
             UsageError: If a text is not a mounting, or a sensor is given twice.
         """
-        from andabata.app.mountings import read_mountings
+        from andabata.app.options.mountings import read_mountings
 
         return read_mountings(self.mounting or ())
 
@@ -321,8 +321,8 @@ class SensorOptions(SettingsOptions):
             UsageError: If the datum is not one.
             SettingsError: If a field is unknown or out of bounds.
         """
-        from andabata.app.datum import datum_overrides
-        from andabata.app.mountings import with_height
+        from andabata.app.options.datum import datum_overrides
+        from andabata.app.options.mountings import with_height
         from andabata.assembly.simulated_robot import SimulatedRobotConfig
         from andabata.configuration.settings import resolve
 

@@ -1,0 +1,1 @@
+"""Checks of the installation: versions, origins of the packages, small known problems."""

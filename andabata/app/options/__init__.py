@@ -1,0 +1,1 @@
+"""Options of commands: single ones and groups that are parsed once; begin with ``shared.py``."""
